@@ -229,18 +229,6 @@ static void tr_recompute_recursive(const tr_sim *s, tr_recomputed *it, int accel
   for (int i = 0; i < k->neta && accelerates; ++i) it->acc_size[i] = fabs(it->acc_size[i]) + fabs(it->acc[i] - it->acc_size[i]);
 }
 
-/* Add the rates at the end of an impulse step to the accelerations, divided by the length of the step. */
-static void tr_add_end_rates(const tr_sim *s, const tr_recomputed *it) {
-  const double *rates = map_rates(s->k, TR_A(s, maps));
-  for (int i = 0; i < s->k->nsliders; ++i) {
-    const tr_pair *pair = tr_pair_of(s, i);
-    for (int j = 0; j < pair->nrates; ++j) {
-      double now = rates[pair->rate0 + j] / s->moreau.h;
-      it->acc[pair->eta0 + j] += now, it->acc_size[pair->eta0 + j] += fabs(now);
-    }
-  }
-}
-
 /* Recompute the solution from maps. accelerates: whether accelerations are needed, for pairs at rest or at the onset of sliding. */
 static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   const tr_kernel *k = s->k;
@@ -254,7 +242,7 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   tr_start_terms(e, map_Q0(k, maps), it->acc, it->acc_size);
   tr_add_terms(e, a, map_Ql(k, maps), z, it->acc, it->acc_size);
   tr_add_terms(e, e, map_Qe(k, maps), eta, it->acc, it->acc_size);
-  if (s->moreau.h > 0.0) tr_add_end_rates(s, it);
+  if (s->moreau.h > 0.0) tr_add_start_rates(s, it->acc, it->acc_size);
 }
 
 /* As tr_check_solution. brief: a violation that is found without maps is returned without a second check with maps; the audit then

@@ -90,4 +90,13 @@ static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const 
 /* Add the change of the open reactions to lam, the derivative of λ along column j. K: derivatives of the scaled reactions and of δ
  * along this column. */
 static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, const double *K, double *lam);
+/* Whether the loops prescribe the motion of multiplier i's freedom. The freedom's response with closed loops is then zero. Requires
+ * held maps. */
+static inline int tr_is_prescribed(const tr_sim *s, int i);
+
+/* In an impulse step, add the rates at its start to the accelerations acc (neta): the sums are rates at its end, divided by its
+ * length. Prescribed freedoms get twice their mean rates, because their friction opposes the motion without changing it. size (neta):
+ * sums of absolute terms; null pointer: none. Requires held maps. */
+static void tr_add_start_rates(const tr_sim *s, double *acc, double *size);
+
 #endif

@@ -219,6 +219,21 @@ TR_INLINE void tr_substitute_multipliers(int n, int a, int e, const double *L, c
   }
 }
 
+static inline int tr_is_prescribed(const tr_sim *s, int i) {
+  TR_NEED(s, TR_HAS_HELD);
+  const int at = i + i * s->k->neta;
+  return !(fabs((TR_A(s, Q) + s->k->neta)[at]) > RANK_PIVOT * fabs(map_Qe(s->k, TR_A(s, maps))[at]));
+}
+
+static void tr_add_start_rates(const tr_sim *s, double *acc, double *size) {
+  for (int m = 0; m < s->k->nsliders; ++m)
+    for (int j = 0, i = tr_pair_of(s, m)->eta0; j < tr_pair_of(s, m)->nrates; ++j, ++i) {
+      const double rate = (tr_is_prescribed(s, i) ? 2.0 : 1.0) * tr_pair_rates(s, m)[j] / s->moreau.h;
+      acc[i] += rate;
+      if (size) size[i] += fabs(rate);
+    }
+}
+
 static void tr_form_held_maps(tr_sim *s, const double *lam0) {
   const tr_kernel *k = s->k;
   const double *maps = TR_A(s, maps);
@@ -229,10 +244,7 @@ static void tr_form_held_maps(tr_sim *s, const double *lam0) {
   memcpy(Q0, map_Q0(k, maps), sizeof(double) * e);
   memcpy(Qe, map_Qe(k, maps), sizeof(double) * e * e);
   tr_substitute_multipliers(e, a, e, map_Ql(k, maps), lam0, TR_A(s, T), Q0, Qe);
-  if (s->moreau.h > 0.0) /* an impulse step replaces q̈ by the rates at its end, divided by its length (``moreau.c``) */
-    for (int m = 0; m < k->nsliders; ++m)
-      for (int j = 0; j < tr_pair_of(s, m)->nrates; ++j)
-        Q0[tr_pair_of(s, m)->eta0 + j] += map_rates(k, maps)[tr_pair_of(s, m)->rate0 + j] / s->moreau.h;
+  if (s->moreau.h > 0.0) tr_add_start_rates(s, Q0, 0);
 }
 
 static void tr_eliminate_loops(tr_sim *s, double *lam0) {

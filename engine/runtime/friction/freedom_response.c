@@ -37,12 +37,6 @@ static int tr_pair_of_multiplier(const tr_sim *s, int e, int *at) {
   return -1;
 }
 
-static inline int tr_is_prescribed(const tr_sim *s, int i) {
-  TR_NEED(s, TR_HAS_HELD);
-  const int at = i + i * s->k->neta;
-  return !(fabs((TR_A(s, Q) + s->k->neta)[at]) > RANK_PIVOT * fabs(map_Qe(s->k, TR_A(s, maps))[at]));
-}
-
 /* Whether loops have begun or ceased to prescribe the motion of a held freedom, for example at a dead centre. Requires held
  * maps. */
 static int tr_has_prescribed_changed(const tr_sim *s) {

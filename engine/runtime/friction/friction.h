@@ -97,10 +97,6 @@ static int tr_are_one_freedom(const tr_sim *s, int i, int j);
 /* The pair that owns multiplier e. *at receives the offset of the derivative of this pair's capacity. */
 static int tr_pair_of_multiplier(const tr_sim *s, int e, int *at);
 
-/* Whether the loops prescribe the motion of multiplier i's freedom. The freedom's response with closed loops is then zero. Requires
- * held maps. */
-static inline int tr_is_prescribed(const tr_sim *s, int i);
-
 /* Acceleration of multiplier i's freedom at the solution. Requires held maps, or a recursive solution. */
 static double tr_freedom_acceleration(tr_sim *s, int i);
 

@@ -28,18 +28,30 @@ static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int
   return tr_solve_in_modes(s);
 }
 
+/* Whether stored loads may hold the stuck pairs. Loads are placed in many solutions. A long impulse step therefore does so only for
+ * pairs at rest: pairs that move when it starts usually reverse. */
+static int tr_may_store_loads(tr_sim *s, const int *rest, int n) {
+  int still = !(s->moreau.h > s->moreau.decides);
+  for (int q = 0; q < n && !still; ++q)
+    if (tr_is_stuck(s, rest[q]) && !tr_is_at_rest(s, rest[q])) return 0;
+  return 1;
+}
+
 static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
   const int impulses = s->moreau.h > 0.0;
+  int classed = !impulses; /* impulse steps find the classes only where a mode changes */
   for (int it = 0; it < DECISION_STEPS; ++it) {
     int worst;
     if (!tr_solve_with_onsets(s, rest, n, impulses && it == 0, &worst)) {
       if (worst < 0 || !impulses) return 0;
+      if (!classed) tr_find_coupled_pairs(s), classed = 1;
       tr_let_stick(s, rest, n, worst);
       continue;
     }
     worst = tr_find_worst_misfit(s, rest, n);
     if (worst < 0) return tr_is_valid_decision(s, rest, n) && tr_stick_idle_pairs(s, rest, n);
-    if (!tr_is_sliding(s, worst) && tr_stick_by_stored_loads(s, rest, n)) return tr_stick_idle_pairs(s, rest, n);
+    if (!classed) tr_find_coupled_pairs(s), classed = 1;
+    if (!tr_is_sliding(s, worst) && tr_may_store_loads(s, rest, n) && tr_stick_by_stored_loads(s, rest, n)) return tr_stick_idle_pairs(s, rest, n);
     if (!tr_is_sliding(s, worst)) tr_let_slip(s, worst); else tr_let_stick(s, rest, n, worst);
   }
   return 0;

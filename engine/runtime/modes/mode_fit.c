@@ -5,6 +5,23 @@
 /* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
 #define NO_SPEED 1e-15
 
+/* In an impulse step, replace the direction in which pair i is let slip by the direction that it would have from rest, if both lie on
+ * the line of its rates. Rates across this line are round-off. Divided by a short step, they would turn the direction away from a line
+ * that repels. */
+static void tr_straighten_direction(tr_sim *s, int i) {
+  const tr_pair *pair = tr_pair_of(s, i);
+  const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
+  double d[3], e[3], along = 0.0, across = 0.0;
+  s->moreau.h = INFINITY;
+  const int found = tr_solve_in_modes(s);
+  s->moreau.h = h;
+  for (int j = 0; j < pair->nrates; ++j) d[j] = TR_A(s, z)[s->k->active + pair->eta0 + j] / lever[j], e[j] = d[j] / lever[j];
+  if (!found || !(tr_make_unit(pair->nrates, d) > 0.0)) return;
+  for (int j = 0; j < pair->nrates; ++j) along += rate[j] * lever[j] * d[j];
+  for (int j = 0; j < pair->nrates; ++j) across += pow(rate[j] * lever[j] - along * d[j], 2.0);
+  if (sqrt(across) <= tr_rest_speed(tr_speed_unit(s))) memcpy(tr_mode_of(s, i)->direction, e, sizeof(double) * pair->nrates);
+}
+
 static void tr_let_slip(tr_sim *s, int i) {
   TR_NEED(s, TR_HAS_ROWS);
   const tr_pair *pair = tr_pair_of(s, i);
@@ -25,6 +42,7 @@ static void tr_let_slip(tr_sim *s, int i) {
     m->direction[0] = (prescribed ? tr_freedom_acceleration(s, pair->eta0) : eta[0]) < 0.0 ? -1.0 : 1.0;
   else
     for (int j = 0; j < pair->nrates; ++j) m->direction[j] = prescribed ? tr_freedom_acceleration(s, pair->eta0 + j) : eta[j] / (lever[j] * lever[j]);
+  if (pair->nrates > 1 && !prescribed && s->moreau.h > 0.0) tr_straighten_direction(s, i);
 }
 
 /* Let pair i stick, together with all pairs of its class in `rest`. */

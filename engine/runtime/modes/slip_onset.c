@@ -156,6 +156,15 @@ static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   return TR_ONSET_NONE;
 }
 
+/* Largest difference between two unit vectors of directions that count as one, at the present solution. At the end of an impulse
+ * step, a difference of speeds at rest counts as none. */
+static double tr_same_direction(tr_sim *s, int i) {
+  double acc[3];
+  if (!(s->moreau.h > 0.0)) return SAME_DIRECTION;
+  tr_pair_acceleration(s, i, acc);
+  return SAME_DIRECTION + tr_rest_speed(tr_speed_unit(s)) / (s->moreau.h * tr_make_unit(tr_pair_of(s, i)->nrates, acc));
+}
+
 /* Find the direction in which pair i starts to slide; its mode contains a guess. An attracting direction is preferred. A repelling
  * direction is accepted if there is no other, or if it equals the guess: symmetric motion (a ball swinging in a plane) then stays
  * symmetric. `near`: accept only the direction found from the guess, within a right angle of the guess. Returns 0 if there is no
@@ -183,7 +192,8 @@ static int tr_find_onset(tr_sim *s, int i, int near) {
     for (int j = 0; j < n; ++j) moved = fmax(moved, fabs(d[j] - first[j]));
     if (near && !(tr_dot(d, guess, n) > 0.0)) return 0;
     if (kind == TR_ONSET_FAINT) return 1;
-    if (kind != TR_ONSET_NONE && q < 0 && moved <= SAME_DIRECTION) { /* the pair moves along a line */
+    if (kind != TR_ONSET_NONE && q < 0 && moved <= tr_same_direction(s, i)) { /* the pair moves along a line */
+      if (s->moreau.h > 0.0 && !tr_acceleration_direction(s, i, first, d)) return 0;
       for (int j = 0; j < 3; ++j) tr_mode_of(s, i)->direction[j] *= ON_LINE / tr_onset_length(s);
       return 1;
     }

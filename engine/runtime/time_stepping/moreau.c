@@ -49,12 +49,24 @@ static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || ((held || h <= s->moreau.decides) && tr_decide_modes(s, rest, n, -1));
 }
 
-/* Find modes and multipliers of a step h from the state `mid` (middle position, old rates). Evaluates the maps of `mid`. Returns 0
- * on failure. */
-static int tr_moreau_solve(tr_sim *s, double t, double *mid, double h) {
+/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). In the
+ * middle, rates of cut and driven joints also follow from drives and positions, which are ahead of the rates of the state. */
+static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, double h, const double *mid) {
+  const tr_kernel *k = s->k;
+  double *rates = (double *)map_rates(k, TR_A(s, maps)), start[k->nrates + 1];
+  int depends = 0;
+  for (int i = 0; i < k->nsliders; ++i) depends |= tr_pair_of(s, i)->v0 < 0;
+  if (depends) tr_evaluate_maps_at(s, t, y), memcpy(start, rates, sizeof(double) * k->nrates);
+  tr_evaluate_maps_at(s, t + 0.5 * h, mid);
+  if (depends) tr_form_maps(s), memcpy(rates, start, sizeof(double) * k->nrates);
+}
+
+/* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`. Returns
+ * 0 on failure. */
+static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, double h) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = 0, runs = 0;
-  tr_evaluate_maps_at(s, t, mid);
+  tr_evaluate_impulse_maps(s, t, y, h, mid);
   if (k->active + k->neta == 0) return 1;
   for (int i = 0; i < k->nsliders; ++i) {
     if (!tr_is_set_valued(s, i)) continue;
@@ -119,6 +131,22 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
  * otherwise the redundant rows contradict each other. */
 static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
 
+/* Remove speeds at rest across the direction of a pair from the rates of the state y. They are round-off of the rates before a
+ * reversal, and grow along a line that repels. */
+static void tr_remove_speed_across(const tr_sim *s, double *y) {
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    const tr_pair *pair = tr_pair_of(s, i);
+    if (pair->nrates == 1 || pair->v0 < 0 || !(tr_frozen_length(s, i) > TR_LINE)) continue;
+    const double *lever = TR_A(s, lever) + pair->eta0;
+    double d[3], along = 0.0, across = 0.0, *rate = y + s->k->nq + pair->v0;
+    for (int j = 0; j < pair->nrates; ++j) d[j] = tr_mode_of(s, i)->direction[j] / ON_LINE * lever[j];
+    tr_make_unit(pair->nrates, d);
+    for (int j = 0; j < pair->nrates; ++j) along += rate[j] * lever[j] * d[j];
+    for (int j = 0; j < pair->nrates; ++j) across += pow(rate[j] * lever[j] - along * d[j], 2.0);
+    for (int j = 0; j < pair->nrates && sqrt(across) <= tr_rest_speed(tr_speed_unit(s)); ++j) rate[j] = along * d[j] / lever[j];
+  }
+}
+
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew) {
   const tr_kernel *k = s->k;
   double *mid = TR_A(s, ytmp);
@@ -130,10 +158,11 @@ static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, dou
   tr_set_time(s, t + 0.5 * h);
   if (tr_is_driven_alone(s) && !tr_project(s, t + 0.5 * h, mid)) return s->step.failure;
   if (s->set.hfixed > 0.0) tr_moreau_update_stops(s, t + 0.5 * h, mid);
-  if (!tr_moreau_solve(s, t + 0.5 * h, mid, h)) return TR_FAIL_MODES;
+  if (!tr_moreau_solve(s, t, y, mid, h)) return TR_FAIL_MODES;
   memcpy(ynew, mid, sizeof(double) * tr_state_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, part_power));
   for (int i = k->nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
   tr_zero_held_rates(s, ynew);
+  tr_remove_speed_across(s, ynew);
   tr_advance_positions(s, ynew, ynew + k->nq, 0.5 * h);
   if (!tr_is_finite(s->ny, ynew)) return TR_FAIL_NOT_FINITE;
   if (!tr_project(s, t + h, ynew)) return s->step.failure;

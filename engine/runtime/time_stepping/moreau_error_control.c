@@ -11,6 +11,7 @@
 #define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
 #define HALF_OF_IT 0.5     /* × the change of a speed over a step: if the changes in its halves differ by more, the speed jumps */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
+#define SPEED_SHARE 0.1    /* × the tolerance of speeds: error of a speed that corresponds to an error of works */
 #define SLIVER 1e-9        /* × a step: if less remains before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
@@ -26,9 +27,24 @@ static void tr_evaluate_speeds(tr_sim *s, double t, const double *y, double *spe
   for (int i = 0; i < s->k->nsliders; ++i) speed[i] = tr_pair_speed(s, i);
 }
 
+/* Whether pair i moves against the direction in which it slides. Requires maps of the current state. */
+static int tr_is_moving_backwards(const tr_sim *s, int i) {
+  return tr_is_set_valued(s, i) && !tr_is_stuck(s, i) && tr_speed_along(s, i) < -tr_crawl_speed(tr_speed_unit(s));
+}
+
+/* As tr_is_moving_backwards, for any pair at (t, y). */
+static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
+  int any = 0;
+  if (!s->k->sets) return 0;
+  tr_evaluate_maps_at(s, t, y);
+  for (int i = 0; i < s->k->nsliders; ++i) any |= tr_is_moving_backwards(s, i);
+  return any;
+}
+
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
- * it is the speed before; for one that starts, the speed after; at a reversal, both. A pair that is stuck at the end but slips in
- * the next step counts, too. */
+ * it is the speed before; for one that starts, the speed after; at a reversal, both. Two other pairs count, too: one that is stuck
+ * at the end but slips in the next step, and one whose rate reversed without its mode, because the rates that decide the mode have
+ * errors of h². */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -37,7 +53,7 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   tr_save_modes(s, end);
   tr_evaluate_speeds(s, t, TR_A(s, y), before), tr_evaluate_speeds(s, t + h, TR_A(s, ynew), speed);
   for (int i = 0; i < k->nsliders; ++i)
-    if (tr_is_set_valued(s, i) && (tr_mode_change(s, i, course->start + i) || tr_mode_change(s, i, course->middle + i)))
+    if (tr_is_set_valued(s, i) && (tr_mode_change(s, i, course->start + i) || tr_mode_change(s, i, course->middle + i) || tr_is_moving_backwards(s, i)))
       most = fmax(most, before[i] + speed[i]);
   s->moreau.frozen = 0;
   if (tr_moreau_substep(s, t + h, TR_A(s, ynew), 0.5 * h, after) == TR_OK) {
@@ -49,16 +65,18 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. half: state between the half steps. Forms
- * the dense output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step, unless this reverses a pair: its friction
+ * would be against its motion. half: state between the half steps. Forms the dense output. Returns a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
   const double *yold = TR_A(s, yold);
-  double *R = TR_A(s, kstep), off[n];
+  double *R = TR_A(s, kstep), off[n], made[n];
+  memcpy(made, ynew, sizeof made);
   for (int i = 0; i < n; ++i) off[i] = ynew[i] - whole[i], ynew[i] = m->halves * ynew[i] + m->whole * whole[i];
   tr_zero_held_rates(s, ynew);
   if (!tr_project(s, t, ynew)) return s->step.failure;
+  if (tr_has_pair_moving_backwards(s, t, ynew)) memcpy(ynew, made, sizeof made), memset(off, 0, sizeof off);
   for (int i = 0; i < n; ++i) /* parabola through the middle state, which is corrected by half of the difference */
     R[i] = ynew[i] - yold[i], R[n + i] = 4.0 * (half[i] + 0.5 * off[i]) - 2.0 * (yold[i] + ynew[i]);
   s->step.dense_rows = 2;
@@ -68,18 +86,30 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
-/* As tr_shortest_impulse_step, if the accelerations at the start of the step exceed those of the rate scale. During the returned
- * time, they change speeds by at most LEAST_IMPULSE × the tolerance; a faster change is an impact. */
+/* Largest surface acceleration of the pairs at the start of the step, in the modes in force, m/s². Returns 0 if these modes have no
+ * solution there. */
+static double tr_largest_start_acceleration(tr_sim *s) {
+  double most = 0.0;
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  tr_set_row_kinds(s);
+  if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return 0.0;
+  for (int i = 0; i < s->k->nsliders; ++i)
+    for (int e = tr_pair_of(s, i)->eta0; e < tr_pair_of(s, i)->eta0 + tr_pair_of(s, i)->nrates; ++e)
+      most = fmax(most, fabs(tr_acceleration_by_maps(s, e)) * TR_A(s, lever)[e]);
+  return most;
+}
+
+/* As tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start of
+ * the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. The accelerations are those in the
+ * modes at the step's start and end, because a pair that is released has none before. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
   double slope[tr_state_width(s)], z[tr_z_length(s) + 1], most = s->set.rate * tr_speed_unit(s);
   tr_save_modes(s, end), memcpy(slope, TR_A(s, dy), sizeof slope), memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s));
+  most = fmax(most, tr_largest_start_acceleration(s));
   tr_moreau_rewind(s, course);
-  if (tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)))
-    for (int i = 0; i < s->k->nsliders; ++i)
-      for (int e = tr_pair_of(s, i)->eta0; e < tr_pair_of(s, i)->eta0 + tr_pair_of(s, i)->nrates; ++e)
-        most = fmax(most, fabs(tr_acceleration_by_maps(s, e)) * TR_A(s, lever)[e]);
+  most = fmax(most, tr_largest_start_acceleration(s));
   tr_restore_modes(s, end), memcpy(TR_A(s, dy), slope, sizeof slope), memcpy(TR_A(s, z), z, sizeof(double) * tr_z_length(s));
   s->step.failure = failure;
   return LEAST_IMPULSE * s->set.rtol * tr_speed_unit(s) / most + TIME_ROUND_OFF * fabs(s->clock.t);
@@ -104,9 +134,10 @@ static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   tr_copy(n, TR_A(s, part_power), powers + part * n);
 }
 
-/* Squared error of the works over a step h with these powers, in tolerances. Works count even if no column needs them; without this
- * limit on step sizes, errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the
- * step is accepted. */
+/* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
+ * it; otherwise errors of the motion would scale as rtol^(2/3). The unit includes SPEED_SHARE √(work · energy scale): the energy
+ * m v δv of an error δv of the speed v that the work causes. With the works alone as unit, a start from rest would take many steps.
+ * impulse_work keeps the sums including this step until the step is accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -115,7 +146,7 @@ static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *p
     e[s->ny + i] = work - h * powers[i], was[s->ny + i] = done[i], is[s->ny + i] = done[n + i] = done[i] + work;
     most = fmax(most, fabs(done[i]) + fabs(work));
   }
-  return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most));
+  return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most) + SPEED_SHARE * sqrt(most * s->set.energy));
 }
 
 /* Make a step h as a whole and in halves. ynew receives the result, extrapolated if no mode changed. Returns the error of ynew in
@@ -135,7 +166,7 @@ static double tr_moreau_whole_and_halves(tr_sim *s, double h, tr_moreau_course *
   tr_save_modes(s, course->middle), memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * n);
   if ((s->step.failure = tr_moreau_substep(s, t + 0.5 * h, half, 0.5 * h, ynew)) != TR_OK) return NAN;
   tr_save_powers(s, powers, 2);
-  course->steady &= tr_has_same_modes(s, course->start), course->smooth = course->steady && same;
+  course->steady &= tr_has_same_modes(s, course->start) && !tr_has_pair_moving_backwards(s, t + h, ynew), course->smooth = course->steady && same;
   for (int i = 0; i < n; ++i) off[i] = ynew[i] - whole[i];
   double err = sqrt(tr_squared_motion_error(s, off, y, ynew) + tr_squared_impulse_work_error(s, h, powers));
   if (!course->smooth) tr_form_dense_straight(s);
@@ -173,6 +204,20 @@ static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jol
   return changed;
 }
 
+/* Log the separations of an accepted step to time `end`. `smooth`: whether its modes are the same throughout; otherwise forces jump,
+ * and the step has no dense output that shows a force pass through zero. */
+static void tr_log_impulse_separations(tr_sim *s, double end, int smooth) {
+  const double *y = TR_A(s, ynew);
+  double kept[tr_solution_size(s)], *slope = TR_A(s, dy);
+  if (!s->o || !s->o->ncontacts || !s->set.locate || s->set.hfixed > 0.0) return;
+  tr_save_solution(s, kept);
+  if (tr_rhs(s, end, y, slope)) {
+    if (smooth) tr_log_step_separations(s, slope + s->k->nq);
+    else tr_current_contacts(s, y, (tr_contact *)TR_A(s, contacts));
+  }
+  tr_restore_solution(s, kept);
+}
+
 /* Accept the step h to time `end`; it is then pending. err: error of the step. most: largest growth factor of the next step. */
 static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double most, const tr_moreau_course *course) {
   const int fixed = s->set.hfixed > 0.0;
@@ -188,6 +233,7 @@ static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double
   if (fixed) tr_form_dense_straight(s);
   memcpy(TR_A(s, zstart), TR_A(s, z), sizeof(double) * tr_z_length(s)), tr_store_end_multipliers(s);
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
+  tr_log_impulse_separations(s, end, course->smooth);
   s->pending.t = end, s->pending.theta = 1.0, s->pending.h = h, s->pending.kind = TR_IMPULSE_STEP;
   s->pending.grow = fixed ? 1.0 : tr_next_step_factor(s, err, tr_method_of(s)->order, most);
   if (!fixed) tr_copy(s->k->npowers, TR_A(s, impulse_work) + s->k->npowers, TR_A(s, impulse_work));

@@ -260,7 +260,8 @@ def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
     the next decision was compared with the modes that it tried last."""
     scene = worlds("loop_at_rest")["as it is"].scene
     r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
-    assert sorted((e.kind, e.joint) for e in r.events) == [("stick", "j0"), ("stick", "j1"), ("stick", "jc")]
+    assert sorted(e.joint for e in r.events if e.kind == "stick") == ["j0", "j1", "jc"]
+    assert {e.kind for e in r.events} == {"separation", "stick"}
 
 
 def test_its_fixed_steps_know_end_stops() -> None:

@@ -73,8 +73,8 @@ def judged(scene, until: float | None = None, outputs=("*",), instants: int = 10
            levels: int = LEVELS) -> Judged:  # fmt: skip
     """The motion of a scene in the limit of stiff joints and exact friction.
 
-    ``outputs``: patterns of ``JOINT.q[k]``, ``JOINT.qd[k]``, ``energy.dissipated``. ``rates``: start rates of all joints, used where
-    the scene leaves rates open. NotJudged names the features that the model does not support."""
+    ``outputs``: patterns of ``JOINT.q[k]``, ``JOINT.qd[k]``, ``energy.dissipated``. ``rates``: start rates of all joints, used
+    where the scene leaves rates open. NotJudged names the features that the model does not support."""
     clock = time.process_time()
     end = scene.simulation.until if until is None else until
     times = np.linspace(0, end, instants + 1)
