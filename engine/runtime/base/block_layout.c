@@ -34,7 +34,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(violations, 3 * (pairs + k->nstops));
   const int along = k->begin != 0;
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(end_acc, along * 2 * (e + a)); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
-  TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
+  TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + 2 * a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
   TR_PLACE(acc, along * (a + e));
   TR_PLACE(indicators, 3 * pairs + 2 * k->nstops + 1); TR_PLACE(end_speed, pairs); TR_PLACE(saved_modes, TR_DOUBLES(tr_mode) * pairs);
   TR_PLACE(contacts, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0); TR_PLACE(contact_peaks, o ? o->ncontacts : 0);

@@ -85,7 +85,7 @@ class Equations:
     def narrow(self, dn: np.ndarray) -> np.ndarray:
         """All pivots with that derivative."""
         t = self.table
-        pivots = np.zeros(t.nbodies + t.nelements + t.active + 8)
+        pivots = np.zeros(t.nbodies + t.nelements + 2 * t.active + 8)
         called(t, "narrow", self.c, self.w, np.ones(t.neta + 8), dn, pivots)
         return pivots[: t.nbodies + t.nelements + t.active]
 
