@@ -45,15 +45,14 @@ static int tr_factor_loops(tr_sim *s);
 /* x ← S⁺ b. Requires the factor. */
 static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 
-/* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest diagonal of
- * its kind. If all rows of a kind are round-off, the other kind and the length scale determine their size. (Example: rotations of a
- * planar loop about axes other than the world's.) `nothing`: no row has an effect; all scales become 1, so that all pivots stay
- * round-off. */
-static void tr_scale_loop_rows(tr_sim *s, int nothing);
+/* Factorise the recursion's inertias without friction (k->narrow). Requires a kernel with recursion. */
+static void tr_narrow_without_friction(tr_sim *s);
 
-/* Determine the rank of S at an accurate state, assembled or projected. If this rank is larger than the stored rank, store it.
- * Makes the factor invalid. */
-static void tr_update_rank(tr_sim *s);
+/* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row whose
+ * diagonal is round-off uses the largest diagonal of its kind. If all rows of a kind are round-off, the other kind and the length
+ * scale determine their size. (Example: rotations of a planar loop about axes other than the world's.) `nothing`: no row has an
+ * effect; all scales become 1, so that all pivots stay round-off. */
+static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.
  * Returns r. Requires the factor. */

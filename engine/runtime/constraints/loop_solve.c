@@ -123,30 +123,28 @@ static void tr_solve_loops(tr_sim *s, const double *b, double *x) {
   if (s->k->nlight) tr_solve_light_rows(s, b, x);
 }
 
-static void tr_scale_loop_rows(tr_sim *s, int nothing) {
+/* Set the row scales d from the diagonal of S, whose entries are `next` doubles apart. */
+static void tr_set_row_scales(tr_sim *s, const double *diagonal, size_t next, int nothing) {
   const tr_kernel *k = s->k;
-  tr_form_maps(s);
-  const double *S = TR_A(s, maps);
   double *d = TR_A(s, d), big[2] = {0.0, 0.0};
-  const int n = tr_loop_rows(s), a = k->active;
+  const int n = tr_loop_rows(s);
   for (int i = 0; i < n; ++i) {
     int kind = k->row_kind[k->active_rows[i]];
-    if (S[i + i * a] > big[kind]) big[kind] = S[i + i * a];
+    if (diagonal[i * next] > big[kind]) big[kind] = diagonal[i * next];
   }
   double turn = big[0] / (s->set.length * s->set.length), travel = big[1] * s->set.length * s->set.length;
   if (big[1] < NOTHING_OF_KIND * turn) big[1] = turn;
   else if (big[0] < NOTHING_OF_KIND * travel) big[0] = travel;
   for (int i = 0; i < n; ++i) {
-    double m = S[i + i * a], b = big[k->row_kind[k->active_rows[i]]];
+    double m = diagonal[i * next], b = big[k->row_kind[k->active_rows[i]]];
     if (!(m > NOTHING_OF_ROW * b)) m = b;
     d[i] = m > 0.0 && !nothing ? 1.0 / sqrt(m) : 1.0;
   }
 }
 
+/* Determine the rank of S from its factor. Makes the factor invalid. Requires raw maps and row scales. */
 static void tr_update_rank(tr_sim *s) {
   const tr_kernel *k = s->k;
-  if (k->active == 0) return;
-  tr_form_maps(s);
   TR_SPOILT(s, TR_HAS_FACTOR);
   s->step.mapped = TR_MAPS_RAW;
   s->loops.sparse = 0;
@@ -162,6 +160,36 @@ static void tr_update_rank(tr_sim *s) {
     double last = TR_A(s, S)[(r - 1) * (n + 1)];
     s->loops.rank = r, s->loops.least_pivot = last * last;
   }
+}
+
+static void tr_narrow_without_friction(tr_sim *s) {
+  memset(TR_A(s, dlaw), 0, sizeof(double) * s->k->ndn);
+  for (int i = 0; i < s->k->neta; ++i) TR_A(s, moves)[i] = 1.0;
+  s->k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+}
+
+/* Scale the rows and prove full rank from the factor of the recursion without friction. Returns 0 if a pivot is not clear. */
+static int tr_prove_rank_by_recursion(tr_sim *s, int nothing) {
+  const tr_kernel *k = s->k;
+  const double *own = TR_A(s, pivots) + k->nbodies + k->nelements, *d = TR_A(s, d);
+  double least = INFINITY;
+  if (!k->shift || !k->nfill) return 0;
+  tr_narrow_without_friction(s);
+  tr_set_row_scales(s, own + k->active, 1, nothing);
+  for (int i = 0; i < k->active; ++i) {
+    const double pivot = own[i] * d[i] * d[i];
+    if (!(pivot > CLEAR_PIVOT)) return 0;
+    least = fmin(least, pivot);
+  }
+  s->loops.rank = k->active, s->loops.least_pivot = least;
+  return 1;
+}
+
+static void tr_find_rank(tr_sim *s, int nothing) {
+  if (tr_prove_rank_by_recursion(s, nothing)) return;
+  tr_form_maps(s);
+  tr_set_row_scales(s, TR_A(s, maps), s->k->active + 1, nothing);
+  tr_update_rank(s);
 }
 
 static int tr_null_space(tr_sim *s, double *V) {

@@ -224,9 +224,7 @@ static int tr_are_held_pairs_independent(tr_sim *s) {
   if (!k->begin || k->active || s->moreau.h > 0.0) return 0;
   for (int i = 0; i < k->nsliders; ++i)
     if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 < 0) return 0;
-  memset(TR_A(s, dlaw), 0, sizeof(double) * k->ndn);
-  for (int i = 0; i < k->neta; ++i) TR_A(s, moves)[i] = 1.0;
-  k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+  tr_narrow_without_friction(s);
   for (int i = 0; i < k->nbodies; ++i) least = fmin(least, TR_A(s, pivots)[i]), most = fmax(most, TR_A(s, pivots)[i]);
   return least > RANK_PIVOT * most;
 }
