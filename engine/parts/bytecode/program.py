@@ -105,7 +105,8 @@ class Builtin(IntEnum):
     reaction components, of columns P."""
     FACTOR_LOOPS = 16
     """S, outputs L, U, and pivots with the diagonal of S; n rows, order of elimination, start of each pivot's nonzeros, rows of these
-    nonzeros (``system.structure.loop_matrix_fill``), then the integers of ``programs.loop_slots.LoopMatrix.factor``: S = L U."""
+    nonzeros (``system.structure.loop_matrix_fill``); indices in S of the diagonal, of the entries below the pivots, of those right
+    of them (−1: zero); the entries by row (``Fill.by_row``): S = L U."""
     SOLVE_LOOPS = 17
     """L, U, g, out; the first integers of FACTOR_LOOPS: out = −S⁻¹ g."""
     CURVE_PIECE = 18

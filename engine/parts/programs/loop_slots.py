@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
 from typing import Any
 
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
+from trunnion.parts.layout.loop_matrix import LoopMatrix
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.system.structure.bodies_and_joints import GROUND
 from trunnion.system.structure.friction_joint_indices import Element
-from trunnion.system.structure.loop_matrix_fill import Fill, path
+from trunnion.system.structure.loop_matrix_fill import path
 
 
 @dataclass
@@ -126,45 +125,3 @@ class FrictionLoop(LoopPath):
                 rows, columns = one.along.slice(one.at[first], n), two.y.slice(two.at[first], n)
                 how = [n, len(one.rows), len(two.rows), one.size, two.size, len(one.rows), int(number == 0)]
                 program.call(Builtin.TRANSPOSED_PRODUCT, [rows, columns, out], how)
-
-
-class LoopMatrix:
-    """Where S and its factor are stored. S has a block of rows × columns for each pair of coupled loops. rows: the rows of each
-    loop. near: for each loop, the loops that it is coupled to. fill: pattern of the factor."""
-
-    def __init__(self, rows: Sequence[Sequence[int]], near: Sequence[Collection[int]], fill: Fill):
-        self.fill, self.size, self._block = fill, 0, {}
-        self._loop = {row: (loop, k) for loop, own in enumerate(rows) for k, row in enumerate(own)}
-        self._height = [len(own) for own in rows]
-        for loop, others in enumerate(near):
-            for other in sorted({loop, *others}):
-                self._block[loop, other] = self.size
-                self.size += len(rows[loop]) * len(rows[other])
-
-    def at(self, row: int, column: int) -> int:
-        """Index of an entry of S; −1: a structural zero."""
-        (loop, i), (other, k) = self._loop[row], self._loop[column]
-        block = self._block.get((loop, other))
-        return -1 if block is None else block + i + self._height[loop] * k
-
-    @property
-    def solve(self) -> list[int]:
-        """Integers of SOLVE_LOOPS."""
-        return [len(self.fill.order), *self.fill.order, *self.fill.start, *self.fill.below]
-
-    @property
-    def factor(self) -> list[int]:
-        """Integers of FACTOR_LOOPS. After those of SOLVE_LOOPS: index in S of each diagonal entry; of each entry below the pivots,
-        and of its counterpart right of the diagonal; for each row, start of the earlier pivots with an entry in this row; these
-        pivots, and the indices of these entries."""
-        f, n = self.fill, len(self.fill.order)
-        entries = [(j, p) for j in range(n) for p in range(f.start[j], f.start[j + 1])]
-        lower = [self.at(f.order[f.below[p]], f.order[j]) for j, p in entries]
-        upper = [self.at(f.order[j], f.order[f.below[p]]) for j, p in entries]
-        in_row: list[list[tuple[int, int]]] = [[] for _ in range(n)]
-        for j, p in entries:
-            in_row[f.below[p]].append((j, p))
-        met = [entry for row in in_row for entry in row]
-        starts = accumulate((len(row) for row in in_row), initial=0)
-        diagonal = [self.at(row, row) for row in f.order]
-        return [*self.solve, *diagonal, *lower, *upper, *starts, *(j for j, _ in met), *(p for _, p in met)]

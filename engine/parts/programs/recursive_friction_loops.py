@@ -11,8 +11,9 @@ from itertools import product
 
 from trunnion.parts.bytecode.body_and_joint_slots import CutJointSlots, free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.layout.loop_matrix import LoopMatrix
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
-from trunnion.parts.programs.loop_slots import CutJointFriction, FrictionLoop, LoopMatrix, path_slots
+from trunnion.parts.programs.loop_slots import CutJointFriction, FrictionLoop, path_slots
 from trunnion.system.structure.bodies_and_joints import GROUND
 from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, coupled, fill, pattern, rows_by_loop
 
@@ -28,12 +29,12 @@ class LoopFriction:
         self.free = [len(j.free) for j in self.system.tree]
         found = rows_by_loop(self.system, self.stepping.active)
         self.near = coupled(self.system, [c for c, _ in found])
-        self.matrix = LoopMatrix([rows for _, rows in found], self.near, pattern(self.system, self.stepping.active))
-        entries = len(self.matrix.fill.below)
+        f = pattern(self.system, self.stepping.active)
+        self.matrix, entries = LoopMatrix([rows for _, rows in found], self.near, f, symmetric=False), len(f.below)
         self.S, self.low, self.high = room(self.matrix.size), room(a + entries), room(entries)
         self.gap, self.lam, self.more = room(a), room(a), room(a)
         self.refines = a >= MANY_ROWS and not fill(self.system, self.stepping.active).below
-        self.listed = self.matrix.solve
+        self.listed = [a, *f.order, *f.start, *f.below]
         self.rubbing = {e.joint.name: e for e in self.stepping.elements if e.joint.cut}
         self.loops: list[FrictionLoop] = [self._loop(self.stepping.closing(c), rows) for c, rows in found]
         self.pivots = Slot(Space.OUT, len(self.system.bodies), len(self.stepping.elements) + 2 * a)
@@ -81,7 +82,12 @@ class LoopFriction:
             for other in sorted(k for k in (number, *self.near[number]) if k <= number):
                 loop.meet(program, self.loops[other], self.matrix, self.S)
         own = self.pivots.slice(count, 2 * self.active)
-        program.call(Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], self.matrix.factor)
+        f, at = self.matrix.fill, self.matrix.at
+        diagonal, row, pivot, entry = [at(r, r) for r in f.order], *f.by_row()
+        both = [*f.entries(at), *f.entries(lambda i, k: at(k, i))]
+        program.call(
+            Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], [*self.listed, *diagonal, *both, *row, *pivot, *entry]
+        )
 
     def _wrenches(self, program: Program, loop: FrictionLoop, dn: dict[str, Slot]) -> None:
         """Write columns and rows on the two bodies of the cut joint. The friction of this joint makes columns and rows differ."""

@@ -33,6 +33,12 @@ static inline int tr_jacobian_rows(const tr_sim *s) {
  * which is ∂N/∂η including the open reactions. Requires load maps. On failure, returns 0 with NaN in N. */
 static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
 
+/* S (a×a), with its structural zeros. Requires raw maps. */
+static const double *tr_whole_loop_matrix(tr_sim *s);
+
+/* r (a) ← r + S z. Requires raw maps. */
+static void tr_add_loop_product(const tr_sim *s, const double *z, double *r);
+
 /* The part of S for the rows of loops, without rows of light freedoms (n×n, n = tr_loop_rows). Requires raw maps. */
 static const double *tr_loop_matrix(tr_sim *s);
 
@@ -73,7 +79,7 @@ static void tr_form_maps_without_loops(tr_sim *s, int held);
 static void tr_form_all_maps(tr_sim *s);
 
 /* Independence of the loop rows: a measure of the distance from a singular position. The value is the square root of the last
- * pivot, or 0 if a row was dropped. Requires the factor, or the smallest pivot of the recursion. */
+ * pivot, or 0 if a row was dropped; INFINITY with a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }
