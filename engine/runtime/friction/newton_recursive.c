@@ -216,6 +216,18 @@ static void tr_store_solution_loads(tr_sim *s) {
   s->step.loads_known = 1;
 }
 
+static double tr_response_by_recursion(tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  double less[k->neta], N[k->nn + 1], borne[k->neta], with[k->neta], without[k->neta], large = NO_LOAD;
+  if (!tr_factor_without_friction(s)) return 0.0;
+  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* so that round-off does not hide the effect */
+  memset(less, 0, sizeof less);
+  k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, without);
+  less[i] = large;
+  k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, with);
+  return (with[i] - without[i]) / large;
+}
+
 /* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. If a body
  * between two joints is very light, one joint holds the other; then returns 0. */
 static int tr_are_held_pairs_independent(tr_sim *s) {
