@@ -37,7 +37,8 @@ class Maps:
     @cached_property
     def _places(self) -> dict[str, int]:
         every = 1 + self.columns
-        sizes = {"S": self.matrix.size if self.matrix else self.active**2, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * every, "rates": self.nrates,
+        S = self.matrix.size if self.matrix else self.active**2
+        sizes = {"S": S, "Se": self.active * self.ne, "g0": self.active, "N": self.nn * every, "rates": self.nrates,
                  "Q": self.ne * every if self.held else 0, "kappa": self.nkappa * every, "end": 0}  # fmt: skip
         return dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
 

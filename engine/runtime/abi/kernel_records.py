@@ -159,7 +159,7 @@ void (*events)({STATE}, double *g) : depth of every stop, then the distance of e
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: unknown
 void (*begin)({STATE}, double *w, double *maps, double *dy) : motion and rates, for recursive friction; else 0
-void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with dN = ∂law/∂N; pivots, then the diagonal of S
+void (*narrow)(const double *c, double *w, const double *moves, const double *dN, double *pivots) : inertias with dN = ∂law/∂N
 void (*respond)(const double *c, double *w, const double *less, double *N, double *borne, double *acc) : less = −e (η = e + dN N)
 void (*answer)(const double *c, double *w, const double *less, double *N, double *acc) : less = [−η | λ]; acc: also row residuals
 void (*shift)(const double *c, double *w, const double *gap, double *dv) : many loops, after narrow: dv changes the rows by −gap
