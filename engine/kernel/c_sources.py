@@ -99,10 +99,11 @@ def _kernel_text(system: System, main: MainUnit) -> str:
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(main.turned.get(e.joint.name, (0, 0))[1] * (len(e.needs) + e.joint.kind.nv) for e in main.elements),
         "npaces": len(paces), "nbodies": len(system.bodies), "nlight": len(system.light),
-        "sets": int(any(e.sets for e in main.elements)), "nfill": len(filled.below),
+        "sets": int(any(e.sets for e in main.elements)), "nfill": len(filled.below), "nS": len(main.active) ** 2,
     } | {n: f"K_{n.upper()}" for n in KERNEL.integers if n.startswith("c_")}  # fmt: skip
     tables: dict[str, Sequence[int]] = {"active_rows": main.active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind}
-    tables |= {"quat": quat, "down": system.down, "presses": system.presses} | tables_of(filled)
+    tables |= {"quat": quat, "down": system.down, "presses": system.presses}
+    tables |= tables_of(filled, lambda row, column: row + len(main.active) * column)
     named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot", "energy")
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)

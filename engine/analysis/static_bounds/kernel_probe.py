@@ -54,7 +54,7 @@ class Probe:
         """The reaction components of contacts (nn), N or N m, for the multipliers z = [λ; η]."""
         s = self.sizes
         a, e, n = s["active"], s["neta"], s["nn"]
-        at = a * a + a * e + a
+        at = s["nS"] + a * e + a
         constant, by_lambda = self.maps[at : at + n], self.maps[at + n : at + n + n * a].reshape(a, n).T
         by_eta = self.maps[at + n + n * a : at + n + n * a + n * e].reshape(e, n).T
         return constant + by_lambda @ z[:a] + by_eta @ z[a:]
@@ -67,7 +67,7 @@ class Probe:
         maps, residuals = np.zeros_like(self.maps), np.zeros(2 * s["rows"] + PAD)
         self._call("stage1", self.x, y, self.c, np.zeros_like(self.w), maps, np.zeros_like(self.dy), self.power)
         self._call("closure", self.x, y, self.c[s["c_closure"] :], residuals)
-        at = a * a + a * e + a + n * (1 + a + e)
+        at = s["nS"] + a * e + a + n * (1 + a + e)
         return maps[at : at + s["nrates"]].copy(), residuals[s["rows"] : 2 * s["rows"]].copy()
 
     def capacities(self, N: np.ndarray, eta: np.ndarray) -> np.ndarray:

@@ -57,53 +57,47 @@ void tr_op_cut_joint_friction(double *const *a, const int *how) {
   memcpy(a[6], B + nv * (nv + rows), sizeof(double) * nv);
 }
 
-/* Factor S = L U in the order of elimination. L and Uᵀ store only structural nonzeros, which are below the diagonal. The diagonal
- * of L contains 1/pivot. a[3] receives the pivots, indexed by row of S. */
+/* Factor S = L U in the order of elimination, column by column. L has the inverse pivots, and then its entries below them; U has its
+ * entries right of them. Only structural nonzeros are stored. a[3] receives the pivots and the diagonal of S, indexed by row of S. */
 void tr_op_factor_loops(double *const *a, const int *how) {
-  const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1;
+  const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1, count = start[n];
+  const int *own = below + count, *lower = own + n, *upper = lower + count, *meets = upper + count, *with = meets + n + 1, *at = with + count;
   const double *S = a[0];
-  double *L = a[1], *U = a[2];
-  for (int j = 0; j < n; ++j) {
-    const size_t at = order[j];
-    double *l = L + (size_t)j * n, *u = U + (size_t)j * n;
-    l[j] = S[at + at * n];
-    for (int p = start[j]; p < start[j + 1]; ++p) {
-      const size_t other = order[below[p]];
-      l[below[p]] = S[other + at * n], u[below[p]] = S[at + other * n];
+  double *L = a[1], *U = a[2], l[n + 1], u[n + 1];
+  for (int c = 0; c < n; ++c) {
+    double pivot = a[3][n + order[c]] = S[own[c]];
+    for (int p = start[c]; p < start[c + 1]; ++p) {
+      l[below[p]] = lower[p] >= 0 ? S[lower[p]] : 0.0;
+      u[below[p]] = upper[p] >= 0 ? S[upper[p]] : 0.0;
     }
-  }
-  for (int j = 0; j < n; ++j) {
-    double *l = L + (size_t)j * n;
-    const double *u = U + (size_t)j * n, inv = 1.0 / l[j];
-    const int *first = below + start[j], *end = below + start[j + 1];
-    a[3][order[j]] = l[j];
-    l[j] = inv;
-    for (const int *i = first; i < end; ++i) l[*i] *= inv;
-    for (const int *c = first; c < end; ++c) {
-      const double uc = u[*c], lc = l[*c];
-      double *to = L + (size_t)*c * n, *with = U + (size_t)*c * n;
-      to[*c] -= lc * uc;
-      if (*(end - 1) - *c == end - 1 - c) /* contiguous rows */
-        for (int i = *c + 1; i <= *(end - 1); ++i) to[i] -= l[i] * uc, with[i] -= u[i] * lc;
-      else
-        for (const int *i = c + 1; i < end; ++i) to[*i] -= l[*i] * uc, with[*i] -= u[*i] * lc;
+    for (int m = meets[c]; m < meets[c + 1]; ++m) { /* earlier columns with an entry in row c */
+      const int first = at[m] + 1, size = start[with[m] + 1] - first, *row = below + first;
+      const double *lj = L + n + first, *uj = U + first, lc = lj[-1], uc = uj[-1];
+      pivot -= lc * uc;
+      if (size && row[size - 1] - row[0] == size - 1) { /* contiguous rows */
+        double *to = l + row[0], *right = u + row[0];
+        for (int i = 0; i < size; ++i) to[i] -= lj[i] * uc, right[i] -= uj[i] * lc;
+      } else
+        for (int i = 0; i < size; ++i) l[row[i]] -= lj[i] * uc, u[row[i]] -= uj[i] * lc;
     }
+    const double inv = L[c] = 1.0 / pivot;
+    a[3][order[c]] = pivot;
+    for (int p = start[c]; p < start[c + 1]; ++p) L[n + p] = l[below[p]] * inv, U[p] = u[below[p]];
   }
 }
 
 void tr_op_solve_loops(double *const *a, const int *how) {
   const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1;
-  const double *L = a[0], *U = a[1];
+  const double *inverse = a[0], *L = inverse + n, *U = a[1];
   double y[n + 1];
   for (int j = 0; j < n; ++j) y[j] = -a[2][order[j]];
   for (int j = 0; j < n; ++j) {
-    const double *l = L + (size_t)j * n, f = y[j];
-    for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= l[below[p]] * f;
+    const double f = y[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= L[p] * f;
   }
   for (int j = n - 1; j >= 0; --j) {
-    const double *u = U + (size_t)j * n;
     double f = y[j];
-    for (int p = start[j]; p < start[j + 1]; ++p) f -= u[below[p]] * y[below[p]];
-    a[3][order[j]] = y[j] = f * L[j + (size_t)j * n];
+    for (int p = start[j]; p < start[j + 1]; ++p) f -= U[p] * y[below[p]];
+    a[3][order[j]] = y[j] = f * inverse[j];
   }
 }

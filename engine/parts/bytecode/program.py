@@ -104,10 +104,11 @@ class Builtin(IntEnum):
     """D, columns Pw, columns P, p0, outputs M = (E + D Pw)⁻¹, −M D P, −M D p0, determinant of E + D Pw; number of freedoms, of
     reaction components, of columns P."""
     FACTOR_LOOPS = 16
-    """S, outputs L, U and pivots; n rows, order of elimination, start of each pivot's nonzeros, rows of these nonzeros
-    (``system.structure.loop_matrix_fill``): S = L U."""
+    """S, outputs L, U, and pivots with the diagonal of S; n rows, order of elimination, start of each pivot's nonzeros, rows of
+    these nonzeros (``system.structure.loop_matrix_fill``); indices in S of the diagonal, of the entries below the pivots, of those
+    right of them (−1: zero); the entries by row (``Fill.by_row``): S = L U."""
     SOLVE_LOOPS = 17
-    """L, U, g, out; integers as in FACTOR_LOOPS: out = −S⁻¹ g."""
+    """L, U, g, out; the first integers of FACTOR_LOOPS: out = −S⁻¹ g."""
     CURVE_PIECE = 18
     """x (1), starts of all pieces and their coefficients (4 each), out (5); number of pieces: out = start and coefficients of the
     piece that contains x."""

@@ -133,12 +133,12 @@ def _kernel_unit(
         "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches,
         "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
-        "sets": int(any(e.sets for e in stepping.elements)), "nfill": len(filled.below),
+        "sets": int(any(e.sets for e in stepping.elements)), "nfill": len(filled.below), "nS": m.at("Se"),
     }  # fmt: skip
     names = [*FUNCTIONS, *(RECURSIVE if rubbed else ()), *(COUPLING if rubbed and system.cuts else ())]
     integers = {"active_rows": active, "row_kind": row_kinds(system), "qkind": qkind, "vkind": vkind, "quat": quat}
     integers |= {"down": system.down, "presses": system.presses}
-    integers |= tables_of(filled)
+    integers |= tables_of(filled, m.entry)
     rows = {"element": (ELEMENT, elements), "pair": (PAIR, sliders), "pace": (PACE, paces)}
     return UnitDescription(KERNEL, DifferentiatedScene(s), sizes, {n: n for n in names}, integers, rows), m
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from trunnion.kernel.interface.runtime_tables import HANDED
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, BodySlots, CutJointSlots, free_of
 from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
+from trunnion.parts.layout.loop_matrix import LoopMatrix
 from trunnion.parts.layout.maps_layout import Maps
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars
 from trunnion.parts.programs.body_passes import ScenePasses
@@ -14,6 +15,7 @@ from trunnion.parts.programs.operands import lengths_of, write_pin, write_span
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element, any_sets, elements
+from trunnion.system.structure.loop_matrix_fill import coupled, fill, rows_by_loop
 
 
 class EvaluationPasses:
@@ -28,7 +30,8 @@ class EvaluationPasses:
         nrates = sum(e.joint.kind.nv for e in self.elements) + (states if self.elements else 0)
         self.shares = ScaledReactions(scene) if redundant else None
         shared = self.shares.size if self.shares else 0
-        self.maps = Maps(len(self.active), s.neta, sum(len(e.needs) for e in self.elements), nrates, any_sets(s), shared)
+        needs = sum(len(e.needs) for e in self.elements)
+        self.maps = Maps(len(self.active), s.neta, needs, nrates, any_sets(s), shared, self._loop_matrix())
         scene.multipliers = len(self.active)
         scene.bare = not s.neta
         self.nw = 0
@@ -40,6 +43,14 @@ class EvaluationPasses:
         self.kept = [self.kept_slot(p.sizes["kept"]) for p in scene.body_primitives]
         self.y, self.F = self.write_inward(program, [m.effort for m in self.moving], self.kept_slot)
         self.asked = bool(self.elements or self.shares)
+
+    def _loop_matrix(self) -> LoopMatrix | None:
+        """Layout of S if few loops share bodies and no joint has friction."""
+        f = fill(self.system, self.active)
+        if self.system.neta or not f.below:
+            return None
+        loops = rows_by_loop(self.system, self.active)
+        return LoopMatrix([rows for _, rows in loops], coupled(self.system, [c for c, _ in loops]), f, symmetric=True)
 
     def motion_of(self, j: Joint) -> tuple[Slot, Slot]:
         """Coordinates and rates of a joint."""

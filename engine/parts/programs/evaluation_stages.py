@@ -13,7 +13,6 @@ from trunnion.parts.programs.force_columns_sparse import SparseForceColumns
 from trunnion.parts.programs.operands import coordinate_rates, element_operands
 from trunnion.parts.programs.powers import write_powers
 from trunnion.system.structure.friction_joint_indices import Element
-from trunnion.system.structure.loop_matrix_fill import fill
 
 
 class EvaluationPrograms(EvaluationPasses):
@@ -30,7 +29,7 @@ class EvaluationPrograms(EvaluationPasses):
 
     def _columns(self, program: Program) -> None:
         """Write the columns of all multipliers. If few loops share bodies, a column extends only over the path of its loop."""
-        if self.scene.bare and fill(self.system, self.active).below:
+        if self.maps.matrix:
             self.apart: SparseForceColumns | None = SparseForceColumns(self, program)
             return
         self.apart, self.columns = None, self.kept_slot(self.system.nv * self.maps.columns)

@@ -7,7 +7,7 @@ from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.parts.programs.loop_slots import LoopPath, path_slots
 from trunnion.system.structure.bodies_and_joints import GROUND
-from trunnion.system.structure.loop_matrix_fill import rows_by_loop
+from trunnion.system.structure.loop_matrix_fill import coupled, rows_by_loop
 
 
 class SparseForceColumns:
@@ -17,21 +17,23 @@ class SparseForceColumns:
         self.stepping, self.program = stepping, program
         self.scene, self.system, self.maps = stepping.scene, stepping.system, stepping.maps
         self.loops: list[LoopPath] = []
-        for c, rows in rows_by_loop(self.system, stepping.active):
-            self._add_loop(LoopPath(*path_slots(stepping, stepping.closing(c), rows, program.scratch_slot)))
+        found = rows_by_loop(self.system, stepping.active)
+        self.near = coupled(self.system, [c for c, _ in found])
+        for at, (c, rows) in enumerate(found):
+            self._add_loop(at, LoopPath(*path_slots(stepping, stepping.closing(c), rows, program.scratch_slot)))
 
     def add(self, program: Program, out: Slot) -> None:
         """Add to ``out`` (nv) the accelerations that the multipliers z cause."""
         for loop in self.loops:
             loop.respond(program, Slot(Space.Z, 0, self.maps.columns), out)
 
-    def _add_loop(self, r: LoopPath) -> None:
+    def _add_loop(self, at: int, r: LoopPath) -> None:
         """Write a loop's columns, its rows of g0, and its blocks of S: the diagonal block, and the blocks with earlier loops."""
         program, m, c, own = self.program, self.maps, r.closed, r.own
         g0 = Slot(Space.MAPS, m.at("g0") + r.rows[0], len(r.rows))
         program.call(Builtin.SELECT, [c.blocks["xi"], g0], [len(own), *own])
-        at = [r.offsets[i] for i in (c.joint.inb, c.joint.out)]
-        program.call(Builtin.WRENCH_COLUMNS, [c.blocks["gin"], c.blocks["gout"], r.pressed], [r.stride, *at, len(own), *own])
+        ends = [r.offsets[i] for i in (c.joint.inb, c.joint.out)]
+        program.call(Builtin.WRENCH_COLUMNS, [c.blocks["gin"], c.blocks["gout"], r.pressed], [r.stride, *ends, len(own), *own])
         for k, row in enumerate(own):
             for body, g in c.ends[2:]:
                 program.call(Builtin.ADD, [c.row(g, row), r.on(r.pressed, body, k)], [6])
@@ -44,31 +46,27 @@ class SparseForceColumns:
             for columns, known, length, stride in products:
                 program.call(Builtin.ADD_TRANSPOSED_PRODUCT, [columns, known, g0], [length, len(own), stride])
         self.loops.append(r)
-        for other in self.loops:
-            self._couple(r, other)
-        if c.joint.light:
-            own_response = Slot(Space.MAPS, m.at("S") + (m.active + 1) * r.rows[0], 1)
-            program.call(Builtin.ADD, [self.scene.constant([c.joint.light.response]), own_response], [1])
+        for number in sorted(k for k in (at, *self.near[at]) if k <= at):
+            self._couple(r, self.loops[number])
 
     def _column(self, r: LoopPath, k: int) -> None:
         """Reduce column k inward."""
         program, s = self.program, self.stepping
-        light = r.closed.joint.light
         for i in reversed(r.at):
             n = len(self.system.tree[i].free)
             y, along = (b.slice(r.size * k + r.at[i], n) for b in (r.y, r.along))
-            effort = self.scene.zeros
-            if light is not None and light.joint == i:
-                effort = self.scene.constant([float(f == light.freedom) for f in self.system.tree[i].free])
-            self.scene.body_call(program, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=effort, yc=y,
+            self.scene.body_call(program, i, "column", work=s.moving[i].work, kept=s.kept[i], effort=self.scene.zeros, yc=y,
                                  fq=along, fc=r.on(r.pressed, i, k), up=r.on(r.pressed, self.scene.parent(i), k))  # fmt: skip
 
     def _couple(self, r: LoopPath, other: LoopPath) -> None:
-        """Write the blocks of S between two loops if their paths share bodies."""
-        a, into, across = self.maps.active, len(other.rows), len(r.rows)
-        upper, lower = (Slot(Space.MAPS, a * j[0] + i[0], 0) for i, j in ((other.rows, r.rows), (r.rows, other.rows)))
+        """Write the block of S between two loops if their paths share bodies."""
+        into, across = len(other.rows), len(r.rows)
         shared = [run for run in r.runs(other) if run[2]]
         for number, (first, _, n) in enumerate(shared):
             along, y = other.along.slice(other.at[first], 0), r.y.slice(r.at[first], 0)
-            how = [n, into, across, other.size, r.size, a, int(number == 0), int(r is other)]
-            self.program.call(Builtin.MIRRORED_PRODUCT, [along, y, upper, lower], how)
+            out = Slot(Space.MAPS, self.maps.at("S") + self.maps.entry(other.rows[0], r.rows[0]), 0)
+            how = [n, into, across, other.size, r.size, into, int(number == 0)]
+            if r is other:
+                self.program.call(Builtin.MIRRORED_PRODUCT, [along, y, out, out], [*how, 1])
+            else:
+                self.program.call(Builtin.TRANSPOSED_PRODUCT, [along, y, out], how)

@@ -7,6 +7,7 @@ from typing import Any
 
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
+from trunnion.parts.layout.loop_matrix import LoopMatrix
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.system.structure.bodies_and_joints import GROUND
 from trunnion.system.structure.friction_joint_indices import Element
@@ -114,13 +115,13 @@ class FrictionLoop(LoopPath):
     sensed: Slot
     friction: CutJointFriction | None = None
 
-    def meet(self, program: Program, other: FrictionLoop, S: Slot, stride: int) -> None:
+    def meet(self, program: Program, other: FrictionLoop, matrix: LoopMatrix, S: Slot) -> None:
         """Write the blocks of S between this loop and ``other``, which may be the same loop, if a body with freedoms is on both
         paths."""
         shared = [run for run in self.runs(other) if run[2]]
         for one, two in ((self, other), (other, self)) if other is not self else ((self, self),):
-            out = S.slice(one.rows[0] + stride * two.rows[0], 1)
             for number, (first, _, n) in enumerate(shared):
+                out = S.slice(matrix.at(one.rows[0], two.rows[0]), 1)
                 rows, columns = one.along.slice(one.at[first], n), two.y.slice(two.at[first], n)
-                how = [n, len(one.rows), len(two.rows), one.size, two.size, stride, int(number == 0)]
+                how = [n, len(one.rows), len(two.rows), one.size, two.size, len(one.rows), int(number == 0)]
                 program.call(Builtin.TRANSPOSED_PRODUCT, [rows, columns, out], how)

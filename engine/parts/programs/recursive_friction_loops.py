@@ -11,10 +11,11 @@ from itertools import product
 
 from trunnion.parts.bytecode.body_and_joint_slots import CutJointSlots, free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.layout.loop_matrix import LoopMatrix
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
 from trunnion.parts.programs.loop_slots import CutJointFriction, FrictionLoop, path_slots
 from trunnion.system.structure.bodies_and_joints import GROUND
-from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, fill, pattern, rows_by_loop
+from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, coupled, fill, pattern, rows_by_loop
 
 
 class LoopFriction:
@@ -26,15 +27,17 @@ class LoopFriction:
         self.scene, self.system, self.active = self.stepping.scene, self.stepping.system, len(self.stepping.active)
         room, a = self.stepping.kept_slot, self.active
         self.free = [len(j.free) for j in self.system.tree]
-        self.S, self.low, self.high = room(a * a), room(a * a), room(a * a)
-        self.gap, self.lam, self.more = room(a), room(a), room(a)
+        found = rows_by_loop(self.system, self.stepping.active)
+        self.near = coupled(self.system, [c for c, _ in found])
         f = pattern(self.system, self.stepping.active)
+        self.matrix, entries = LoopMatrix([rows for _, rows in found], self.near, f, symmetric=False), len(f.below)
+        self.S, self.low, self.high = room(self.matrix.size), room(a + entries), room(entries)
+        self.gap, self.lam, self.more = room(a), room(a), room(a)
         self.refines = a >= MANY_ROWS and not fill(self.system, self.stepping.active).below
         self.listed = [a, *f.order, *f.start, *f.below]
         self.rubbing = {e.joint.name: e for e in self.stepping.elements if e.joint.cut}
-        found = rows_by_loop(self.system, self.stepping.active)
         self.loops: list[FrictionLoop] = [self._loop(self.stepping.closing(c), rows) for c, rows in found]
-        self.pivots = Slot(Space.OUT, len(self.system.bodies), len(self.stepping.elements) + a)
+        self.pivots = Slot(Space.OUT, len(self.system.bodies), len(self.stepping.elements) + 2 * a)
 
     # -- slots and coefficients ---------------------------------------------------------------------------------------------
 
@@ -66,7 +69,7 @@ class LoopFriction:
 
     def narrow(self, program: Program) -> None:
         """Write columns, rows and the factors of S with the laws' derivatives. Among the pivots, those of bodies come first, then
-        those of elements, then those of S."""
+        those of elements, those of S, and the diagonal of S."""
         count, dn, at = len(self.stepping.elements), {}, 0
         program.copy(self.scene.constant([1.0] * count), self.pivots)
         for e in self.stepping.elements:
@@ -76,10 +79,15 @@ class LoopFriction:
             self._wrenches(program, loop, dn)
             for k in range(len(loop.rows)):
                 self._column(program, loop, k)
-            for other in self.loops[: number + 1]:
-                loop.meet(program, other, self.S, self.active)
-        own = self.pivots.slice(count, self.active)
-        program.call(Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], self.listed)
+            for other in sorted(k for k in (number, *self.near[number]) if k <= number):
+                loop.meet(program, self.loops[other], self.matrix, self.S)
+        own = self.pivots.slice(count, 2 * self.active)
+        f, at = self.matrix.fill, self.matrix.at
+        diagonal, row, pivot, entry = [at(r, r) for r in f.order], *f.by_row()
+        both = [*f.entries(at), *f.entries(lambda i, k: at(k, i))]
+        program.call(
+            Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], [*self.listed, *diagonal, *both, *row, *pivot, *entry]
+        )
 
     def _wrenches(self, program: Program, loop: FrictionLoop, dn: dict[str, Slot]) -> None:
         """Write columns and rows on the two bodies of the cut joint. The friction of this joint makes columns and rows differ."""

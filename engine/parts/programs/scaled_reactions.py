@@ -40,17 +40,20 @@ class ScaledReactions:
         out: Slot,
     ) -> None:
         """Write all scaled reactions. ft: returns the wrench that a joint transmits to its outboard part, or None for zero."""
-        at = 0
+        at = zeros = 0
         for j in self.joints:
-            own = out.slice(at, self.rows[j.name])
-            at += own.size
-            transmitted = ft(j)
+            size, transmitted = self.rows[j.name], ft(j)
+            at += size
             if transmitted is None:
-                program.zero(own)
-            elif self.rubs:
+                zeros += size
+                continue
+            program.zero(out.slice(at - size - zeros, zeros))
+            own, zeros = out.slice(at - size, size), 0
+            if self.rubs:
                 self._sprung(program, j, where[j.name].pose, transmitted, own)
             else:
                 self._weighed(program, j, where[j.name], moving, transmitted, own)
+        program.zero(out.slice(at - zeros, zeros))
 
     def _sprung(self, program: Program, j: Joint, pose: Slot, ft: Slot, out: Slot) -> None:
         f = j.friction

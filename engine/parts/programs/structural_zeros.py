@@ -52,10 +52,10 @@ class StructureProbe:
         a, e = self.maps.active, self.maps.ne
         filled = np.zeros(a, bool)
         for maps, _ in self.made:
-            S = maps[: a * a].reshape(a, a)
+            S = self.maps.matrix.largest(maps) if self.maps.matrix else np.abs(maps[: a * a].reshape(a, a)).max(0, initial=0.0)
             Se = maps[self.maps.at("Se") : self.maps.at("Se") + a * e].reshape(e, a)
             g0 = maps[self.maps.at("g0") : self.maps.at("g0") + a]
-            row = np.concatenate([np.abs(S), np.abs(Se), np.abs(g0)[None]]).max(0)
+            row = np.concatenate([S[None], np.abs(Se), np.abs(g0)[None]]).max(0)
             filled |= row > ROUND_OFF
         return [int(k) for k in np.flatnonzero(filled)]
 

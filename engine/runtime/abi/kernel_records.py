@@ -120,6 +120,7 @@ int ndmore : entries of the derivatives of these scaled reactions by the reactio
 int loop_friction : whether a joint on a loop has friction
 int coupled : whether inactive rows affect the choice of reactions
 int sets : whether some law is set-valued at rest
+int nS : doubles of S in the maps
 int nfill : structural entries below the diagonal of the factor of S; 0: dense
 int c_closure : offset of the constants of closure
 int c_laws : offset of the constants of laws
@@ -137,6 +138,10 @@ const int *presses : (nlatches) stop whose depth shows whether the latch is pres
 const int *fill_order : (active) rows of λ in the order of pivots (engine/system/structure/loop_matrix_fill.py)
 const int *fill_start : (active + 1) first entry below each pivot
 const int *fill_below : (nfill) rows of these entries, in the order of pivots
+const int *fill_at : (active + nfill) index in S of the diagonal entry of each pivot, and of these entries; -1: zero
+const int *fill_row : (active + 1) first entry of each row of the factor, in the order of pivots
+const int *fill_pivot : (nfill) pivots of these entries
+const int *fill_entry : (nfill) indices of these entries in fill_below
 const tr_element *element : (nelements)
 const tr_pair *pair : (nsliders)
 const tr_pace *pace : (npaces)

@@ -16,7 +16,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(event_y, tr_max(n, rows * (rows + 1))); TR_PLACE(dy, n); TR_PLACE(K, n * TR_STAGES); TR_PLACE(kstep, n * tr_max(TR_DENSE_ROWS, TR_WORK_NODES));
   TR_PLACE(power, k->npowers); TR_PLACE(part_power, k->npowers); TR_PLACE(impulse_work, 2 * k->npowers); TR_PLACE(work, s->nworks); TR_PLACE(w, k->nw); TR_PLACE(maps, k->nmaps); TR_PLACE(dy_unforced, n); TR_PLACE(z, tr_z_length(s)); TR_PLACE(zold, tr_z_length(s)); TR_PLACE(zstart, tr_z_length(s)); TR_PLACE(zend, tr_z_length(s));
   TR_PLACE(zbeyond, tr_z_length(s)); TR_PLACE(scale, n);
-  TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
+  TR_PLACE(d, a); TR_PLACE(S, a * a); TR_PLACE(sparse, k->nfill ? a + k->nfill : 0); TR_PLACE(whole_S, k->nS < a * a ? a * a : 0); TR_PLACE(perm, a + e); TR_PLACE(T, a * e); TR_PLACE(Np, k->nn * (1 + e)); TR_PLACE(NN, k->nn);
   const int light = k->nlight, of_loops = light ? a - light : 0;
   TR_PLACE(light_S, of_loops * of_loops); TR_PLACE(light_Z, of_loops * light); TR_PLACE(light_D, light * light); TR_PLACE(light_P, light);
   TR_PLACE(law, e); TR_PLACE(dn, k->ndn); TR_PLACE(sliding, TR_DOUBLES(tr_sliding) * pairs); TR_PLACE(lu, e * e); TR_PLACE(r, e);
@@ -34,7 +34,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(violations, 3 * (pairs + k->nstops));
   const int along = k->begin != 0;
   TR_PLACE(yeval, along * n); TR_PLACE(dyeval, n); TR_PLACE(end_acc, along * 2 * (e + a)); TR_PLACE(moves, along * e); TR_PLACE(dlaw, along * k->ndn);
-  TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
+  TR_PLACE(pivots, along * (k->nbodies + (a ? k->nelements + 2 * a : 0))); TR_PLACE(less, along * (a + e)); TR_PLACE(borne, along * (a + e));
   TR_PLACE(acc, along * (a + e));
   TR_PLACE(indicators, 3 * pairs + 2 * k->nstops + 1); TR_PLACE(end_speed, pairs); TR_PLACE(saved_modes, TR_DOUBLES(tr_mode) * pairs);
   TR_PLACE(contacts, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0); TR_PLACE(contact_peaks, o ? o->ncontacts : 0);

@@ -90,6 +90,7 @@ typedef struct tr_loops {
   int open;            /* number of open directions with reactions that friction determines (``constraints/internal_forces.c``) */
   double least_pivot;  /* smallest pivot within `rank`, at the state that determined `rank` */
   double recursive_pivot; /* root of the recursion's smallest pivot (``friction/newton_recursive.c``); 0: S is factorised */
+  double round_off;    /* many loops: residual that a correction hardly reduced, which is round-off of points far from the origin */
   int known;           /* whether `begin` is valid (``stepping/step_limits.c``) */
   double begin, end;   /* independence (tr_loop_independence) at the start and at the end of the step */
   double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
@@ -185,7 +186,8 @@ typedef struct tr_places {
   int zstart, zend; /* multipliers at the start and at the end of the last trial step (tr_interpolate_multipliers) */
   int zbeyond;      /* multipliers at the end of the last trial step, with the modes before an event inside the step */
   int scale;        /* unit of the error tolerance of each state */
-  int d, S, perm;   /* loop equations: row scales, factor of S, pivot order; the pivots of `lu` follow in perm */
+  int d, S, perm;   /* loop equations: row scales, dense factor of S, pivot order; the pivots of `lu` follow in perm */
+  int sparse, whole_S; /* sparse factor of S: inverse pivots, then the entries below them; S without its structural zeros left out */
   int T, Np, NN;    /* T = S⁺ Se; load maps N0' and Ne' of N = N0' + Ne' η; the loads N */
   int law, dn, sliding; /* results of the laws: η, ∂η/∂N, tr_sliding per pair */
   int lu, r;        /* Newton's method on the complement equations: matrix, residual */

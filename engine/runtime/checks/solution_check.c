@@ -52,7 +52,7 @@ static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double
   int a = k->active, closed = 1;
   double r[a + 1];
   memcpy(r, g0, sizeof(double) * a);
-  tr_add_columns(a, a, maps, z, 1.0, r);
+  tr_add_loop_product(s, z, r);
   tr_add_columns(a, k->neta, map_Se(k, maps), z + a, 1.0, r);
   for (int i = 0; i < a; ++i) closed &= fabs(r[i]) <= LOOP_OPENS * fabs(g0[i]) + tr_row_tolerance(s, i);
   return closed;
@@ -81,13 +81,13 @@ static inline void tr_add_terms(int m, int n, const double *A, const double *x, 
 }
 
 /* Check the loop equations S λ + Se η + g0 = 0. */
-static int tr_check_loops(const tr_sim *s, const double *maps, const double *z) {
+static int tr_check_loops(tr_sim *s, const double *maps, const double *z) {
   const tr_kernel *k = s->k;
   int a = k->active;
   double r[a + 1], size[a + 1];
   if (tr_are_loops_closed(s, maps, z)) return 0;
   tr_start_terms(a, map_g0(k, maps), r, size);
-  tr_add_terms(a, a, maps, z, r, size);
+  tr_add_terms(a, a, tr_whole_loop_matrix(s), z, r, size);
   tr_add_terms(a, k->neta, map_Se(k, maps), z + a, r, size);
   for (int i = 0; i < a; ++i)
     if (!(fabs(r[i]) <= LOOP_OPENS * size[i] + tr_row_tolerance(s, i)) && !tr_is_row_dropped(s, i)) return TR_BREAKS_LOOP;

@@ -33,6 +33,12 @@ static inline int tr_jacobian_rows(const tr_sim *s) {
  * derivative ∂N/∂η with the open reactions included. Requires load maps. On failure, returns 0 with NaN in N. */
 static int tr_solve_internal_forces(tr_sim *s, const double *eta, double *N);
 
+/* S (a×a), with its structural zeros. Requires raw maps. */
+static const double *tr_whole_loop_matrix(tr_sim *s);
+
+/* r (a) ← r + S z. Requires raw maps. */
+static void tr_add_loop_product(const tr_sim *s, const double *z, double *r);
+
 /* The part of S for the rows of loops, without rows of light freedoms (n×n, n = tr_loop_rows). Requires raw maps. */
 static const double *tr_loop_matrix(tr_sim *s);
 
@@ -46,15 +52,14 @@ static int tr_factor_loops(tr_sim *s);
 /* x ← S⁺ b. Requires the factor. */
 static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 
-/* Set the row scales d from the diagonal of S at an accurate state. A row whose diagonal is round-off uses the largest diagonal of
- * its kind (rotation or translation). If all rows of a kind are round-off, their scale follows from the other kind and the length
- * scale. (Example: rotations of a planar loop about axes other than the world's.) `nothing`: no row has an effect; all scales
- * become 1, so that all pivots stay round-off. */
-static void tr_scale_loop_rows(tr_sim *s, int nothing);
+/* Factorise the recursion's inertias without friction (k->narrow). Requires a kernel with recursion. */
+static void tr_narrow_without_friction(tr_sim *s);
 
-/* Determine the rank of S at an accurate state, assembled or projected. If this rank is larger than the stored rank, store it.
- * Makes the factor invalid. */
-static void tr_update_rank(tr_sim *s);
+/* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row whose
+ * diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off, their
+ * scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the world's.)
+ * `nothing`: no row has an effect; all scales become 1, so that all pivots stay round-off. */
+static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.
  * Returns r. Requires the factor. */
@@ -75,7 +80,7 @@ static void tr_form_maps_without_loops(tr_sim *s, int held);
 static void tr_form_all_maps(tr_sim *s);
 
 /* Independence of the loop rows, which measures the distance from a singular position: the square root of the last pivot, or 0 if a
- * row was dropped. Requires the factor, or the smallest pivot of the recursion. */
+ * row was dropped; INFINITY with a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }

@@ -15,48 +15,56 @@
 #define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
 #define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
 
-/* Sparse factor of S in the structural pivot order, in the lower triangle of `S`. A row with a pivot not above `keep` depends on the
- * rows before it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw
- * maps. */
+/* Sparse factor of S in the structural pivot order, column by column. A row with a pivot not above `keep` depends on the rows before
+ * it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw maps. */
 TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
   const tr_kernel *k = s->k;
-  const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
+  const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below, *at = k->fill_at, *row = k->fill_row;
   const double *S = TR_A(s, maps), *d = TR_A(s, d);
-  double *L = TR_A(s, S);
+  double *inverse = TR_A(s, sparse), *L = inverse + n, column[n];
   int *perm = (int *)TR_A(s, perm), rank = 0, dropped = 0;
-  for (int j = 0; j < n; ++j) {
-    const double *from = S + (size_t)order[j] * n, dj = d[order[j]];
-    double *column = L + (size_t)j * n;
-    column[j] = dj * dj * from[order[j]];
-    for (int p = start[j]; p < start[j + 1]; ++p) column[below[p]] = d[order[below[p]]] * dj * from[order[below[p]]];
-  }
-  for (int j = 0; j < n; ++j) {
-    double *column = L + (size_t)j * n;
-    const int *first = below + start[j], *end = below + start[j + 1];
-    if (!(column[j] > keep)) { /* zeros make the row's multiplier zero, and leave other rows unchanged */
-      column[j] = 0.0;
-      for (const int *i = first; i < end; ++i) column[*i] = 0.0;
-      perm[n - ++dropped] = order[j];
-      continue;
+  for (int c = 0; c < n; ++c) {
+    const double dc = d[order[c]];
+    double pivot = dc * dc * S[at[c]];
+    for (int p = start[c]; p < start[c + 1]; ++p) column[below[p]] = at[n + p] < 0 ? 0.0 : d[order[below[p]]] * dc * S[at[n + p]];
+    for (int m = row[c]; m < row[c + 1]; ++m) {
+      const int entry = k->fill_entry[m], end = start[k->fill_pivot[m] + 1];
+      const double a = L[entry];
+      pivot -= a * a;
+      for (int p = entry + 1; p < end; ++p) column[below[p]] -= L[p] * a;
     }
-    const double inv = 1.0 / sqrt(column[j]);
-    column[j] = inv; /* the diagonal contains inverses, so that tr_solve_sparse needs no division */
-    for (const int *i = first; i < end; ++i) column[*i] *= inv;
-    for (const int *c = first; c < end; ++c) {
-      const double a = column[*c];
-      double *other = L + (size_t)*c * n;
-      for (const int *i = c; i < end; ++i) other[*i] -= column[*i] * a;
-    }
-    perm[rank++] = order[j];
+    if (pivot > keep) perm[rank++] = order[c];
+    else perm[n - ++dropped] = order[c];
+    /* With zeros, a dropped row's multiplier is zero, and other rows do not change. Inverses save tr_solve_sparse divisions. */
+    const double inv = inverse[c] = pivot > keep ? 1.0 / sqrt(pivot) : 0.0;
+    for (int p = start[c]; p < start[c + 1]; ++p) L[p] = pivot > keep ? column[below[p]] * inv : 0.0;
   }
   return rank;
+}
+
+static const double *tr_whole_loop_matrix(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  const size_t n = k->active;
+  const int *order = k->fill_order, *at = k->fill_at;
+  const double *S = TR_A(s, maps);
+  double *whole = TR_A(s, whole_S);
+  if (k->nS == k->active * k->active) return S;
+  memset(whole, 0, sizeof(double) * n * n);
+  for (int j = 0; j < k->active; ++j) {
+    whole[order[j] + n * order[j]] = S[at[j]];
+    for (int p = k->fill_start[j]; p < k->fill_start[j + 1]; ++p) {
+      const int i = k->fill_below[p];
+      if (at[n + p] >= 0) whole[order[i] + n * order[j]] = whole[order[j] + n * order[i]] = S[at[n + p]];
+    }
+  }
+  return whole;
 }
 
 static const double *tr_loop_matrix(tr_sim *s) {
   const int a = s->k->active, n = tr_loop_rows(s);
   const double *S = TR_A(s, maps);
   double *own = TR_A(s, light_S);
-  if (!s->k->nlight) return S;
+  if (!s->k->nlight) return tr_whole_loop_matrix(s);
   for (int i = 0; i < n; ++i) memcpy(own + i * n, S + i * a, sizeof(double) * n);
   return own;
 }
@@ -92,19 +100,35 @@ static int tr_factor_loops(tr_sim *s) {
 TR_APART void tr_solve_sparse(const tr_sim *s, const double *b, double *x) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below;
-  const double *L = TR_A(s, S), *d = TR_A(s, d);
+  const double *inverse = TR_A(s, sparse), *L = inverse + n, *d = TR_A(s, d);
   double y[n];
   for (int j = 0; j < n; ++j) y[j] = d[order[j]] * b[order[j]];
   for (int j = 0; j < n; ++j) {
-    const double *column = L + (size_t)j * n, a = y[j] *= column[j];
-    for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= column[below[p]] * a;
+    const double a = y[j] *= inverse[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) y[below[p]] -= L[p] * a;
   }
   for (int j = n - 1; j >= 0; --j) {
-    const double *column = L + (size_t)j * n;
     double a = y[j];
-    for (int p = start[j]; p < start[j + 1]; ++p) a -= column[below[p]] * y[below[p]];
-    y[j] = a * column[j];
+    for (int p = start[j]; p < start[j + 1]; ++p) a -= L[p] * y[below[p]];
+    y[j] = a * inverse[j];
     x[order[j]] = d[order[j]] * y[j];
+  }
+}
+
+static void tr_add_loop_product(const tr_sim *s, const double *z, double *r) {
+  const tr_kernel *k = s->k;
+  const int n = k->active, *order = k->fill_order, *at = k->fill_at;
+  const double *S = TR_A(s, maps);
+  if (!k->nfill) {
+    tr_add_columns(n, n, S, z, 1.0, r);
+    return;
+  }
+  for (int j = 0; j < n; ++j) {
+    r[order[j]] += S[at[j]] * z[order[j]];
+    for (int p = k->fill_start[j]; p < k->fill_start[j + 1]; ++p) {
+      const int i = order[k->fill_below[p]];
+      if (at[n + p] >= 0) r[i] += S[at[n + p]] * z[order[j]], r[order[j]] += S[at[n + p]] * z[i];
+    }
   }
 }
 
@@ -123,37 +147,35 @@ static void tr_solve_loops(tr_sim *s, const double *b, double *x) {
   if (s->k->nlight) tr_solve_light_rows(s, b, x);
 }
 
-static void tr_scale_loop_rows(tr_sim *s, int nothing) {
+/* Set the row scales d from the diagonal of S. */
+static void tr_set_row_scales(tr_sim *s, const double *diagonal, int nothing) {
   const tr_kernel *k = s->k;
-  tr_form_maps(s);
-  const double *S = TR_A(s, maps);
   double *d = TR_A(s, d), big[2] = {0.0, 0.0};
-  const int n = tr_loop_rows(s), a = k->active;
+  const int n = tr_loop_rows(s);
   for (int i = 0; i < n; ++i) {
     int kind = k->row_kind[k->active_rows[i]];
-    if (S[i + i * a] > big[kind]) big[kind] = S[i + i * a];
+    if (diagonal[i] > big[kind]) big[kind] = diagonal[i];
   }
   double turn = big[0] / (s->set.length * s->set.length), travel = big[1] * s->set.length * s->set.length;
   if (big[1] < NOTHING_OF_KIND * turn) big[1] = turn;
   else if (big[0] < NOTHING_OF_KIND * travel) big[0] = travel;
   for (int i = 0; i < n; ++i) {
-    double m = S[i + i * a], b = big[k->row_kind[k->active_rows[i]]];
+    double m = diagonal[i], b = big[k->row_kind[k->active_rows[i]]];
     if (!(m > NOTHING_OF_ROW * b)) m = b;
     d[i] = m > 0.0 && !nothing ? 1.0 / sqrt(m) : 1.0;
   }
 }
 
+/* Determine the rank of S from its factor. Makes the factor invalid. Requires raw maps and row scales. */
 static void tr_update_rank(tr_sim *s) {
   const tr_kernel *k = s->k;
-  if (k->active == 0) return;
-  tr_form_maps(s);
   TR_SPOILT(s, TR_HAS_FACTOR);
   s->step.mapped = TR_MAPS_RAW;
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
   if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
-    double most = 0.0; /* largest inverse root of a pivot; these are on the diagonal */
-    for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, S)[j + (size_t)j * n]);
+    double most = 0.0; /* of the inverse roots of the pivots */
+    for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, sparse)[j]);
     s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
     return;
   }
@@ -164,12 +186,49 @@ static void tr_update_rank(tr_sim *s) {
   }
 }
 
+static void tr_narrow_without_friction(tr_sim *s) {
+  memset(TR_A(s, dlaw), 0, sizeof(double) * s->k->ndn);
+  for (int i = 0; i < s->k->neta; ++i) TR_A(s, moves)[i] = 1.0;
+  s->k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+}
+
+/* Scale the rows and prove full rank from the factor of the recursion without friction. Returns 0 if a pivot is not clear. */
+static int tr_prove_rank_by_recursion(tr_sim *s, int nothing) {
+  const tr_kernel *k = s->k;
+  const double *own = TR_A(s, pivots) + k->nbodies + k->nelements, *d = TR_A(s, d);
+  double least = INFINITY;
+  if (!k->shift || !k->nfill) return 0;
+  tr_narrow_without_friction(s);
+  tr_set_row_scales(s, own + k->active, nothing);
+  for (int i = 0; i < k->active; ++i) {
+    const double pivot = own[i] * d[i] * d[i];
+    if (!(pivot > CLEAR_PIVOT)) return 0;
+    least = fmin(least, pivot);
+  }
+  s->loops.rank = k->active, s->loops.least_pivot = least;
+  return 1;
+}
+
+static void tr_find_rank(tr_sim *s, int nothing) {
+  const tr_kernel *k = s->k;
+  const int n = k->active;
+  const double *S = TR_A(s, maps);
+  double diagonal[n + 1];
+  if (tr_prove_rank_by_recursion(s, nothing)) return;
+  tr_form_maps(s);
+  for (int i = 0; i < n; ++i)
+    if (k->nfill) diagonal[k->fill_order[i]] = S[k->fill_at[i]];
+    else diagonal[i] = S[i + (size_t)i * n];
+  tr_set_row_scales(s, diagonal, nothing);
+  tr_update_rank(s);
+}
+
 static int tr_null_space(tr_sim *s, double *V) {
   TR_NEED(s, TR_HAS_FACTOR);
   const tr_kernel *k = s->k;
   int a = k->active, r = tr_dependent_rows(s);
   const int *perm = (const int *)TR_A(s, perm);
-  const double *S = TR_A(s, maps);
+  const double *S = r > 0 ? tr_whole_loop_matrix(s) : 0;
   double b[a + 1];
   for (int q = 0; q < r; ++q) {
     int out = perm[s->loops.rank_now + q], empty = 1;
@@ -290,6 +349,7 @@ static void tr_form_all_maps(tr_sim *s) {
 static double tr_loop_independence(const tr_sim *s) {
   const int r = s->loops.rank;
   if (s->loops.recursive_pivot > 0.0) return s->loops.recursive_pivot;
+  if (s->loops.sparse) return INFINITY;
   if (r) TR_NEED(s, TR_HAS_FACTOR);
   return r && s->loops.rank_now >= r ? TR_A(s, S)[(r - 1) * (tr_loop_rows(s) + 1)] : 0.0;
 }

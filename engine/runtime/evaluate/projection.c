@@ -2,6 +2,7 @@
  * loops"). The correction δv = M⁻¹Gᵀ δλ is the smallest in the mass metric: the difference of two evaluations of stage 2. */
 #include "evaluate/evaluate.h"
 
+#define ROUND_OFF_MOST 4e-13 /* × the length, or rad: largest residual that counts as round-off; 100 × LOOP_CLOSED */
 #define CLOSE_BOUNDED 3   /* largest number of iterations on positions in a bounded step */
 
 static void tr_normalise_quaternions(const tr_sim *s, double *y) {
@@ -53,6 +54,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
   const double *x = TR_A(s, x), *c = TR_A(s, c) + k->c_closure;
   double *h = TR_A(s, loop_error), pos, vel, before = INFINITY, dv[k->nv], dq[k->nq + 4];
   const int most = s->bound.evaluations ? CLOSE_BOUNDED : CLOSURE_STEPS;
+  const double closed = fmax(LOOP_CLOSED, s->loops.round_off);
   tr_set_time(s, t);
   for (int it = 0; it < most; ++it) {
     k->closure(x, y, c, h);
@@ -61,7 +63,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
       s->step.failure = TR_FAIL_NOT_FINITE;
       return 0;
     }
-    if (pos <= LOOP_CLOSED || (it > 1 && pos > CLOSURE_SHRINKS * before) || (tr_has_many_loops(s) && before <= LOOP_NEARLY_CLOSED)) break;
+    if (pos <= closed || (it > 1 && pos > CLOSURE_SHRINKS * before) || (tr_has_many_loops(s) && before <= LOOP_NEARLY_CLOSED)) break;
     before = pos;
     tr_loop_correction(s, y, h, 0, dv);
     k->qdot(y, dv, TR_A(s, c), dq);
@@ -69,12 +71,14 @@ static int tr_project(tr_sim *s, double t, double *y) {
     if (k->nquat) tr_normalise_quaternions(s, y);
     s->stats.projections++;
   }
+  if (tr_has_many_loops(s) && y == TR_A(s, ynew) && pos > CLOSURE_SHRINKS * before && before <= ROUND_OFF_MOST)
+    s->loops.round_off = fmax(s->loops.round_off, before); /* learned at ends of steps only: rows do not change the motion */
   s->audit.gap = pos;
   if (pos > LOOP_OPEN) {
     s->step.failure = TR_FAIL_CLOSURE;
     return 0;
   }
-  for (int it = 0; it < CLOSURE_RATE_STEPS && vel > LOOP_CLOSED; ++it) {
+  for (int it = 0; it < CLOSURE_RATE_STEPS && vel > closed; ++it) {
     double was = vel;
     tr_loop_correction(s, y, h + k->rows, tr_has_many_loops(s) && before <= LOOP_NEARLY_CLOSED, dv);
     for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];

@@ -62,15 +62,17 @@ static void tr_set_crossing_margin(tr_sim *s, int which) {
 }
 
 /* Estimated margin of pair i, which slips although it could rest: the friction needed for rest divided by the capacity, minus 1.
- * Requires the response to friction and the capacities of the present solution. */
+ * Requires the capacities of the present solution. */
 static double tr_slip_margin(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_hold *hold = tr_hold_of(s, i);
+  const int along = s->step.recursive && !s->k->active;
   double size = 0.0, most = 0.0;
+  if (!along) tr_form_maps_without_loops(s, 1);
   for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) {
     const double lever = TR_A(s, lever)[j], acc = tr_acceleration_by_maps(s, j) * lever;
-    if (tr_is_prescribed(s, j)) continue;
-    size += acc * acc, most = fmax(most, tr_freedom_response(s, j, j) * lever * lever);
+    if (!along && tr_is_prescribed(s, j)) continue;
+    size += acc * acc, most = fmax(most, (along ? tr_response_by_recursion(s, j) : tr_freedom_response(s, j, j)) * lever * lever);
   }
   if (!(most > 0.0) || tr_mode_flag(tr_mode_of(s, i)) == TR_CONE) return CLEAR_MARGIN;
   return (hold->size + sqrt(size) / most) / fmax(hold->capacity, NO_FORCE) - 1.0;
@@ -103,7 +105,6 @@ static void tr_save_held_shares(tr_sim *s, double *was) {
 /* Margin of the decision about the n pairs `rest`, after its evaluation. was: result of tr_save_held_shares before the decision. */
 static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released, const double *was) {
   double least = CLEAR_MARGIN;
-  tr_form_maps_without_loops(s, 1);
   tr_evaluate_capacities(s);
   for (int q = 0; q < n; ++q) {
     const int i = rest[q];

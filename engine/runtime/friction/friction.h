@@ -192,6 +192,9 @@ static int tr_is_recursive(const tr_sim *s);
  * determinant; 0 on failure. */
 static int tr_factor_without_friction(tr_sim *s);
 
+/* Acceleration of freedom i by a unit of force along it, in a tree. Overwrites the recursion's factor. Requires a recursive solution. */
+static double tr_response_by_recursion(tr_sim *s, int i);
+
 /* Compute the loads for the frictions eta, with held freedoms at rest. Stores these loads behind the multipliers in z. Returns 0 on
  * failure. */
 static int tr_loads_by_recursion(tr_sim *s, double *eta);

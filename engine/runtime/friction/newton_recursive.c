@@ -216,6 +216,18 @@ static void tr_store_solution_loads(tr_sim *s) {
   s->step.loads_known = 1;
 }
 
+static double tr_response_by_recursion(tr_sim *s, int i) {
+  const tr_kernel *k = s->k;
+  double less[k->neta], N[k->nn + 1], borne[k->neta], with[k->neta], without[k->neta], large = NO_LOAD;
+  if (!tr_factor_without_friction(s)) return 0.0;
+  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* so that round-off does not hide the effect */
+  memset(less, 0, sizeof less);
+  k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, without);
+  less[i] = large;
+  k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, with);
+  return (with[i] - without[i]) / large;
+}
+
 /* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. Returns 0
  * also if the body between two joints is so light that one joint holds the other. */
 static int tr_are_held_pairs_independent(tr_sim *s) {
@@ -224,9 +236,7 @@ static int tr_are_held_pairs_independent(tr_sim *s) {
   if (!k->begin || k->active || s->moreau.h > 0.0) return 0;
   for (int i = 0; i < k->nsliders; ++i)
     if (tr_is_stuck(s, i) && tr_pair_of(s, i)->v0 < 0) return 0;
-  memset(TR_A(s, dlaw), 0, sizeof(double) * k->ndn);
-  for (int i = 0; i < k->neta; ++i) TR_A(s, moves)[i] = 1.0;
-  k->narrow(TR_A(s, c), TR_A(s, w), TR_A(s, moves), TR_A(s, dlaw), TR_A(s, pivots));
+  tr_narrow_without_friction(s);
   for (int i = 0; i < k->nbodies; ++i) least = fmin(least, TR_A(s, pivots)[i]), most = fmax(most, TR_A(s, pivots)[i]);
   return least > RANK_PIVOT * most;
 }

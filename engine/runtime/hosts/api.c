@@ -89,8 +89,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   tr_set_tolerance_units(s);
   if (k->active) {
     tr_evaluate_maps_at(s, t, TR_A(s, y));
-    tr_scale_loop_rows(s, tr_has_idle_rows(s, TR_A(s, y)));
-    tr_update_rank(s);
+    tr_find_rank(s, tr_has_idle_rows(s, TR_A(s, y)));
   }
   tr_move_run_to(s, t, TR_A(s, y));
   const int open = k->coupled || (k->active && s->loops.rank < tr_loop_rows(s));

@@ -24,7 +24,7 @@ static double tr_independence_inside(tr_sim *s, double theta) {
   tr_dense_state(s, theta, y);
   tr_evaluate_maps_at(s, s->step.t0 + theta * s->step.size, y);
   tr_factor_loops(s);
-  return s->loops.sparse ? INFINITY : tr_loop_independence(s);
+  return tr_loop_independence(s);
 }
 
 /* Longest step from the state `y` that the approach to a singular position allows, s. */

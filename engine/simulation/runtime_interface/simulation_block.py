@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import mmap
 import struct
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -80,6 +81,13 @@ def address(array: np.ndarray) -> int:
     return ctypes.addressof(ctypes.c_double.from_buffer(array.data))
 
 
+def zeroed(count: int) -> np.ndarray:
+    """Zeros at the start of a page. The system provides each page of them at its first use: arrays for dense maps, which grow with
+    the square of the mechanism, take memory only in runs that form dense maps."""
+    private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
+    return np.frombuffer(mmap.mmap(-1, 8 * count, **private), float)
+
+
 def signals(tables: np.ndarray, count: int, t: float, x: np.ndarray) -> None:
     """Write time t, s, and the values of ``count`` signals at t into the external values x (contiguous). x[1] is a time inside the
     step and selects the interval of each curve. tables: records of the curves (``system.signals.signal_tables``)."""
@@ -106,8 +114,8 @@ class Block:
     def _allocate(self, jacobian: int | None) -> None:
         k, o = self.kernel.address("kernel"), self.kernel.address("outputs")
         self.bytes = self.lib.tr_size(k, o, jacobian, *self._sizes)
-        self._memory = (ctypes.c_double * (self.bytes // 8 + 8))()
-        self.at = -(-ctypes.addressof(self._memory) // 64) * 64  # aligned to cache lines
+        self._memory = zeroed(self.bytes // 8 + 8)
+        self.at = self._memory.ctypes.data
 
     def _views(self) -> None:
         s = self.kernel.sizes
@@ -131,8 +139,8 @@ class Block:
         self._views()
 
     def _view(self, which: Array, n: int) -> np.ndarray:
-        address = self.lib.tr_array(self.at, which)
-        return np.ctypeslib.as_array((ctypes.c_double * n).from_address(address)) if n else np.zeros(0)
+        first = (self.lib.tr_array(self.at, which) - self.at) // 8 if n else 0
+        return self._memory[first : first + n]
 
     def take(self, numbers: Numbers, parameters: np.ndarray) -> None:
         """Set parameters, start values, tables and times of kinks of a run of the same structure. ``assemble`` and ``start`` must

@@ -3,8 +3,9 @@ of the joints to the ground share a body. The minimum-degree order keeps the fac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
 
@@ -26,6 +27,20 @@ class Fill:
     order: tuple[int, ...] = ()
     start: tuple[int, ...] = ()
     below: tuple[int, ...] = ()
+
+    def entries(self, at: Callable[[int, int], int]) -> list[int]:
+        """For each entry of ``below``, the index in S of its row and its pivot's column. at: index of a row and a column."""
+        pivots = [j for j in range(len(self.order)) for _ in range(self.start[j], self.start[j + 1])]
+        return [at(self.order[i], self.order[j]) for i, j in zip(self.below, pivots, strict=True)]
+
+    def by_row(self) -> tuple[list[int], list[int], list[int]]:
+        """The entries row by row: start of each row, pivots of its entries, and their indices in ``below``."""
+        rows: list[list[tuple[int, int]]] = [[] for _ in self.order]
+        for j in range(len(self.order)):
+            for p in range(self.start[j], self.start[j + 1]):
+                rows[self.below[p]].append((j, p))
+        every = [entry for row in rows for entry in row]
+        return list(accumulate(map(len, rows), initial=0)), [j for j, _ in every], [p for _, p in every]
 
 
 def path(system: System, c: Joint) -> tuple[int, ...]:
@@ -87,9 +102,12 @@ def pattern(system: System, active: Sequence[int], part: float = 1.0) -> Fill:
     return _listed([rows for _, rows in loops], sequence, after)
 
 
-def tables_of(f: Fill) -> dict[str, list[int]]:
-    """The pattern as lists, by name of the kernel's table."""
-    return {"fill_order": list(f.order), "fill_start": list(f.start), "fill_below": list(f.below)}
+def tables_of(f: Fill, at: Callable[[int, int], int]) -> dict[str, list[int]]:
+    """The pattern as lists, by name of the kernel's table. at: index of an entry in the maps' S; −1: a structural zero."""
+    row, pivot, entry = f.by_row() if f.below else ([], [], [])
+    places = [*(at(r, r) for r in f.order), *f.entries(at)]
+    return {"fill_order": list(f.order), "fill_start": list(f.start), "fill_below": list(f.below), "fill_at": places,
+            "fill_row": row, "fill_pivot": pivot, "fill_entry": entry}  # fmt: skip
 
 
 def _listed(rows: list[list[int]], sequence: list[int], after: list[set[int]]) -> Fill:

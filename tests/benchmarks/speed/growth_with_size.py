@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import argparse
 import csv
+import ctypes
 import math
 import statistics
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from mmap import PAGESIZE
 from pathlib import Path
 
 from tests.benchmarks.speed.processor_time import pin
@@ -21,7 +23,7 @@ from trunnion.plots.style.palette import GRID, color
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion.simulation.run import Model, run
-from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.simulation.runtime_interface.simulation_block import Block, Settings
 
 SIZES = (8, 16, 32, 64, 128, 256)
 STEP, STEPS, TIMES = 1e-4, 40, 5
@@ -50,7 +52,7 @@ def tree(scene: sm.Scene) -> sm.Scene:
 
 def hanging(scene: sm.Scene) -> sm.Scene:
     """The scene at rest, without drives, on friction that holds every joint."""
-    joints = {n: replace(j, start=sm.Start(0.0, 0.0)) for n, j in with_friction(scene, 0.5).joints.items()}
+    joints = {n: replace(j, start=sm.Start(0.0, 0.0), effort=0.0) for n, j in with_friction(scene, 0.5).joints.items()}
     bodies = {n: replace(b, mass=0.001) if k else b for k, (n, b) in enumerate(scene.bodies.items())}
     return replace(scene, joints=joints, bodies=bodies, gravity=(-1e-3, 0.0, 0.0))
 
@@ -89,6 +91,16 @@ def seconds(model: Model, until: float, every: float, settings: Settings) -> tup
     return time.process_time() - began, result.stats.rhs_evaluations
 
 
+def resident(block: Block) -> float:
+    """Bytes of the pages of a block that the runs have used (Linux)."""
+    first = block.at // PAGESIZE
+    count = (block.at + block.bytes - 1) // PAGESIZE - first + 1
+    used = (ctypes.c_ubyte * count)()
+    if ctypes.CDLL(None).mincore(ctypes.c_void_p(first * PAGESIZE), ctypes.c_size_t(count * PAGESIZE), used):
+        return math.nan
+    return float(sum(u & 1 for u in used) * PAGESIZE)
+
+
 def costs(scene: sm.Scene) -> dict[str, tuple[float, float]]:
     """Minimum and median of each cost: evaluation at fixed steps and at the program's own steps, start, row, s; memory, bytes."""
     few, rows = Model(scene, (f"{next(iter(scene.bodies))}.position*",), "parts"), Model(scene, ("*.q[*]",), "parts")
@@ -111,7 +123,7 @@ def costs(scene: sm.Scene) -> dict[str, tuple[float, float]]:
         "evaluation, own steps": both(lambda of: (of(taken["own"]) - of(taken["start"])) / max(1, counts["own"] - counts["start"])),
         "start": both(lambda of: of(taken["start"])),
         "row of all coordinates": both(lambda of: (of(taken["rows"]) - of(taken["bare"])) / (20 * STEPS - 1)),
-        "memory, bytes": (float(few.block.bytes), float(few.block.bytes)),
+        "memory, bytes": (resident(few.block),) * 2,
     }
 
 
