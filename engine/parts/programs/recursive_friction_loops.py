@@ -82,9 +82,9 @@ class LoopFriction:
             for other in sorted(k for k in (number, *self.near[number]) if k <= number):
                 loop.meet(program, self.loops[other], self.matrix, self.S)
         own = self.pivots.slice(count, 2 * self.active)
-        f, at = self.matrix.fill, self.matrix.at
-        diagonal, row, pivot, entry = [at(r, r) for r in f.order], *f.by_row()
-        both = [*f.entries(at), *f.entries(lambda i, k: at(k, i))]
+        f, index = self.matrix.fill, self.matrix.at
+        diagonal, row, pivot, entry = [index(r, r) for r in f.order], *f.by_row()
+        both = [*f.entries(index), *f.entries(lambda i, k: index(k, i))]
         program.call(
             Builtin.FACTOR_LOOPS, [self.S, self.low, self.high, own], [*self.listed, *diagonal, *both, *row, *pivot, *entry]
         )
