@@ -21,7 +21,7 @@ def command(
 ) -> int:
     """Export a scene as a C99 library that needs no heap and no input or output, with an example and build files."""
     from trunnion.cli.output.exit_codes import DONE
-    from trunnion.cli.output.text_table import print_result
+    from trunnion.cli.output.printed_output import print_result
     from trunnion.fmu.c_library.library_files import library, write_files
     from trunnion.fmu.cli.export_request import read_export
 

@@ -20,8 +20,8 @@ def command(
 ) -> int:
     """Export a scene as one offline web page that simulates and draws the mechanism (WebAssembly)."""
     from trunnion.cli.output.exit_codes import DONE
+    from trunnion.cli.output.printed_output import print_result
     from trunnion.cli.output.progress_bars import ProgressBar
-    from trunnion.cli.output.text_table import print_result
     from trunnion.fmu.c_library.library_files import write_files
     from trunnion.fmu.c_library.wasm_page import web
     from trunnion.fmu.cli.export_request import read_export

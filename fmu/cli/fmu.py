@@ -80,8 +80,8 @@ def export_and_report(scene: SceneData, target: str, how: dict[str, Any], as_jso
     from dataclasses import asdict
 
     from trunnion.cli.output.exit_codes import DONE
+    from trunnion.cli.output.printed_output import print_result
     from trunnion.cli.output.progress_bars import ProgressBar
-    from trunnion.cli.output.text_table import print_result
     from trunnion.fmu.scene_export import export
 
     with ProgressBar(f"FMU of {scene.name}") as bar:

@@ -10,7 +10,7 @@ import typer
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.cli.options.option_declarations import Json, repeatable
 from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, print_json
-from trunnion.cli.output.text_table import print_lines
+from trunnion.cli.output.printed_output import print_lines
 from trunnion.service.cli.job_options import ApiKey, JobId, Url, given
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
 from trunnion.service.client.remote_jobs import Connection, Job

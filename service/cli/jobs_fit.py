@@ -9,7 +9,7 @@ import typer
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Scene
 from trunnion.cli.output.exit_codes import DONE, FAILED, print_json
-from trunnion.cli.output.text_table import print_lines
+from trunnion.cli.output.printed_output import print_lines
 from trunnion.cli.requests.fit_request import Column, Compare, Data, Level, Noise, Own, Trials, VaryPrior, read_fit_request
 from trunnion.service.cli.job_options import ApiKey, IdempotencyKey, Label, Tags, Url, Wait
 from trunnion.service.cli.jobs import answer_lines, follow

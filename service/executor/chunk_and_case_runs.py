@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trunnion.analysis.fits.batch_plan import FitPlan, FitRunner
+from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.basics.interrupts import watched
 from trunnion.batch.plan import Runner, Stopped

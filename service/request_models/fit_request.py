@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from trunnion.analysis.fits.batch_plan import FitPlan, make_fit_plan
 from trunnion.analysis.fits.experiment_design import Experiment
+from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, make_fit_plan
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_comparison import Candidate
 from trunnion.analysis.fits.model_curves import MOST_CACHED

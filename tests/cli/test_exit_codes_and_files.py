@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from trunnion.cli import main
-from trunnion.cli.output.text_table import number
+from trunnion.cli.output.printed_output import number
 from trunnion.simulation.results.csv_and_parquet import load_result_table
 
 SHORT = ["simulate", "spherical_pendulum", "--until", "500 ms", "--every", "10 ms"]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.mass_stiffness_damping import Still, remove_friction
+from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
 from trunnion.analysis.static_bounds.static_margin import hold_drives
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY

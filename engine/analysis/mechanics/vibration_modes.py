@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, copy_latches, find_rest, start_at
-from trunnion.analysis.mechanics.mass_stiffness_damping import Still, remove_friction
+from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given

@@ -10,7 +10,7 @@ import typer
 from trunnion.cli.options.argument_reader import COLUMNS_HINT, ArgumentReader, is_pattern
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, columns_option, repeatable
 from trunnion.cli.output.exit_codes import DONE
-from trunnion.cli.output.text_table import print_answer, table
+from trunnion.cli.output.printed_output import print_answer, table
 
 if TYPE_CHECKING:
     from trunnion.analysis.work_precision.measurement_points import Measurement

@@ -11,7 +11,7 @@ import typer
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, repeatable
 from trunnion.cli.output.exit_codes import DONE, FAILED
-from trunnion.cli.output.text_table import number, print_answer, table
+from trunnion.cli.output.printed_output import number, print_answer, table
 
 if TYPE_CHECKING:
     from trunnion.analysis.mechanics.clearance_impacts import ClearanceImpact

@@ -18,7 +18,7 @@ from trunnion.cli.options.option_declarations import (
     repeatable,
 )
 from trunnion.cli.output.exit_codes import DONE
-from trunnion.cli.output.text_table import number, print_result, table
+from trunnion.cli.output.printed_output import number, print_result, table
 
 if TYPE_CHECKING:
     from trunnion.analysis.sensitivities.output_derivatives import Sensitivity

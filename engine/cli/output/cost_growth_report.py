@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from trunnion.cli.output.exit_codes import DONE
-from trunnion.cli.output.text_table import print_answer, table
+from trunnion.cli.output.printed_output import print_answer, table
 
 
 def measure_and_report(folder: str, repeats: int, as_json: bool) -> int:

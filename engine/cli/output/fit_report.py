@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trunnion.cli.output.text_table import table
+from trunnion.cli.output.printed_output import table
 
 if TYPE_CHECKING:
     from trunnion.analysis.fits.experiment_design import RankedExperiment

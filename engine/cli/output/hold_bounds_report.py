@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from trunnion.analysis.static_bounds.bounds_results import plain
 from trunnion.cli.output.hold_report import hold_document
-from trunnion.cli.output.text_table import number, table
+from trunnion.cli.output.printed_output import number, table
 
 if TYPE_CHECKING:
     from trunnion.analysis.static_bounds.bounds_results import End, HoldBounds, Interval, LoadBounds, PairBounds

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from trunnion.cli.output.text_table import number, table
+from trunnion.cli.output.printed_output import number, table
 from trunnion.elements.joints import REGISTRY
 
 if TYPE_CHECKING:

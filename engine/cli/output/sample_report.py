@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trunnion.cli.options.argument_reader import ArgumentReader
-from trunnion.cli.output.text_table import plain, table
+from trunnion.cli.output.printed_output import plain, table
 
 if TYPE_CHECKING:
     from trunnion.batch.sample_statistics.quantiles import Spread

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from trunnion.cli.output.contact_travel_note import contact_travel_notes
-from trunnion.cli.output.text_table import table
+from trunnion.cli.output.printed_output import table
 
 if TYPE_CHECKING:
     from trunnion.kernel.interface.output_columns import Column

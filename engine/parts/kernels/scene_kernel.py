@@ -18,7 +18,7 @@ from trunnion.kernel.shared_libraries import Kernel, kernel_key
 from trunnion.parts.kernels import derivative_units
 from trunnion.parts.kernels.tables_in_memory import table
 from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
-from trunnion.parts.layout.maps_layout import Maps
+from trunnion.parts.layout.multiplier_maps_layout import Maps
 from trunnion.parts.programs import kernel_functions
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.column_programs import ColumnPrograms
@@ -30,7 +30,7 @@ from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
-from trunnion.system.structure.loop_friction_work import is_recursion_shorter
+from trunnion.system.structure.loop_friction_operation_count import is_recursion_shorter
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
 from trunnion.system.structure.redundant_loop_groups import reaction_groups

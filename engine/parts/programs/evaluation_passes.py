@@ -8,7 +8,7 @@ from trunnion.kernel.interface.runtime_tables import HANDED
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, BodySlots, CutJointSlots, free_of
 from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
 from trunnion.parts.layout.loop_matrix import LoopMatrix
-from trunnion.parts.layout.maps_layout import Maps
+from trunnion.parts.layout.multiplier_maps_layout import Maps
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.operands import lengths_of, write_pin, write_span

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.parts.layout.maps_layout import Maps
+from trunnion.parts.layout.multiplier_maps_layout import Maps
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
 

@@ -23,13 +23,13 @@ from trunnion.scene.checks import (
     start_values,
     time_formulas,
     topology,
-    wheel_teeth,
+    wheel_pair_sizes,
 )
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 
 TOPICS = (
-    names, bodies, topology, joint_frames, body_placement, wheel_teeth, cam_profiles, point_curves, rods, joint_mimics,
+    names, bodies, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods, joint_mimics,
     bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, time_formulas, loads, number_bounds,
     output_patterns,
 )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from trunnion.analysis.fits.batch_plan import FitPlan, combine_rows
+from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, combine_rows
 from trunnion.service.api.job_data.job_rows import job_contents, result_rows
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from trunnion.analysis.fits.batch_plan import FitPlan
+from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.answer_caches import CACHED_JOBS, JobContents

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from trunnion.analysis.fits.batch_plan import FitPlan
+from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.basics.problems import SceneError
 from trunnion.batch.sample_statistics.mergeable_statistics import indices_in
 from trunnion.batch.sample_statistics.quantiles import USUAL
