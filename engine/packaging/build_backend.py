@@ -30,8 +30,8 @@ __all__ = [
     "prepare_metadata_for_build_wheel",
 ]
 
-IMPORTED = ("numpy", "platformdirs")
-"""Dependencies that the code imports while it builds the libraries."""
+IMPORTED = ("numpy", "platformdirs", "pydantic")
+"""Dependencies that the code imports while it builds the libraries. Kinds of signals declare their keys with pydantic."""
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:

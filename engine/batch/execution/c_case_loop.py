@@ -149,9 +149,7 @@ class Loop(CaseBlocks):
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, from the state in its block."""
-        block = copy(self.blocks[self.batch.which])
-        block.at = self.batch.now
-        block._views()
+        block = self.blocks[self.batch.which].copied_to(self.batch.now)
         model = copy(self.model)
         model.block, model.kernel = block, block.kernel
         if int(case["status"]) == bl.Status.FAIL_CLOSURE and case["rows"] == 0.0 and block.time == 0.0:

@@ -7,6 +7,7 @@ import mmap
 import struct
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,6 +125,13 @@ class Block:
         self.x = self._view(Array.SIGNALS, s["nx"])
         self._tables = self.lib.tr_array(self.at, Array.TABLES)
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
+
+    def copied_to(self, at: int) -> Block:
+        """This block as the runtime copied it to another address. The caller keeps that memory."""
+        other = copy(self)
+        other.at, other._memory = at, np.ctypeslib.as_array((ctypes.c_double * (self.bytes // 8)).from_address(at))
+        other._views()
+        return other
 
     def attach_jacobian(self) -> None:
         """Attach the Jacobian unit, and build it if necessary. The state of the run is kept."""
