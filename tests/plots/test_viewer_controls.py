@@ -69,6 +69,7 @@ def test_keys_turn_move_zoom_and_step(shown: Opened) -> None:
     assert not shown.ask("document.getElementById('keys').open")
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["front", "side", "top"])
 def test_views_along_axes_are_right_handed_and_level(shown: Opened, which: str) -> None:
     shown.do(f"along('{which}')")
@@ -107,7 +108,7 @@ CORNERS = """Array.from(times, (t) => {
 }).flat()"""
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 @pytest.mark.parametrize("name", FIT)
 def test_the_whole_motion_fits_the_free_part_of_the_window(
@@ -148,6 +149,7 @@ def contrast(a: np.ndarray, b: np.ndarray) -> float:
     return (y + 0.05) / (x + 0.05)
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_words_and_arrows_stand_out_in_both_themes(scheme: str, chrome: Any, press: Path) -> None:
     page = opened(chrome, press, color_scheme=scheme)
@@ -163,6 +165,7 @@ def test_words_and_arrows_stand_out_in_both_themes(scheme: str, chrome: Any, pre
     assert [c for c in ramp if contrast(c, colors["paper"]) < 3.0] == []  # WCAG 2.1, 1.4.11: contrast of graphics
 
 
+@pytest.mark.slow
 def test_nothing_moves_by_itself_for_who_wants_less_motion(chrome: Any, press: Path) -> None:
     assert not opened(chrome, press, "?play=1", reduced_motion="reduce").ask("clock.playing")
     assert opened(chrome, press, "?play=1", reduced_motion="no-preference").ask("clock.playing")

@@ -39,6 +39,7 @@ def each_once(views: list[tuple[Any, ...]]) -> list[Any]:
     return [pytest.param(*view, parallel, marks=() if now else pytest.mark.slow) for view, parallel, now in both]
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("turned", "parallel"), each_once([(view,) for view in TURNED]))
 def test_every_pixel_shows_the_body_nearest_to_the_eye(axle: Opened, turned: tuple[float, float], parallel: bool) -> None:
     """The test compares with rays cast through every triangle, at places with only one body around."""
@@ -70,7 +71,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     return page
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:
     """The contents of bodies behind the plane are not visible: by rays from the plane on."""
@@ -147,6 +148,7 @@ CONTACTS = (
 )
 
 
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["slider", "double"])
 def test_every_contact_of_the_table_has_its_patch_on_its_pin(
     name: str, chrome: Any, tmp_path: Path, request: pytest.FixtureRequest

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from tests.plots.webgl_browser import NO_WEBGL, Opened, opened
 from trunnion.plots.animation.html_or_film import SCRIPTS, VIEWER, page
@@ -14,6 +15,7 @@ from trunnion.plots.animation.viewer_data import MOST_BYTES, content
 from trunnion.simulation.results.result import Result
 
 
+@pytest.mark.slow
 def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
     """With the plane at its far end no body is left, at its near end all are; half way only the parts behind the plane are."""
     shown.do("run.joints.forEach((j) => { j.pins = []; j.contacts = []; }); run.rails.length = 0; things = prepared()")

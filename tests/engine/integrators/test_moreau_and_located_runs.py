@@ -57,7 +57,7 @@ def test_random_balls_on_swings_stay_in_their_planes(seed: int) -> None:
         assert off_located(swinging_ball(seed), 4.0, rtol) <= C * rtol
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize(
     ("family", "seed", "until"),
     [

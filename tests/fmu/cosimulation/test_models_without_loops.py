@@ -13,7 +13,7 @@ from trunnion.scene.overrides import list_parameters
 from trunnion.simulation.run import Model
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
 def test_both_flavours_are_the_engine(model: str) -> None:
     claim_equal_to_engine(model)

@@ -138,6 +138,7 @@ def test_a_full_disk_fails_a_chunk_clearly_and_the_other_results_stand(brimming:
     assert len([a for a in s.get(f"/v1/jobs/{end['id']}/attempts").json() if a["start"] == 8]) == 5
 
 
+@pytest.mark.slow
 def test_a_disk_that_has_room_again_in_time_costs_only_retries(brimming: tuple[Served, Path]) -> None:
     s, full = brimming
     full.write_text("part-\n")

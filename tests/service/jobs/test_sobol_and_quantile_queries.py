@@ -132,6 +132,7 @@ def test_a_function_whose_indices_are_known_has_them_from_command_rest_and_page_
     assert_shown(page, told)
 
 
+@pytest.mark.slow
 def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, job: Job) -> None:
     show(page, f"/jobs/{job.id}")
     page.wait_for_selector("#indexplot .bars .point", state="attached")

@@ -78,7 +78,7 @@ def test_kept_rows_count_as_bytes_and_go_with_their_job(own: InProcess) -> None:
     assert not folder.exists()
 
 
-@pytest.mark.default_cases(2)
+@pytest.mark.default_cases(1)
 @pytest.mark.parametrize("how", ["flipped", "removed", "exchanged"])
 def test_rows_that_were_spoilt_are_found_and_computed_again(own: InProcess, expected: Any, how: str) -> None:
     job = own.submit(ASKED | {"label": how})

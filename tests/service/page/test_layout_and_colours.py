@@ -39,6 +39,7 @@ def test_what_is_drawn_takes_the_other_colours_when_it_gets_dark(page: Any, thre
         page.emulate_media(color_scheme="light")
 
 
+@pytest.mark.slow
 def test_marks_of_events_lie_on_the_curve_however_far_apart_its_rows_are(page: Any, served: Served) -> None:
     over = {GUIDE: [0.1]}
     job = submitted(served, vary=over, until=0.5, every=0.05)
@@ -96,6 +97,7 @@ def test_a_long_list_of_mistakes_is_reached_from_the_keyboard(page: Any) -> None
     assert page.evaluate("document.activeElement.closest('#jobverdict')?.id") == "jobverdict"
 
 
+@pytest.mark.slow
 def test_a_scale_of_colours_below_a_map_leaves_its_titles_alone(page: Any, grid: Job) -> None:
     wide = page.viewport_size
     page.set_viewport_size({"width": 390, "height": 844})

@@ -55,6 +55,7 @@ def test_the_start_of_a_scene_is_drawn_beside_it_and_again_when_it_is_changed(pa
     assert moved[2] == pytest.approx(1.7)  # seen as before
 
 
+@pytest.mark.slow
 def test_a_map_of_two_numbers_shows_the_table(page: Any, grid: Job) -> None:
     show(page, f"/jobs/{grid.id}")
     until(page, "document.getElementById('sweepplot').data?.[0].type === 'heatmap'")
@@ -69,6 +70,7 @@ def test_a_map_of_two_numbers_shows_the_table(page: Any, grid: Job) -> None:
     picture(page, "contour")
 
 
+@pytest.mark.slow
 def test_a_selection_along_one_axis_is_seen_in_the_points(page: Any, three: Job) -> None:
     show(page, f"/jobs/{three.id}")
     page.wait_for_selector("#parallel canvas")
@@ -87,6 +89,7 @@ def test_a_selection_along_one_axis_is_seen_in_the_points(page: Any, three: Job)
     until(page, "document.getElementById('selected').hidden")
 
 
+@pytest.mark.slow
 def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanism(page: Any, served: Served) -> None:
     run(page, "0.2, 0.6", "1.5")
     told(page, "done: 2 of 2")
@@ -141,6 +144,7 @@ def test_what_the_page_proposes_for_each_bundled_model_finishes(page: Any, serve
     assert {name: (d["state"], d["done"]) for name, d in ended.items()} == dict.fromkeys(asked, ("done", 21))
 
 
+@pytest.mark.slow
 def test_a_jobs_scene_comes_back_into_the_form_and_gives_the_same_job(page: Any, grid: Job, served: Served) -> None:
     show(page, f"/jobs/{grid.id}")
     page.click("#edit")
@@ -232,6 +236,7 @@ def violations(page: Any) -> str:
     return str(found.generate_report()) if found.violations_count else ""
 
 
+@pytest.mark.slow
 def test_every_view_is_usable_by_all_and_on_a_narrow_screen(page: Any, grid: Job, three: Job) -> None:
     """The views obey the rules of axe where it is installed. Everywhere, all elements have a name, there is one heading, and
     nothing is outside the screen."""
