@@ -11,7 +11,6 @@
 #define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
 #define HALF_OF_IT 0.5     /* × the change of a speed over a step: if the changes in its halves differ by more, the speed jumps */
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SPEED_SHARE 0.1    /* × the tolerance of speeds: error of a speed that corresponds to an error of works */
 #define SLIVER 1e-9        /* × a step: if less remains before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
@@ -135,9 +134,8 @@ static void tr_save_powers(const tr_sim *s, double *powers, int part) {
 }
 
 /* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
- * it; otherwise errors of the motion would scale as rtol^(2/3). The unit includes SPEED_SHARE √(work · energy scale): the energy
- * m v δv of an error δv of the speed v that the work causes. With the works alone as unit, a start from rest would take many steps.
- * impulse_work keeps the sums including this step until the step is accepted. */
+ * it; otherwise errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the step is
+ * accepted. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -146,7 +144,7 @@ static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *p
     e[s->ny + i] = work - h * powers[i], was[s->ny + i] = done[i], is[s->ny + i] = done[n + i] = done[i] + work;
     most = fmax(most, fabs(done[i]) + fabs(work));
   }
-  return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most) + SPEED_SHARE * sqrt(most * s->set.energy));
+  return tr_squared_work_error(s, e, was, is, s->ny, n, tr_smallest_work_unit(s, most));
 }
 
 /* Make a step h as a whole and in halves. ynew receives the result, extrapolated if no mode changed. Returns the error of ynew in

