@@ -66,7 +66,7 @@ def test_two_numbers_of_a_joint_are_prepared_without_building_scenes(monkeypatch
     scene = load_scene("spherical_pendulum")
     cases = sampled(scene, PAIR, 1000, seed=1)
     built = []
-    monkeypatch.setattr(case_parameters, "build_with_cut_starts", lambda s: built.append(s) or build(s))
+    monkeypatch.setattr(case_parameters, "build_with_starts", lambda s: built.append(s) or build(s))
     preparer = Preparer(scene, cases.paths, Run())
     (rows,), wrong = preparer.rows(cases.values(0, 1000))
     assert not wrong
@@ -104,7 +104,7 @@ def test_what_follows_a_formula_has_the_bits_of_scenes_without_building_them(whi
     scene = scene_from_dict(yaml.safe_load(SHAPES))
     cases = sampled(scene, FOLLOW[which], 300, seed=2)
     built = []
-    monkeypatch.setattr(case_parameters, "build_with_cut_starts", lambda s: built.append(s) or build(s))
+    monkeypatch.setattr(case_parameters, "build_with_starts", lambda s: built.append(s) or build(s))
     preparer = Preparer(scene, cases.paths, Run())
     (rows,), wrong = preparer.rows(cases.values(0, 300))
     assert not wrong
@@ -121,7 +121,7 @@ def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPat
     scene = load_scene("spherical_pendulum")
     cases = sampled(scene, {"bodies.pendulum.density": (900.0, 8000.0)}, 40 * 20, seed=2)
     built = []
-    monkeypatch.setattr(case_parameters, "build_with_cut_starts", lambda s: built.append(s) or build(s))
+    monkeypatch.setattr(case_parameters, "build_with_starts", lambda s: built.append(s) or build(s))
     preparer = Preparer(scene, cases.paths, Run())
     for start in range(0, cases.count, 20):
         (rows,), _ = preparer.rows(cases.values(start, start + 20))

@@ -21,7 +21,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.integrators import RK8
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
-from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
+from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.results.outcome import from_status
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
@@ -154,7 +154,7 @@ class _PlainRuns:
 
     def __call__(self, scene: Scene) -> np.ndarray:
         """The chosen columns at the measured times, concatenated to one vector. SimulationError if the run ends early."""
-        built = build_with_cut_starts(scene)
+        built = build_with_starts(scene)
         model = self.model
         if built.system != model.system or built.parameters.paths != model.built.parameters.paths:
             model = self.model = Model(scene, self.names)

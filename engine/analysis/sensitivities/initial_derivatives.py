@@ -21,7 +21,7 @@ from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.overrides import apply, list_parameters
 from trunnion.scene.queries.number_units import bound_of, number_at
-from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
+from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.construction.start_values_and_scales import Numbers
@@ -198,7 +198,7 @@ def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[s
     for sense in (1.0, -1.0):
         values = {line.name: line.value + sense * STEP * line.size for line in lines}
         with suppress(SceneError):
-            moved = build_with_cut_starts(apply(lines[0].scene, values))
+            moved = build_with_starts(apply(lines[0].scene, values))
             if moved.parameters.paths != own.parameters.paths or moved.system != own.system:
                 return False
             expected = np.array(own.parameters.values, float)
@@ -225,7 +225,7 @@ def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray
 
 def _neighbour(model: Model, line: ParameterLine, step: float) -> Built:
     """The scene with the number changed by ``step``. SceneError if its structure differs."""
-    built = build_with_cut_starts(line.at(step))
+    built = build_with_starts(line.at(step))
     if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
         raise SceneError([_structural_problem(line)])
     return built

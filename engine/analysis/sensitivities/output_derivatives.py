@@ -21,7 +21,7 @@ from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.queries.number_units import unit_of
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
-from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
+from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.results.redundant_reactions import redundancy
 from trunnion.simulation.run import Model
 from trunnion.simulation.settings.run_settings import described, settings_given
@@ -125,7 +125,7 @@ class DifferentiatedRuns:
         rtol: float | None,
     ):  # fmt: skip
         self.parameters, self.outputs = list(parameters), list(outputs)
-        built = build_with_cut_starts(scene)
+        built = build_with_starts(scene)
         self.chosen, end, every, self.tolerance = check_request(scene, parameters, outputs, until, every, rtol, built)
         count = max(1, math.ceil(end / every - 1e-9))
         self.every, self.samples = every, np.array([every * k for k in range(count)] + [end])
@@ -162,7 +162,7 @@ class DifferentiatedRuns:
         model = self.model
         if scene is model.built.scene:
             return
-        built = build_with_cut_starts(scene)
+        built = build_with_starts(scene)
         if built.system == model.system and built.parameters.paths == model.built.parameters.paths:
             model.built = built
         else:

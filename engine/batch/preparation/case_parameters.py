@@ -25,7 +25,7 @@ from trunnion.runtime.abi.batch_records import CASE_SETTINGS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
 from trunnion.scene.queries.mass_properties import mass_properties
-from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
+from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.realtime_steps import problems as bounded
 from trunnion.simulation.settings.run_settings import Run
@@ -85,7 +85,7 @@ class Preparer:
         self.followers = Followers(scene, paths)
         paths = self.followers.paths
         self.scene, self.paths, self.run = scene, tuple(paths), run
-        self.start = build_with_cut_starts(scene)
+        self.start = build_with_starts(scene)
         self.base = self._flat(self.start)
         self.mass = len(self.base) - 3
         self.bounded = scene.simulation.realtime is not None
@@ -178,7 +178,7 @@ class Preparer:
             scene = apply(self.scene, changes)
             if wrong := list(bounded(scene, self.run.method_of(scene), self.run.of(scene)[1], 0.0)):
                 return SceneError(wrong)
-            built = build_with_cut_starts(scene)
+            built = build_with_starts(scene)
         except SceneError as e:
             return e
         return _Entry(None if self._alike(built) else built, self._flat(built))

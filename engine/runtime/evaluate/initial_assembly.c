@@ -29,18 +29,24 @@
 #define BODY_COSTS 100.0    /* multiplications per body and freedom in one evaluation */
 #define FARTHEST 1e7        /* rad; × the length: longest step; about a million turns of a screw */
 
-/* A search for closed positions. given (nv): 1 for each freedom whose start coordinate the user gave. start: the state before the
- * search. weight (nv): allowed change of position along each rate. G: the constraint Jacobian. nearest, least: best state of all
- * searches, and its residual. moved: largest change of given coordinates in the last search, in units of tr_rate_unit. */
+/* A search for closed positions. given (nv), for each freedom: 0 if its start coordinate is open, 1 if it is given, 2 if it is exact
+ * and must not change. start: the state before the search. weight (nv): allowed change of position along each rate. G: the
+ * constraint Jacobian. nearest, least: best state of all searches, and its residual. moved: largest change of given coordinates in
+ * the last search, in units of tr_rate_unit. */
 typedef struct tr_position_search {
   tr_sim *s;
   const double *given, *start;
   double *weight, *G, *nearest, least, moved;
 } tr_position_search;
 
-/* Set `weight`, the allowed changes, to the units of the rates; for given values, to `held` times these units. */
+/* Allowed change of freedom i in its unit: 1 if its value is open, `held` if it is given, 0 if it is exact. */
+static double tr_allowed_change(const tr_position_search *c, int i, double held) {
+  return c->given[i] == 0.0 ? 1.0 : c->given[i] == 1.0 ? held : 0.0;
+}
+
+/* Set `weight`, the allowed changes in the units of the rates. */
 static void tr_set_weights(tr_position_search *c, double held) {
-  for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i);
+  for (int i = 0; i < c->s->k->nv; ++i) c->weight[i] = tr_allowed_change(c, i, held) * tr_rate_unit(c->s, i);
 }
 
 /* Largest residual of all rows, of positions or of rates. Units for translation: length scale, and length · rate for rates. Units
@@ -199,7 +205,7 @@ static void tr_displace_start(const tr_position_search *c, double far, double he
   const int nv = c->s->k->nv;
   double dv[nv + 1];
   for (int i = 0; i < nv; ++i)
-    dv[i] = far * (c->given[i] != 0.0 ? held : 1.0) * tr_rate_unit(c->s, i) * (seed ? tr_next_random(seed) : 1.0 / (1.0 + 0.618 * i));
+    dv[i] = far * tr_allowed_change(c, i, held) * tr_rate_unit(c->s, i) * (seed ? tr_next_random(seed) : 1.0 / (1.0 + 0.618 * i));
   memcpy(y, c->start, sizeof(double) * c->s->ny);
   tr_move_positions(c->s, c->start, dv, 1.0, y);
 }
@@ -226,6 +232,19 @@ static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   return gap <= FEW_DIGITS && tr_close_rounded(c, near, gap, y);
 }
 
+/* Close the positions from random starts. Only scenes without given values need this: otherwise the same starts have failed. */
+static int tr_close_from_afar(tr_position_search *c, double *y) {
+  unsigned seed = 1u;
+  for (int i = 0; i < c->s->k->nv; ++i)
+    if (c->given[i] != 0.0) return 0;
+  tr_set_weights(c, 0.0);
+  for (int attempt = 0; attempt < TRIES_AFAR; ++attempt) {
+    tr_displace_start(c, AFAR, 0.0, &seed, y);
+    if (tr_close_positions(c, y, 0)) return 1;
+  }
+  return 0;
+}
+
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven) {
   const tr_kernel *k = s->k;
   double *y = TR_A(s, y);
@@ -242,6 +261,7 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
     tr_set_weights(&c, held[phase % 3]);
     closed = tr_close_positions(&c, y, 0) || tr_close_positions(&c, y, 1);
   }
+  closed = closed || tr_close_from_afar(&c, y);
   if (!closed && c.least < INFINITY) memcpy(y, c.nearest, sizeof(double) * s->ny);
   if (!closed) return 0;
   c.given = vgiven;

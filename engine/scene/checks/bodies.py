@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from trunnion.scene.data_classes.bodies import AxialInertia
 from trunnion.scene.data_classes.scene import Body, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.body_poses import vector
 from trunnion.scene.queries.mass_properties import matrix, principal_moments
 from trunnion.scene.queries.surface_meshes import unpacked
 
@@ -68,6 +70,10 @@ def _inertia(path: Path, b: Body) -> Iterator[Finding]:
     if b.inertia is None:
         return
     at = (*path, "inertia")
+    if isinstance(b.inertia, AxialInertia):
+        if not any(vector(b.inertia.axis)):
+            yield Finding((*at, "axis"), "an axis of length zero", "such as x, or [0, 1, 1]")
+        return
     if len(b.inertia) not in (3, 6):
         yield Finding(at, f"{len(b.inertia)} entries in an inertia of 3 or 6", "[xx, yy, zz] or [xx, yy, zz, xy, xz, yz]")
         return

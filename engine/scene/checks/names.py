@@ -49,6 +49,11 @@ def _own_names(scene: Scene) -> Iterator[Finding]:
     for path, points in ((("ground",), scene.ground.points), *((("bodies", n), b.points) for n, b in scene.bodies.items())):
         for name in points:
             yield from _form((*path, "points", name), name)
+    for body, b in scene.bodies.items():
+        for name in b.start:
+            if name not in b.points:
+                hint = Nearest(name, b.points, "points")
+                yield Finding(("bodies", body, "start", name), f"{body} has no point {shown(name)}", hint)
 
 
 def _form(path: Path, name: str) -> Iterator[Finding]:

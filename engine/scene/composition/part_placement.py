@@ -100,8 +100,20 @@ def _mirror_vector(p: Any, k: int) -> Any:
     return [times(-1.0, c) if i == k else c for i, c in enumerate(p)] if isinstance(p, list) and len(p) == 3 else p
 
 
+def _move_start(path: Path, p: Any, move: Move, notes: list[Note]) -> Any:
+    """The start position of a point after a motion. A motion that turns it needs all components."""
+    is_open = [c is None for c in p] if isinstance(p, list) else []
+    if any(is_open) and move.turns:
+        notes.append((path, "a start position with an open component cannot be turned or mirrored", "give all three components"))
+        return p
+    moved = move.place(three([0.0 if c is None else c for c in p] if is_open else p))
+    return [None if o else c for o, c in zip(is_open, moved, strict=True)] if is_open else moved
+
+
 def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
     out = dict(b)
+    if isinstance(out.get("start"), dict):
+        out["start"] = {n: _move_start(("bodies", name, "start", n), p, move, notes) for n, p in out["start"].items()}
     if out.get("position") is None:
         if move.turns:
             notes.append((("bodies", name), "only placed bodies can be turned or mirrored", "give it a position"))
@@ -124,6 +136,8 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
     if isinstance(out.get("surface"), str):
         with suppress(ValueError):  # checks.bodies reports an invalid surface
             out["surface"] = surface_meshes.mirrored(out["surface"], k)
+    if isinstance(out.get("inertia"), dict) and "axis" in out["inertia"]:
+        out["inertia"] = {**out["inertia"], "axis": _mirror_vector(out["inertia"]["axis"], k)}
     if isinstance(out.get("inertia"), list) and len(out["inertia"]) == 6:
         six = out["inertia"]
         out["inertia"] = [times(-1.0, v) if i > 2 and k in PRODUCTS[i - 3] else v for i, v in enumerate(six)]

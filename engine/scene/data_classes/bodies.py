@@ -7,8 +7,9 @@ from typing import Annotated
 
 from pydantic.dataclasses import dataclass
 
+from trunnion.basics.number_declarations import POSITIVE
 from trunnion.scene.data_classes.field_types import GROUP, LIST, STRICT, AxisName, Direction, Position, Vector, either
-from trunnion.scene.units.quantities import Angle, Density, Extent, Inertia, Mass
+from trunnion.scene.units.quantities import Angle, Density, Extent, Inertia, Length, Mass, Per
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -42,6 +43,22 @@ Orientation = Annotated[
 
 
 @dataclass(frozen=True, config=STRICT)
+class AxialInertia:
+    """Inertia about one axis of a body only, as of a rotor or flywheel on a light shaft. It includes the gyroscopic torque when the
+    axis turns. A rotation about any other axis moves no inertia."""
+
+    axial: Annotated[float, Per("kg*m^2", POSITIVE)]
+    """Moment of inertia about the axis through the mass centre."""
+    axis: Direction = "x"
+    """The axis, in the body's frame."""
+
+
+Inertias = Annotated[
+    Annotated[AxialInertia, GROUP] | Annotated[tuple[Inertia, ...], LIST], either("a list of moments, or axial and axis")
+]
+
+
+@dataclass(frozen=True, config=STRICT)
 class Body:
     """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
 
@@ -64,9 +81,9 @@ class Body:
     """Mass, instead of a density. Mass 0 needs an ``inertia``, and is allowed if other bodies determine the motion of this body."""
     center: Position = (0.0, 0.0, 0.0)
     """Mass centre (and middle of the shape) in the body's frame."""
-    inertia: tuple[Inertia, ...] | None = None
+    inertia: Inertias | None = None
     """Inertia about the mass centre in the body's axes: (xx, yy, zz) or (xx, yy, zz, xy, xz, yz), products with their sign in the
-    inertia matrix; (0, 0, 0) is a point mass."""
+    inertia matrix; (0, 0, 0) is a point mass. A group with ``axial`` gives inertia about one axis only."""
     points: dict[str, Position] = field(default_factory=dict)
     """Named points in the body's frame: places for joints and springs, and outputs."""
     color: str | None = None
@@ -78,6 +95,9 @@ class Body:
     """Places the body: position of its frame's origin in the world when all joint coordinates are 0."""
     orientation: Orientation | None = None
     """Rotation of a placed body: one turn, or a list applied in order; default: the axes of the world."""
+    start: dict[str, tuple[Length | None, Length | None, Length | None]] = field(default_factory=dict)
+    """Positions of named points in the world at the start; null leaves a component open. Start coordinates of joints that the scene
+    leaves open follow from them."""
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -87,12 +87,15 @@ Rates = Annotated[Annotated[Number, SCALAR] | Annotated[tuple[Number, ...], LIST
 @dataclass(frozen=True, config=STRICT)
 class Start:
     """Start values of a joint. The condition that loops are closed determines values that are not given. Given values are changed
-    as little as possible, and a note reports each change."""
+    as little as possible, and a note reports each change. ``use`` makes the values of a joint exact, or a guess."""
 
     q: Coordinates | None = None
     """Coordinates: a number, a list, or axis and angle for a ball."""
     qd: Rates | None = None
     """Rates: a number or a list."""
+    use: Literal["exact", "rounded", "guess"] = "rounded"
+    """exact: loops never change the values, and the run is refused if they cannot be closed. rounded: the values may change where
+    loops cannot be closed otherwise. guess: the search for closed loops begins at the values, and may change them freely."""
 
 
 @dataclass(frozen=True, config=STRICT)

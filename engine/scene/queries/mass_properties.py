@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from trunnion.scene.data_classes.scene import Body, Cylinder
+from trunnion.scene.data_classes.bodies import AxialInertia, Body, Cylinder, Inertias
+from trunnion.scene.queries.body_poses import vector
 
 Triple = tuple[float, float, float]
 Matrix = tuple[Triple, Triple, Triple]
@@ -26,8 +27,13 @@ def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
     return m, center, ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
 
 
-def matrix(inertia: tuple[float, ...]) -> Matrix:
-    """The symmetric 3×3 matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz)."""
+def matrix(inertia: Inertias) -> Matrix:
+    """The symmetric 3×3 matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz); J a aᵀ of an inertia J about the unit vector a."""
+    if isinstance(inertia, AxialInertia):
+        a = vector(inertia.axis)
+        scale = float(inertia.axial) / (math.fsum(c * c for c in a) or 1.0)
+        (xx, yy, zz), (xy, xz, yz) = (scale * c * c for c in a), (scale * a[i] * a[k] for i, k in ((0, 1), (0, 2), (1, 2)))
+        return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
     xx, yy, zz, xy, xz, yz = (float(v) for v in (*inertia, 0.0, 0.0, 0.0)[:6])
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 

@@ -42,6 +42,9 @@ def open_loop(model: Model, code: int) -> Outcome:
         )
     described = "; ".join(_describe(model, g, code == 0) for g in gaps[:DESCRIBED])
     more = f"; and {len(gaps) - DESCRIBED} more loops" if len(gaps) > DESCRIBED else ""
+    starts = {n: j.start for n, j in model.built.scene.joints.items() if j.start is not None}
+    exact = [n for n, start in starts.items() if start.use == "exact"]
+    check += f" (exact: {', '.join(exact)})" if exact else ""
     advice = f"no start {what} close all loops: {described}{more}; check {check}"
     numbers = {"distance": gaps[0].distance, "angle": gaps[0].angle} if gaps else {}
     return Outcome("open_loop", 0.0, gaps[0].cut.name if gaps else "", advice, numbers)

@@ -14,7 +14,7 @@ from trunnion.kernel.shared_libraries import Kernel, kernel
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.name_suggestions import shown
 from trunnion.scene.units.python_arguments import Names, names_given
-from trunnion.simulation.execution.cut_joint_starts import build_with_cut_starts
+from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.kernel_choice import kernel_for
 from trunnion.system.construction.system_builder import Built
@@ -26,13 +26,13 @@ class Model:
 
     scene: a checked scene. outputs: patterns of columns; default: those of the scene. kernel: kind of kernel; None: chosen by the
     structure and ``runs``. runs: expected number of runs; infinite if the model will be stepped for a long time. built: the result
-    of ``build_with_cut_starts``, if it is known. SceneError for unknown columns."""
+    of ``build_with_starts``, if it is known. SceneError for unknown columns."""
 
     def __init__(
         self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1, built: Built | None = None
     ):
         started = time.perf_counter()
-        self.built: Built = built or build_with_cut_starts(scene)
+        self.built: Built = built or build_with_starts(scene)
         everything = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
         if problems := pattern_problems(everything, wanted):

@@ -19,13 +19,16 @@ from trunnion.system.construction.joint_frames import direction
 from trunnion.system.signals.signal_tables import Curve, Outside, curve
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
+GIVEN = {"guess": 0.0, "rounded": 1.0, "exact": 2.0}
+"""How far a start value is given (``Numbers.q_given``), by the key ``use`` of a joint's start."""
+
 
 @dataclass(frozen=True)
 class Numbers:
     """Start values, tables and scales of a run.
 
     q, v               start values (nq, nv). If the scene gives no value, 0; for quaternions the identity.
-    q_given, v_given   1 where the scene gives the start value, else 0.
+    q_given, v_given   2 where the scene gives an exact start value, 1 where it gives a rounded one, else 0.
     tables             records of the external inputs, then of table signals.
     breaks             times at which a signal has a corner or jumps (``breaks``).
     length, rate       scales for tolerances, m and 1/s.
@@ -45,7 +48,7 @@ class Numbers:
     ignored: tuple[str, ...]
     """Notes about start values and ``cut`` keys of the scene that are not used, with the reason."""
     q_given_by_rate: np.ndarray
-    """For each rate (nv): 1 if the scene gives the start coordinates of the joint to which the rate belongs, else 0."""
+    """For each rate (nv): the level of ``q_given`` of the joint to which the rate belongs."""
 
     def break_records(self) -> np.ndarray:
         """The breaks as the runtime reads them (``tr_break``), those that occur once in the order of their times."""
@@ -69,7 +72,8 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
         values = np.zeros(kind.nq)
         if kind.quaternion >= 0:
             values[kind.quaternion] = 1.0
-        given = start is not None and start.q is not None
+        level = GIVEN[start.use] if start is not None else 0.0
+        given = level if start is not None and start.q is not None else 0.0
         if start is not None and start.q is not None:
             values = coordinates(start.q, kind.nq, kind.quaternion)
         states = state_coordinates(j)
@@ -79,7 +83,7 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
         if start is not None and start.qd is not None:
             rates = np.atleast_1d(np.array(start.qd, float))
             v[j.v0 : j.v0 + len(j.free)] = rates[list(j.free)]
-            v_given[j.v0 : j.v0 + len(j.free)] = 1
+            v_given[j.v0 : j.v0 + len(j.free)] = level
     ignored = tuple(
         [f"cut of {j.name}: not used, because forces at this joint depend on its angle; the loop is cut elsewhere"
            for j in system.joints if scene.joints[j.name].cut and not j.cut]

@@ -99,7 +99,7 @@ typedef struct fmu_model {
   const double *p;      /* engine parameters */
   int nbreaks, ntables; /* number of breaks (`tr_break`); length of `tables` */
   const double *breaks, *tables;
-  const double *q, *v, *q_given, *v_given; /* start values; …_given: 1 where the scene gives a value */
+  const double *q, *v, *q_given, *v_given; /* start values; …_given: 0 open, 1 given, 2 exact */
   double length, rate, energy; /* scales of the tolerances */
   int method, bounded, through_jams, events, noutcomes; /* bounded: real-time steps; through_jams: an impact stops a jammed pair */
   const fmu_setting *setting;

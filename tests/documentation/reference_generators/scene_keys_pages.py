@@ -29,8 +29,8 @@ LONGEST = 110
 PAGES = {
     "scene_keys": ("Scene keys", "Scene", "Simulation", "RealTime", "Input", "Ground", "FrictionDefaults"),
     "scene_keys_bodies_joints": (
-        "Scene keys: bodies and joints", "Body", "Cylinder", "Turn", "Joint", "Side", "Friction", "Wear", "Start", "AxisAngle",
-        "Spring", "EndStops", "Latch", "Motor", "Mimic", "Profile", "Curve",
+        "Scene keys: bodies and joints", "Body", "Cylinder", "AxialInertia", "Turn", "Joint", "Side", "Friction", "Wear", "Start",
+        "AxisAngle", "Spring", "EndStops", "Latch", "Motor", "Mimic", "Profile", "Curve",
     ),
     "scene_keys_loads_signals": (
         "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drive", "Signal",

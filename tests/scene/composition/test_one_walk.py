@@ -11,7 +11,7 @@ from tests.scene.valid_scene import VALID, edited
 from trunnion import simulate, sweep
 from trunnion.scene import load_scene, model_names, models_dir, scene_from_dict, scene_loader, scene_to_yaml
 from trunnion.scene.overrides import apply, list_parameters, scene_given
-from trunnion.simulation.execution import cut_joint_starts
+from trunnion.simulation.execution import starts_at_cuts_and_points
 
 STAGES = ("compose", "evaluate", "build", "findings")
 """Stages of this traversal: composition of parts, expressions, types, checks."""
@@ -50,7 +50,7 @@ def counts(monkeypatch):
 
     for stage in STAGES:
         counted(scene_loader, stage, stage)
-    counted(cut_joint_starts, "build", "system")
+    counted(starts_at_cuts_and_points, "build", "system")
     return found
 
 
