@@ -55,6 +55,7 @@ def joint_data(j: Any, scene: Scene) -> dict[str, Any]:
 
 def start_data(model: Any) -> dict[str, Any]:
     """Result of assembling and starting the scene: outcome, notes (changed values, redundant loops), degrees of freedom."""
+    from trunnion.scene.checks.contact_ends import contact_end_notes
     from trunnion.scene.checks.unusual_magnitudes import magnitude_notes
     from trunnion.scene.expressions.parameter_dependence import unused_notes
     from trunnion.simulation.execution.drive_motion import beginning_notes
@@ -65,10 +66,11 @@ def start_data(model: Any) -> dict[str, Any]:
     soon = 1e-9 * float(scene.simulation.until)
     result = run(model, soon, soon, Settings(rtol=float(scene.simulation.rtol), method=scene.simulation.method))
     beginning = [n for n in beginning_notes(model.built, against_data=False) if n not in result.notes]
+    questions = [*magnitude_notes(scene), *contact_end_notes(scene)]
     return {
         "outcome": "ready" if result.outcome.ok else result.outcome.name,
         "joint": result.outcome.joint, "advice": result.outcome.advice,
-        "notes": [*result.notes, *beginning, *contact_travel_notes(scene), *magnitude_notes(scene), *unused_notes(scene)],
+        "notes": [*result.notes, *beginning, *contact_travel_notes(scene), *questions, *unused_notes(scene)],
         "redundant_rows": result.redundancy.count, "not_unique": list(result.redundancy.joints),
         "moving_freedoms": model.system.nv - model.system.constraint_rows + result.redundancy.count,
     }  # fmt: skip
