@@ -28,7 +28,7 @@ def command(
     plot: Plot = None,
     as_json: Json = False,
 ) -> int:
-    """Tell whether friction holds the given pose. Then find the pose of rest without friction, and the range around this pose in which
+    """Tell whether friction holds the given pose. Then find the pose of rest without friction, and the range around it in which
     friction holds the mechanism."""
     from trunnion.analysis.mechanics.equilibrium_pose import equilibrium, start_at
     from trunnion.analysis.static_bounds.static_margin import hold
