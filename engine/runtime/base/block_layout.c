@@ -7,7 +7,7 @@ static int tr_max(int a, int b) { return a > b ? a : b; }
 static int tr_lay_out(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  s->ny = k->nq + k->nv + k->nb, s->nworks = o && o->works ? k->npowers : 0, s->naudit = k->npowers ? 2 : 0;
+  s->ny = k->nq + k->nv + k->nb, s->nworks = o && o->works ? k->npowers : 0;
   const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = s->ny, pairs = k->nsliders, n = tr_state_width(s);
   int at = 0;
 #define TR_PLACE(field, count) (s->at.field = at, at += TR_PAD((count) + 1))
@@ -87,7 +87,7 @@ int tr_refit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobi
   memset(&own, 0, sizeof own);
   own.k = k, own.o = o, own.j = j, own.clock.nbreaks = nbreaks, own.events.capacity = ev_capacity;
   s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(&own, ntable);
-  s->k = k, s->o = o, s->j = j, s->ny = own.ny, s->nworks = own.nworks, s->naudit = own.naudit, s->at = own.at;
+  s->k = k, s->o = o, s->j = j, s->ny = own.ny, s->nworks = own.nworks, s->at = own.at;
   s->ask = (tr_asking){0, 0.0, 0};
   s->clock.width = 1 + (o ? o->nout : 0), s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
   return tr_has_valid_counts(s);

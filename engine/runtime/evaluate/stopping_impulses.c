@@ -23,9 +23,9 @@ static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
  * almost zero while other bodies move fast; v is then the error of event location. To hold the rate at zero, friction would have to
  * stop these bodies. A: change of the rate by a unit impulse. */
 static int tr_passes_zero(tr_sim *s, const double *y, int i, double v, double A) {
-  double energy[2] = {s->set.energy, 0.0};
+  double energy[2];
   if (fabs(v) * TR_A(s, lever)[i] > tr_rest_speed(tr_speed_unit(s))) return 0;
-  if (s->k->energy) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, energy);
+  s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, energy);
   return v * v > 2.0 * A * fmax(PASSING_WORK * energy[0], PASSING_LEAST * s->set.energy);
 }
 
@@ -81,7 +81,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
         double work = 0.0;
         for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
         if (s->nworks) y[s->ny + pair->element] += work;
-        if (s->naudit) y[s->ny + s->nworks] += work;
+        y[s->ny + s->nworks] += work;
       }
     }
   }

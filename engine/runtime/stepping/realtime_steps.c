@@ -138,7 +138,7 @@ static int tr_step_by_sweeps(tr_sim *s, double t) {
   tr_evaluate_maps(s, mid);
   if (s->k->active + s->k->neta) tr_relax_friction(s, h), tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   tr_copy(n, mid, ynew);
-  for (int i = nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
+  for (int i = nq; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) ynew[i] = y[i] + h * f[i];
   tr_advance_positions(s, ynew, ynew + nq, 0.5 * h);
   if (!tr_is_finite(s->ny, ynew)) return TR_FAIL_NOT_FINITE;
   if (!tr_project(s, t, ynew)) return s->step.failure;
