@@ -68,13 +68,23 @@ def main_unit(plain: Model, redundant: bool = False) -> MainUnit:
     coupled = loop_friction and inactive_rows_couple(m, outward(m), multipliers.inactive)
     rate, each = _derivative(m)
     code = _stages(multipliers, maps, rate, each)
+    closure = closure_function(m)
+    laws_code = laws_function(sym, parts)
+    rates_code = coordinate_rates_function(sym)
+    stops_code = stops_function(m)
+    turned = rubbing_on_loops(system) if nkappa else []
+    held = held_function(sym, parts)
+    codes = [code, closure, laws_code, stops_code, held, energy_function(m), pressed_function(sym, turned)]
+    text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
     sizes = {
         "nq": system.nq, "nv": system.nv, "nb": sym.b.numel(), "nx": sym.x.shape[0], "np": sym.p.shape[0], "nw": code.kept[1],
         "nmaps": sum(int(v.numel()) for v in maps), "rows": system.rows, "active": len(active), "neta": system.neta, "nn": nn,
         "nrates": nrates, "npowers": len(each), "ntaken": len(each) - GIVING, "nkappa": nkappa,
-        "loop_friction": int(loop_friction), "coupled": int(coupled),
+        "loop_friction": int(loop_friction), "coupled": int(coupled), "nc": sum(c.kept[0] for c in codes),
     }  # fmt: skip
-    return _complete(m, parts, code, sizes, active)
+    ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
+           "laws": laws_code.operations[1], "closure": closure.operations[1], "held": held.operations[1]}
+    return MainUnit(text, sizes, active, parts, ops, {e.joint.name: (at, count) for e, at, count in turned})
 
 
 def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list[SX]) -> Code:
@@ -92,23 +102,6 @@ def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list
         Output("power", 0, each, last),
     ]
     return emit([*inputs(sym), *multipliers.inputs(2)], outputs, stages)
-
-
-def _complete(m: Model, parts: list[Element], code: Code, sizes: dict[str, int], active: list[int]) -> MainUnit:
-    """The unit with all its functions."""
-    sym = m.sym
-    closure = closure_function(m)
-    laws_code = laws_function(sym, parts)
-    rates_code = coordinate_rates_function(sym)
-    stops_code = stops_function(m)
-    turned = rubbing_on_loops(sym.system) if sizes["nkappa"] else []
-    held = held_function(sym, parts)
-    codes = [code, closure, laws_code, stops_code, held, energy_function(m), pressed_function(sym, turned)]
-    text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
-    sizes["nc"] = sum(c.kept[0] for c in codes)
-    ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
-           "laws": laws_code.operations[1], "closure": closure.operations[1], "held": held.operations[1]}
-    return MainUnit(text, sizes, active, parts, ops, {e.joint.name: (at, count) for e, at, count in turned})
 
 
 def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:

@@ -67,12 +67,10 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
   if (tr_largest_speed(s, rest, n) > (tr_has_dependent_rates(s, rest, n) ? 0.0 : tr_rest_speed(tr_speed_unit(s)))) {
     double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
     tr_form_maps_without_loops(s, 1);
-    const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
+    const double *raw = map_Qe(k, TR_A(s, maps));
     if (tr_find_stopping_impulses(s, y, rest, n, own, deta)) {
-      for (int i = 0; i < a; ++i) {
-        dlam[i] = 0.0;
-        for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
-      }
+      memset(dlam, 0, sizeof dlam);
+      tr_add_columns(a, e, TR_A(s, T), deta, -1.0, dlam);
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
