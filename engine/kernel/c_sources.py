@@ -55,7 +55,7 @@ def kernel_source(
 ) -> KernelSource:
     """C sources for a run. The Jacobian unit is separate, because few methods need it."""
     plain = build_model(Symbols(system, parameters))
-    main = main_unit(plain, quadratures, redundant)
+    main = main_unit(plain, redundant)
     out = output_unit(plain, chosen, quadratures)
     operations = main.operations | {"outputs": out.operations}
     facts: dict[str, object] = {"operations": operations, "active_rows": main.active, "loop_rows": rows_of(system)}
@@ -108,7 +108,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
     names = {n: f"k_{n}" for n in (*tables, *named, "element", "pair", "pace")}
-    names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "shift", "derive", *(["energy"] * main.looped)), "0")
+    names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "shift", "derive"), "0")
     return PREAMBLE + main.text + text + KERNEL.initialiser("trunnion_kernel", **sizes, **names, prepare="k_prepare_all")
 
 

@@ -33,7 +33,7 @@ class Sizes:
     def text(self) -> str:
         """C macros ``TR_MAX_…`` with the largest array lengths."""
         k, o = self.kernel, self.outputs
-        works, audit = k["npowers"] if o["works"] else 0, 2 if k["npowers"] else 0
+        works, audit = k["npowers"] if o["works"] else 0, 2
         ny = k["nq"] + k["nv"] + k["nb"]
         named = {n: v for n, v in k.items() if n != "abi" and not n.startswith("c_")} | {
             "ny": ny, "nworks": works, "width": (ny + works + audit + 3) // 4 * 4, "nz": k["active"] + k["neta"],

@@ -16,7 +16,7 @@ CALLS = {
 
 FIELDS = {
     "s->ny": "TR_MAX_NY", "c->s->ny": "TR_MAX_NY", "c->s->k->nv": "TR_MAX_NV", "s->nworks": "TR_MAX_NWORKS",
-    "s->naudit": "2", "w->count": "TR_LARGER(TR_MAX_NWORKS, 2)",
+    "w->count": "TR_LARGER(TR_MAX_NWORKS, 2)",
     "m->stages": "TR_STAGES", "s->o": "1", "s->o->nout": "TR_MAX_NOUT", "s->o->ncontacts": "TR_MAX_NCONTACTS",
     "s->o->nkappa": "TR_MAX_OPEN_NKAPPA",
     "l->nc": "TR_MAX_LINEAR_NC", "l->ninputs": "TR_MAX_NINPUTS", "s->loops.rank_now": "0", "q->r": "TR_MAX_ROWS",

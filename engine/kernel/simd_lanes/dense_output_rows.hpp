@@ -5,7 +5,7 @@
 
 /* Give the data of one case to all lanes. */
 static void alike(Lanes &s, const tr_request &of) {
-  s.nworks = of.nworks, s.naudit = of.naudit, s.length = of.length, s.rate = of.rate, s.good = tr_bits{} - 1;
+  s.nworks = of.nworks, s.length = of.length, s.rate = of.rate, s.good = tr_bits{} - 1;
   prepare_units(s);
   for (int i = 0; i < NX; ++i) s.x[i] = of.x[i];
   for (int i = 0; i < NC; ++i) s.c[i] = of.c[i];

@@ -64,7 +64,6 @@ static void slope(Lanes &s, int n, V t, const V *y, V *dy) {
   k_stage2(s.x, y, s.c, s.w, s.z, dy, s.power);
 #endif
   for (int i = NY; i < n; ++i) dy[i] = 0.0;
-  if (!s.naudit) return;
   V sum[2] = {0.0, 0.0};
   for (int i = 0; i < s.nworks; ++i) dy[NY + i] = s.power[i];
   for (int i = 0; i < NPOWERS; ++i) sum[i >= NTAKEN] = sum[i >= NTAKEN] + s.power[i];

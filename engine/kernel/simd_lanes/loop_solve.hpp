@@ -11,7 +11,7 @@ struct Lanes {
   V T[ACTIVE * NETA + 8], N0[NN + 8], Ne[NN * NETA + 8], N[NN + 8], sliding[3 * NSLIDERS + 8], per_lever[NETA + 8]; /* friction */
   V least[NSLIDERS + 8], largest[NSLIDERS + 8], independence; /* extremes over the stages of a step */
   tr_bits watches, iterations;                                /* lanes that record extremes; number of Newton iterations so far */
-  int projections[WIDTH], nworks, naudit;
+  int projections[WIDTH], nworks;
 };
 
 /* Compute the reciprocals of the residuals' units. */

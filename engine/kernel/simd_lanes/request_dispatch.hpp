@@ -62,7 +62,7 @@ extern "C" void l_serve(int kind, tr_request **r) {
   Lanes s;
   V t, h, y[MOST_WIDE];
   const int n = r[0]->n;
-  s.good = tr_bits{} - 1, s.nworks = r[0]->nworks, s.naudit = r[0]->naudit;
+  s.good = tr_bits{} - 1, s.nworks = r[0]->nworks;
   for (int l = 0; l < WIDTH; ++l) t.v[l] = r[l]->t, h.v[l] = r[l]->h, s.length.v[l] = r[l]->length, s.rate.v[l] = r[l]->rate;
   prepare_units(s);
   TAKE(NX, x, s.x) TAKE(NC, c, s.c) TAKE(ACTIVE, d, s.d) TAKE(n, y, y)

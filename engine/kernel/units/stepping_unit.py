@@ -29,7 +29,6 @@ from trunnion.kernel.units.stepping_unit_functions import (
     pressed_function,
     stops_function,
 )
-from trunnion.kernel.units.stepping_unit_large_trees import LoopedRecursion, loops_pay
 from trunnion.kernel.units.unit_inputs import CONST, PARAMETERS, STATE, Multipliers, combination, inputs, state_rates
 from trunnion.recursion.complement_equation_terms import acceleration_rows, joint_rates, reaction_rows
 from trunnion.recursion.inward_reduction import Model, reduce_model
@@ -51,20 +50,16 @@ class MainUnit:
     active: list[int]
     elements: list[Element]
     operations: dict[str, int]
-    looped: bool
     turned: dict[str, tuple[int, int]]
     """For joints in loops with friction: index of the first scaled reaction that friction changes, and number of such reactions
     (``rubbing_on_loops``)."""
 
 
-def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainUnit:
-    """The unit of a model that is not yet reduced. quadratures: whether integrals of powers are needed. redundant: whether to build
-    the variant with all rows and with scaled reactions."""
+def main_unit(plain: Model, redundant: bool = False) -> MainUnit:
+    """The unit of a model that is not yet reduced. redundant: whether to build the variant with all rows and with scaled
+    reactions."""
     sym = plain.sym
     system, parts = sym.system, elements(sym.system)
-    if loops_pay(system, quadratures):
-        recursion = LoopedRecursion(sym)
-        return _complete(plain, parts, recursion.code, recursion.sizes, [], looped=True)
     m = reduce_model(plain)
     multipliers = Multipliers(m, redundant)
     active = multipliers.active
@@ -73,13 +68,23 @@ def main_unit(plain: Model, quadratures: bool, redundant: bool = False) -> MainU
     coupled = loop_friction and inactive_rows_couple(m, outward(m), multipliers.inactive)
     rate, each = _derivative(m)
     code = _stages(multipliers, maps, rate, each)
+    closure = closure_function(m)
+    laws_code = laws_function(sym, parts)
+    rates_code = coordinate_rates_function(sym)
+    stops_code = stops_function(m)
+    turned = rubbing_on_loops(system) if nkappa else []
+    held = held_function(sym, parts)
+    codes = [code, closure, laws_code, stops_code, held, energy_function(m), pressed_function(sym, turned)]
+    text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
     sizes = {
         "nq": system.nq, "nv": system.nv, "nb": sym.b.numel(), "nx": sym.x.shape[0], "np": sym.p.shape[0], "nw": code.kept[1],
         "nmaps": sum(int(v.numel()) for v in maps), "rows": system.rows, "active": len(active), "neta": system.neta, "nn": nn,
         "nrates": nrates, "npowers": len(each), "ntaken": len(each) - GIVING, "nkappa": nkappa,
-        "loop_friction": int(loop_friction), "coupled": int(coupled),
+        "loop_friction": int(loop_friction), "coupled": int(coupled), "nc": sum(c.kept[0] for c in codes),
     }  # fmt: skip
-    return _complete(m, parts, code, sizes, active, looped=False)
+    ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
+           "laws": laws_code.operations[1], "closure": closure.operations[1], "held": held.operations[1]}
+    return MainUnit(text, sizes, active, parts, ops, {e.joint.name: (at, count) for e, at, count in turned})
 
 
 def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list[SX]) -> Code:
@@ -97,23 +102,6 @@ def _stages(multipliers: Multipliers, maps: list[SX], rate: list[SX], each: list
         Output("power", 0, each, last),
     ]
     return emit([*inputs(sym), *multipliers.inputs(2)], outputs, stages)
-
-
-def _complete(m: Model, parts: list[Element], code: Code, sizes: dict[str, int], active: list[int], looped: bool) -> MainUnit:
-    """The unit with all its functions. A unit with C loops has no powers, and therefore no energies for the audit."""
-    sym = m.sym
-    closure = closure_function(m)
-    laws_code = laws_function(sym, parts)
-    rates_code = coordinate_rates_function(sym)
-    stops_code = stops_function(m)
-    turned = rubbing_on_loops(sym.system) if sizes["nkappa"] else []
-    held = held_function(sym, parts)
-    codes = [code, closure, laws_code, stops_code, held, energy_function(m, looped), pressed_function(sym, turned)]
-    text = "\n".join([PROTOTYPES, *(c.text for c in codes), rates_code.text, prepare_all(codes)])
-    sizes["nc"] = sum(c.kept[0] for c in codes)
-    ops = {"prepare": code.operations[0], "stage1": code.operations[1], "stage2": code.operations[2],
-           "laws": laws_code.operations[1], "closure": closure.operations[1], "held": held.operations[1]}
-    return MainUnit(text, sizes, active, parts, ops, looped, {e.joint.name: (at, count) for e, at, count in turned})
 
 
 def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) -> tuple[list[SX], int, int, int]:

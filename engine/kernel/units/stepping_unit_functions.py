@@ -123,10 +123,9 @@ def _also_alone(code: Code, name: str, derivatives: int) -> Code:
     return code
 
 
-def energy_function(m: Model, unused: bool) -> Code:
-    """C function of the kinetic and the potential energy of a state, J, for the audit. If ``unused``, the function computes
-    nothing."""
-    return _of_state(m.sym, "energy", "out", [] if unused else [m.once(kinetic), m.once(potential)])
+def energy_function(m: Model) -> Code:
+    """C function of the kinetic and the potential energy of a state, J, for the audit."""
+    return _of_state(m.sym, "energy", "out", [m.once(kinetic), m.once(potential)])
 
 
 def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Code:

@@ -9,7 +9,6 @@ int kind : TR_ASK_…
 int method : number of the explicit method
 int n : doubles of a state, including integrals
 int nworks : works that columns need
-int naudit : sums of the audit
 int ok : 1: the lanes served the request; 0: the case takes the ordinary path
 int projections : corrections of positions
 int solved : whether rows need multipliers and accelerations

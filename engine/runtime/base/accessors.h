@@ -142,7 +142,7 @@ static inline double tr_time_tolerance(double t) { return SAME_TIME * fmax(1.0, 
 static inline double tr_speed_unit(const tr_sim *s) { return s->set.length * s->set.rate; }
 
 /* Number of doubles in a state, including integrals and padding. */
-static inline int tr_state_width(const tr_sim *s) { return TR_PAD(s->ny + s->nworks + s->naudit); }
+static inline int tr_state_width(const tr_sim *s) { return TR_PAD(s->ny + s->nworks + TR_AUDIT_SUMS); }
 
 /* Number of pairs and stops. An event of a pair has the pair's index; an event of a stop has nsliders + the stop's index. */
 static inline int tr_watched_count(const tr_sim *s) { return s->k->nsliders + s->k->nstops; }

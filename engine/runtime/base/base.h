@@ -22,7 +22,6 @@ static inline void tr_append_powers(const tr_sim *s, double *dy) {
   const tr_kernel *k = s->k;
   const double *power = TR_A(s, power);
   double *out = dy + s->ny, sum[2] = {0.0, 0.0};
-  if (!s->naudit) return;
   for (int i = 0; i < s->nworks; ++i) out[i] = power[i];
   for (int i = 0; i < k->npowers; ++i) sum[i >= k->ntaken] += power[i];
   out[s->nworks] = sum[0], out[s->nworks + 1] = sum[1];

@@ -7,7 +7,7 @@ static int tr_max(int a, int b) { return a > b ? a : b; }
 static int tr_lay_out(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
-  s->ny = k->nq + k->nv + k->nb, s->nworks = o && o->works ? k->npowers : 0, s->naudit = k->npowers ? 2 : 0;
+  s->ny = k->nq + k->nv + k->nb, s->nworks = o && o->works ? k->npowers : 0;
   const int a = k->active, e = k->neta, rows = k->rows, nv = k->nv, ny = s->ny, pairs = k->nsliders, n = tr_state_width(s);
   int at = 0;
 #define TR_PLACE(field, count) (s->at.field = at, at += TR_PAD((count) + 1))
@@ -46,19 +46,23 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   return at;
 }
 
+/* Set the units, the capacities, and the layout of a block for them. */
+static void tr_fit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
+  s->k = k, s->o = o, s->j = j, s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
+  s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(s, ntable);
+  s->clock.width = 1 + (o ? o->nout : 0);
+}
+
 size_t tr_size(const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
   tr_sim s;
-  memset(&s, 0, sizeof s);
-  s.k = k, s.o = o, s.j = j, s.clock.nbreaks = nbreaks, s.events.capacity = ev_capacity;
-  return TR_HEAD + sizeof(double) * tr_lay_out(&s, ntable);
+  tr_fit(&s, k, o, j, nbreaks, ntable, ev_capacity);
+  return s.bytes;
 }
 
 int tr_init(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
   if (k->abi != TR_ABI || (o && o->abi != TR_ABI) || (j && j->abi != TR_ABI)) return 0;
   if (k->nx != TR_DOUBLES(tr_moment) + TR_DOUBLES(tr_signal) * k->ntables + k->nstops + TR_DOUBLES(tr_mode) * k->nsliders) return 0;
-  s->k = k, s->o = o, s->j = j, s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
-  s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(s, ntable);
-  s->clock.width = 1 + (o ? o->nout : 0);
+  tr_fit(s, k, o, j, nbreaks, ntable, ev_capacity);
   s->set = (tr_settings){.rtol = DEFAULT_RTOL, .hmax = INFINITY, .length = 1.0, .rate = 1.0, .project = 1, .locate = 1};
   s->clock.last_break = -INFINITY, s->clock.next_break = INFINITY;
   s->step.method = TR_AUTO_TIGHT;
@@ -83,13 +87,8 @@ static int tr_has_valid_counts(const tr_sim *s) {
 }
 
 int tr_refit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
-  tr_sim own;
-  memset(&own, 0, sizeof own);
-  own.k = k, own.o = o, own.j = j, own.clock.nbreaks = nbreaks, own.events.capacity = ev_capacity;
-  s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(&own, ntable);
-  s->k = k, s->o = o, s->j = j, s->ny = own.ny, s->nworks = own.nworks, s->naudit = own.naudit, s->at = own.at;
+  tr_fit(s, k, o, j, nbreaks, ntable, ev_capacity);
   s->ask = (tr_asking){0, 0.0, 0};
-  s->clock.width = 1 + (o ? o->nout : 0), s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
   return tr_has_valid_counts(s);
 }
 

@@ -72,6 +72,6 @@ static void tr_evaluate_maps(tr_sim *s, const double *y) {
 
 static double tr_potential_energy(const tr_sim *s, const double *y) {
   double both[2] = {0.0, 0.0};
-  if (s->k->energy && s->k->nlatches) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, both);
+  if (s->k->nlatches) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, both);
   return both[1];
 }

@@ -98,8 +98,8 @@ typedef struct tr_loops {
 
 /* TR_PAST_ENDS: number of step ends with stored speeds (``events/capture_at_end_of_sliding.c``). TR_WORK_NODES: nodes of the quadrature of
  * works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step, because the dense output does not use this
- * stage. */
-enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1 };
+ * stage. TR_AUDIT_SUMS: sums of the audit (energy taken, energy given). */
+enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1, TR_AUDIT_SUMS = 2 };
 
 /* Pairs under set-valued laws. */
 typedef struct tr_friction {
@@ -239,7 +239,7 @@ typedef struct tr_sim {
   const tr_outputs *o;  /* null pointer: no columns */
   const tr_jacobian *j; /* null pointer: not attached */
   int ny;               /* nq + nv + nb: doubles in the state without integrals */
-  int nworks, naudit;   /* numbers of integrals: works that columns need; sums of the audit (energy taken, energy given) */
+  int nworks;           /* number of integrals that columns need; the audit's sums follow them in the state */
   tr_settings set;
   tr_clock clock;
   tr_stepping step;

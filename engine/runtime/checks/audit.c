@@ -132,9 +132,8 @@ static void tr_audit_begin(tr_sim *s) {
   double *y = TR_A(s, y);
   a->all = (tr_judgement){.lost_time = -1.0, .jump_time = -1.0};
   for (int i = 0; i < TR_LAWS; ++i) a->all.law[i] = (tr_worst){.time = -1.0};
-  for (int i = 0; i < s->naudit; ++i) y[s->ny + s->nworks + i] = 0.0;
-  a->known = s->k->energy && s->naudit;
-  if (!a->known) return;
+  for (int i = 0; i < TR_AUDIT_SUMS; ++i) y[s->ny + s->nworks + i] = 0.0;
+  a->known = 1;
   tr_set_time(s, s->clock.t);
   tr_audit_energies(s, y, &a->kinetic, &a->potential, &a->taken, &a->given);
   a->begin = a->kinetic + a->potential - a->taken - a->given, a->most = a->kinetic, a->lost = a->jump = 0.0, a->seen = s->clock.t;

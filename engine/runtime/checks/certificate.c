@@ -37,16 +37,14 @@ static void tr_iterate_recursive(tr_sim *s, const tr_iteration *it, const double
 /* u ← law'(N) R v. */
 static void tr_iterate(tr_sim *s, const tr_iteration *it, const double *v, double *u) {
   const int e = s->k->neta;
-  const double *J = TR_A(s, lu);
   if (it->N0) {
     tr_iterate_recursive(s, it, v, u);
     return;
   }
-  for (int i = 0; i < e; ++i) {
-    u[i] = v[i];
-    for (int j = 0; j < e; ++j) u[i] -= J[i + j * e] * v[j];
-    if (tr_row_kinds(s)[i] != TR_ROW_LAW && s->friction.held) u[i] = 0.0;
-  }
+  memcpy(u, v, sizeof(double) * e);
+  tr_add_columns(e, e, TR_A(s, lu), v, -1.0, u);
+  for (int i = 0; i < e && s->friction.held; ++i)
+    if (tr_row_kinds(s)[i] != TR_ROW_LAW) u[i] = 0.0;
 }
 
 /* Arnoldi's method: H (KRYLOV × KRYLOV) ← the iteration on an orthonormal basis of a Krylov space. Returns the dimension. */

@@ -3,7 +3,7 @@
 #include "evaluate/evaluate.h"
 
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y) {
-  return (tr_request){.kind = kind, .method = s->step.method, .n = tr_state_width(s), .nworks = s->nworks, .naudit = s->naudit, .watch = s->step.watch, .t = t,
+  return (tr_request){.kind = kind, .method = s->step.method, .n = tr_state_width(s), .nworks = s->nworks, .watch = s->step.watch, .t = t,
                       .length = s->set.length, .rate = s->set.rate, .independence = s->loops.least, .x = TR_A(s, x), .c = TR_A(s, c), .d = TR_A(s, d),
                       .z = TR_A(s, z), .zstart = TR_A(s, zstart), .zend = TR_A(s, zend), .arm = TR_A(s, lever), .smin = TR_A(s, smin),
                       .smax = TR_A(s, smax), .N = TR_A(s, NN), .sliding = TR_A(s, sliding), .y = y, .K = TR_A(s, K), .R = TR_A(s, kstep), .yold = TR_A(s, yold), .ynew = TR_A(s, ynew),

@@ -23,9 +23,9 @@ static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
  * almost zero while other bodies move fast; v is then the error of event location. To hold the rate at zero, friction would have to
  * stop these bodies. A: change of the rate by a unit impulse. */
 static int tr_passes_zero(tr_sim *s, const double *y, int i, double v, double A) {
-  double energy[2] = {s->set.energy, 0.0};
+  double energy[2];
   if (fabs(v) * TR_A(s, lever)[i] > tr_rest_speed(tr_speed_unit(s))) return 0;
-  if (s->k->energy) s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, energy);
+  s->k->energy(TR_A(s, x), y, TR_A(s, c) + s->k->c_energy, energy);
   return v * v > 2.0 * A * fmax(PASSING_WORK * energy[0], PASSING_LEAST * s->set.energy);
 }
 
@@ -67,12 +67,10 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
   if (tr_largest_speed(s, rest, n) > (tr_has_dependent_rates(s, rest, n) ? 0.0 : tr_rest_speed(tr_speed_unit(s)))) {
     double deta[e + 1], dlam[a + 1], response[e + 1], dv[k->nv + 1];
     tr_form_maps_without_loops(s, 1);
-    const double *raw = map_Qe(k, TR_A(s, maps)), *T = TR_A(s, T);
+    const double *raw = map_Qe(k, TR_A(s, maps));
     if (tr_find_stopping_impulses(s, y, rest, n, own, deta)) {
-      for (int i = 0; i < a; ++i) {
-        dlam[i] = 0.0;
-        for (int j = 0; j < e; ++j) dlam[i] -= T[i + j * a] * deta[j];
-      }
+      memset(dlam, 0, sizeof dlam);
+      tr_add_columns(a, e, TR_A(s, T), deta, -1.0, dlam);
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
@@ -81,7 +79,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
         double work = 0.0;
         for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];
         if (s->nworks) y[s->ny + pair->element] += work;
-        if (s->naudit) y[s->ny + s->nworks] += work;
+        y[s->ny + s->nworks] += work;
       }
     }
   }

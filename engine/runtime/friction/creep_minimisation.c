@@ -44,16 +44,13 @@ static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c) {
 static void tr_creep_free_accelerations(tr_sim *s, tr_creep_problem *c) {
   tr_form_all_maps(s);
   const int e = s->k->neta;
-  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + s->k->active;
   double others[e];
-  memcpy(others, eta, sizeof others);
+  memcpy(others, TR_A(s, z) + s->k->active, sizeof others);
   for (int i = 0; i < c->m; ++i) others[c->index[i]] = 0.0;
   for (int k = 0; k < c->r; ++k) {
     const double *row = c->B + c->lead[k] * c->r;
     const int i = c->index[c->lead[k]];
-    double acc = Q0[i];
-    for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * others[j];
-    acc *= TR_A(s, lever)[i];
+    double acc = tr_held_acceleration(s, i, others) * TR_A(s, lever)[i];
     for (int p = 0; p < k; ++p) acc -= row[p] * c->w0[p];
     c->w0[k] = acc / row[k];
   }

@@ -51,15 +51,18 @@ static int tr_has_prescribed_changed(const tr_sim *s) {
   return 0;
 }
 
-static double tr_freedom_acceleration(tr_sim *s, int i) {
-  const tr_kernel *k = s->k;
-  int e = k->neta;
-  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + k->active;
-  if (s->step.recursive) return TR_A(s, acc)[i];
-  TR_NEED(s, TR_HAS_HELD);
+static double tr_held_acceleration(const tr_sim *s, int i, const double *eta) {
+  const int e = s->k->neta;
+  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
   double acc = Q0[i];
   for (int j = 0; j < e; ++j) acc += Qe[i + j * e] * eta[j];
   return acc;
+}
+
+static double tr_freedom_acceleration(tr_sim *s, int i) {
+  if (s->step.recursive) return TR_A(s, acc)[i];
+  TR_NEED(s, TR_HAS_HELD);
+  return tr_held_acceleration(s, i, TR_A(s, z) + s->k->active);
 }
 
 static double tr_acceleration_and_terms(tr_sim *s, int i, double *size) {

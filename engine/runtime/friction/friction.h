@@ -97,6 +97,9 @@ static int tr_are_one_freedom(const tr_sim *s, int i, int j);
 /* The pair that owns multiplier e. *at receives the offset of the derivative of this pair's capacity. */
 static int tr_pair_of_multiplier(const tr_sim *s, int e, int *at);
 
+/* Acceleration of multiplier i's freedom with the multipliers eta. Requires held maps. */
+static double tr_held_acceleration(const tr_sim *s, int i, const double *eta);
+
 /* Acceleration of multiplier i's freedom at the solution. Requires held maps, or a recursive solution. */
 static double tr_freedom_acceleration(tr_sim *s, int i);
 

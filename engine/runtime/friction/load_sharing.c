@@ -119,9 +119,8 @@ static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, con
 static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
   tr_form_all_maps(s);
   int e = s->k->neta;
-  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e, *eta = TR_A(s, z) + s->k->active;
-  double acc = Q0[c[0]];
-  for (int j = 0; j < e; ++j) acc += Qe[c[0] + j * e] * eta[j];
+  const double *Qe = TR_A(s, Q) + e, *eta = TR_A(s, z) + s->k->active;
+  double acc = tr_held_acceleration(s, c[0], eta);
   for (int j = 0; j < n; ++j) acc -= Qe[c[0] + c[j] * e] * eta[c[j]];
   return acc;
 }
@@ -139,10 +138,8 @@ static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v
     else if (first < 0) first = i;
   }
   for (int m = 0; m < s->k->nsliders; ++m) {
-    double *w = TR_A(s, impending) + tr_pair_of(s, m)->rate0, size = 0.0;
     if (!tr_has_impending_axis(s, m)) continue;
-    for (int j = 0; j < 3; ++j) size += w[j] * w[j];
-    for (int j = 0; j < 3; ++j) w[j] /= sqrt(size);
+    tr_make_unit(3, TR_A(s, impending) + tr_pair_of(s, m)->rate0);
     s->friction.impending_laws = 1;
   }
   if (!tr_pair_of(s, owner[0])->cone) return 0;

@@ -52,11 +52,8 @@ static int tr_solve_multipliers(tr_sim *s, int deciding) {
       return 0;
     }
   } else if (tr_is_unstable_root(s)) tr_prefer_stable_root(s, eta);
-  const double *T = TR_A(s, T);
-  for (int i = 0; i < a; ++i) {
-    lam[i] = lam0[i];
-    for (int j = 0; j < e; ++j) lam[i] -= T[i + j * a] * eta[j];
-  }
+  memcpy(lam, lam0, sizeof(double) * a);
+  tr_add_columns(a, e, TR_A(s, T), eta, -1.0, lam);
   if (tr_open_count(s)) {
     tr_evaluate_laws(s, eta);
     tr_add_columns(a, tr_open_count(s), TR_A(s, openV), TR_A(s, open_amounts), 1.0, lam);
@@ -89,10 +86,8 @@ static int tr_solve_in_modes(tr_sim *s) {
   if (!tr_solve_multipliers(s, 1)) return 0;
   if (!s->friction.held) {
     double lam0[a + 1];
-    for (int i = 0; i < a; ++i) {
-      lam0[i] = TR_A(s, z)[i];
-      for (int j = 0; j < k->neta; ++j) lam0[i] += TR_A(s, T)[i + j * a] * TR_A(s, z)[a + j];
-    }
+    memcpy(lam0, TR_A(s, z), sizeof(double) * a);
+    tr_add_columns(a, k->neta, TR_A(s, T), TR_A(s, z) + a, 1.0, lam0);
     tr_form_held_maps(s, lam0);
   }
   tr_store_solution_loads(s);

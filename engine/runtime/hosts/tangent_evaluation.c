@@ -86,20 +86,19 @@ static int tr_factor_multipliers(tr_march *c) {
   return least > c->g->regular * most;
 }
 
-/* b ← (∂R/∂z)⁻¹ b with the present factors. */
-static void tr_apply_factors(const tr_march *c, double *b) {
+/* Set c->change to (∂R/∂z)⁻¹ r with the present factors. */
+static void tr_apply_factors(const tr_march *c, const double *r) {
   const int nz = c->g->nz;
-  for (int i = 0; i < nz; ++i) b[i] /= c->scale[i];
-  tr_lu_solve(nz, c->A, c->perm, b);
-  for (int i = 0; i < nz; ++i) b[i] /= c->scale[nz + i];
+  for (int i = 0; i < nz; ++i) c->change[i] = r[i] / c->scale[i];
+  tr_lu_solve(nz, c->A, c->perm, c->change);
+  for (int i = 0; i < nz; ++i) c->change[i] /= c->scale[nz + i];
 }
 
 /* Compute the correction of the multipliers from the residuals in f. Returns its largest component, divided by the largest
  * multiplier. */
 static double tr_correction(tr_march *c) {
   const int nz = c->g->nz;
-  memcpy(c->change, c->f + c->g->residual, sizeof(double) * nz);
-  tr_apply_factors(c, c->change);
+  tr_apply_factors(c, c->f + c->g->residual);
   const double most = tr_largest_size(nz, c->change);
   if (!tr_is_finite(nz, c->change)) return INFINITY;
   return most < NO_MULTIPLIERS ? 0.0 : most / fmax(tr_largest_size(nz, c->g->z), most);
@@ -121,22 +120,13 @@ static void tr_settle_multipliers(tr_march *c, const double *y) {
   }
 }
 
-/* Add dz times the derivatives by the multipliers to f, or to tangents of f. */
-static void tr_add_by_multipliers(const tr_march *c, const double *dz, double sign, double *f) {
-  for (int j = 0; j < c->g->nz; ++j) {
-    const double *by = tr_derivatives_by(c, j), a = sign * dz[j];
-    for (int i = 0; i < c->g->nf; ++i) f[i] += a * by[i];
-  }
-}
-
 /* Eliminate the multipliers from the derivatives in a row of df. The row then contains total derivatives of f, with derivatives of
  * z in place of those of the residuals. */
 static void tr_eliminate_multipliers(const tr_march *c, int row) {
   const int nz = c->g->nz;
   double *df = tr_derivatives_by(c, row), *residual = df + c->g->residual;
-  memcpy(c->change, residual, sizeof(double) * nz);
-  tr_apply_factors(c, c->change);
-  tr_add_by_multipliers(c, c->change, -1.0, df);
+  tr_apply_factors(c, residual);
+  tr_add_columns(c->g->nf, nz, c->df, c->change, -1.0, df);
   for (int j = 0; j < nz; ++j) residual[j] = -c->change[j];
 }
 
@@ -156,7 +146,7 @@ static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S,
     for (int j = 0; j < nz; ++j) g->z[j] -= c->change[j];
     if (size <= SETTLED_AFTER) break;
   }
-  tr_add_by_multipliers(c, c->change, -1.0, c->f);
+  tr_add_columns(g->nf, nz, c->df, c->change, -1.0, c->f);
   for (int k = nz; k < nz + g->m; ++k) tr_eliminate_multipliers(c, k);
   return 1;
 }

@@ -30,15 +30,6 @@ static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   }
 }
 
-/* Extrapolate the multipliers of earlier stages to stage i. */
-static void tr_extrapolate_multipliers(const tr_march *c, int i) {
-  const double *weight = c->method->lead + i * c->method->stages;
-  const int nz = c->g->nz;
-  memset(c->g->z, 0, sizeof(double) * nz);
-  for (int k = 0; k < i; ++k)
-    for (int j = 0; j < nz && weight[k] != 0.0; ++j) c->g->z[j] += weight[k] * c->old[(size_t)k * nz + j];
-}
-
 /* Row i of K: slopes, at time t, of the state with its tangents in c->now. stages: multipliers of the run at each row of K; null
  * pointer: unknown. Returns 0 on failure, as all functions that evaluate tangents. */
 static int tr_tangent_slopes(tr_march *c, int i, double t, const double *stages) {
@@ -46,7 +37,7 @@ static int tr_tangent_slopes(tr_march *c, int i, double t, const double *stages)
   double *slopes = c->K + (size_t)i * c->width;
   memcpy(c->before, g->z, sizeof(double) * g->nz);
   if (stages) memcpy(g->z, stages + (size_t)i * g->nz, sizeof(double) * g->nz);
-  else if (i && i < c->method->stages) tr_extrapolate_multipliers(c, i);
+  else if (i && i < c->method->stages) tr_extrapolate_start(c->g->nz, c->g->z, c->method, i, c->old);
   tr_keep_slip_direction(c, c->now, c->now + g->n);
   if (!tr_tangents_at(c, t, c->now, c->now + g->n, stages != 0)) return 0;
   memcpy(c->old + (size_t)i * g->nz, g->z, sizeof(double) * g->nz);

@@ -27,7 +27,7 @@ static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {
   s->step.watch = 0;
   const int known = tr_rhs(s, s->step.t0 + 0.5 * s->step.size, y, f);
   s->step.watch = watch, s->step.failure = trouble;
-  for (int i = s->ny; i < s->ny + s->nworks + s->naudit; ++i) middle[i] = known ? f[i] : NAN;
+  for (int i = s->ny; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) middle[i] = known ? f[i] : NAN;
   tr_restore_solution(s, kept);
 }
 
@@ -37,7 +37,7 @@ static void tr_form_dense_works(tr_sim *s) {
   const int n = tr_state_width(s);
   const double h = s->step.size, *K = TR_A(s, K), *start = K, *middle = K + TR_MIDDLE_ROW * n, *end = K + tr_method_of(s)->end * n;
   double *R = TR_A(s, kstep);
-  for (int i = s->ny; i < s->ny + s->nworks + s->naudit; ++i) { /* power = start + a θ + b θ² */
+  for (int i = s->ny; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) { /* power = start + a θ + b θ² */
     const double b = 2.0 * (start[i] - 2.0 * middle[i] + end[i]), a = end[i] - start[i] - b;
     R[i] = h * (start[i] + a / 2.0 + b / 3.0);
     R[n + i] = -h * (a / 2.0 + b / 3.0);
@@ -51,7 +51,7 @@ static int tr_ensure_dense(tr_sim *s) {
   if (s->step.have_dense) return 1;
   const tr_method *m = tr_method_of(s);
   s->step.have_dense = m->kind == TR_IMPLICIT ? tr_form_dense_rosenbrock(s, m->rosenbrock) : tr_form_dense_explicit(s, m->explicit);
-  if (m->kind == TR_IMPLICIT && s->naudit) tr_form_dense_works(s);
+  if (m->kind == TR_IMPLICIT) tr_form_dense_works(s);
   return s->step.have_dense;
 }
 

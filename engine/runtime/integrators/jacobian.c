@@ -22,7 +22,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;
   int a = k->active, e = k->neta, n = k->nn, cols = s->ny + 1, top = s->ny, open = choice ? tr_open_count(s) : 0;
-  const double *T = TR_A(s, T), *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);
+  const double *Nl = map_Nl(k, TR_A(s, maps)), *dn = TR_A(s, dn);
   double *lu = TR_A(s, lu), b[a + 1], lam[a + 1], shift[n + 1];
   int *perm = (int *)TR_A(s, perm) + a;
   if (e) {
@@ -38,10 +38,8 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
     if (choice && choice->r) tr_follow_choice(s, choice, j, R + a + e, lam);
     for (int i = 0; i < a; ++i) out[i] = lam[i];
     if (!e) continue;
-    for (int i = 0; i < n; ++i) {
-      shift[i] = 0.0;
-      for (int q = 0; q < a; ++q) shift[i] += Nl[i + q * n] * lam[q];
-    }
+    memset(shift, 0, sizeof shift);
+    tr_add_columns(n, a, Nl, lam, 1.0, shift);
     for (int i = 0; i < e; ++i) deta[i] = -R[a + i];
     for (int m = 0; m < k->nelements; ++m) {
       const tr_element *el = k->element + m;
@@ -51,8 +49,7 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
     }
     if (s->friction.held) tr_rest_rows_shift(s, R + a, lam, deta);
     tr_lu_solve(e, lu, perm, deta);
-    for (int i = 0; i < a; ++i)
-      for (int q = 0; q < e; ++q) out[i] -= T[i + q * a] * deta[q];
+    tr_add_columns(a, e, TR_A(s, T), deta, -1.0, out);
     for (int q = 0; q < e && open; ++q) { /* the open reactions depend on friction, too */
       double x[open];
       for (int p = 0; p < open; ++p) x[p] = TR_A(s, openY)[p + q * open] * deta[q];

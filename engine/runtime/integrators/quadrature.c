@@ -140,7 +140,7 @@ static tr_work_selection tr_column_works(const tr_sim *s) {
 
 /* Integrate the audit's sums over the pending stiff step up to its end: by Simpson's rule, or if necessary more accurately. */
 static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
-  const int n = tr_state_width(s), first = s->ny + s->nworks, q = s->naudit, trouble = s->step.failure;
+  const int n = tr_state_width(s), first = s->ny + s->nworks, q = TR_AUDIT_SUMS, trouble = s->step.failure;
   const double end = s->pending.theta, *K = TR_A(s, K), *yold = TR_A(s, yold);
   const tr_work_selection sums = {first, q, tr_work_unit(s, s->step.size, yold, first, q), AUDIT_LOOSER};
   double power[TR_WORK_NODES * q], work[q], kept[tr_solution_size(s)], at_end[n], *R = TR_A(s, kstep);
@@ -168,7 +168,7 @@ static void tr_integrate_works(tr_sim *s, const tr_method *m) {
   const int q = s->nworks, trouble = s->step.failure;
   const double end = s->pending.theta;
   const tr_work_selection sums = tr_column_works(s);
-  if (m->kind == TR_IMPLICIT && s->naudit) tr_integrate_audit_works(s, m);
+  if (m->kind == TR_IMPLICIT) tr_integrate_audit_works(s, m);
   s->step.parts = 0;
   if (!q || s->set.hfixed > 0.0 || (m->kind != TR_IMPLICIT && !(s->step.works > 1.0)) || !(end > 0.0)) return;
   double power[TR_WORK_NODES * q + 1], work[q + 1], kept[tr_solution_size(s)];

@@ -46,7 +46,7 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   if (!made && m->errors > 1) m->error[1](nv, h, (tr_vec *)K, (tr_vec *)other);
   const double *second = m->errors > 1 ? other : 0;
   s->step.works = sqrt(tr_step_work_error(s, h, tmp, second, s->ny, s->nworks));
-  const double works = tr_step_work_error(s, h, tmp, second, s->ny + s->nworks, s->naudit), first = tr_squared_error(s, tmp, y, ynew);
+  const double works = tr_step_work_error(s, h, tmp, second, s->ny + s->nworks, TR_AUDIT_SUMS), first = tr_squared_error(s, tmp, y, ynew);
   const double motion = second ? tr_combine_estimators(first, tr_squared_error(s, second, y, ynew)) : first;
   tr_store_speed_errors(s, tmp, motion < first ? sqrt(motion / first) : 1.0);
   return sqrt(motion + works);

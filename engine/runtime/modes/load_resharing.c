@@ -57,6 +57,9 @@ static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mod
   return count;
 }
 
+/* Whether the n pairs `rest` hold if the pair `released`, and pairs that already yielded, yield: they exert their capacity, and
+ * other pairs hold their freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are
+ * in force. */
 static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start) {
   const int was = s->friction.stored, given = tr_has_given_capacity(s, released);
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -86,6 +89,9 @@ static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) 
   return 0;
 }
 
+/* Whether the pair `released`, pairs that already yielded, and pairs that these overload start to slide. Loads are shared so that
+ * they do not brace the group against sliding. `first`: succeed only if a pair already yielded; otherwise also if `released` has a
+ * given capacity. start: modes before the decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
   const int was = s->friction.stored;
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;

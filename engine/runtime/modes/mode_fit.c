@@ -101,7 +101,7 @@ static int tr_find_worst_misfit(tr_sim *s, const int *rest, int n) {
   return worst;
 }
 
-/* Rank of the responses of all stuck pairs and of pair i. */
+/* Rank of the responses of all stuck pairs and of pair i (−1: none). Requires held maps. */
 static int tr_rank_of_stuck(tr_sim *s, int i) {
   const int e = s->k->neta;
   int c[e], perm[e], n = 0;

@@ -98,19 +98,6 @@ static double tr_largest_share(const tr_sim *s, const int *rest, int n);
  * endless resharing. */
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
-/* Whether the n pairs `rest` hold if the pair `released`, and pairs that already yielded, yield: they exert their capacity, and
- * other pairs hold their freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are
- * in force. */
-static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start);
-
-/* Whether the pair `released`, pairs that already yielded, and pairs that these overload start to slide. Loads are shared so that
- * they do not brace the group against sliding. `first`: succeed only if a pair already yielded; otherwise also if `released` has a
- * given capacity. start: modes before the decision. On success, the modes are in force. */
-static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first);
-
-/* Rank of the responses of all stuck pairs and of pair i (−1: none). Requires held maps. */
-static int tr_rank_of_stuck(tr_sim *s, int i);
-
 /* Whether the stuck pairs among the n pairs `rest` hold with stored loads, where the sharing rule fails. On success, the loads stay
  * stored. */
 static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n);

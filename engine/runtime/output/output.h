@@ -3,10 +3,6 @@
 #define TR_OUTPUT_H
 #include "checks/checks.h"
 
-/* Write the directions of λ that the motion does not determine at the solution to dir (rows × count), and their scaled reactions to
- * N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
-static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base);
-
 /* share (nkappa) ← for each scaled reaction, its largest component over the open directions at the solution, where each direction
  * has norm 1. Returns the number of directions. */
 static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share);

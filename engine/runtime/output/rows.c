@@ -4,6 +4,8 @@
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
 #define ANGLE_PROBE 1e-6  /* rad: probing motion, whose effect gives the rate of an angle */
 
+/* Write the directions of λ that the motion does not determine at the solution to dir (rows × count), and their scaled reactions to
+ * N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;

@@ -75,10 +75,9 @@ static int tr_step_by_impulses(tr_sim *s, double t) {
 static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   const tr_pair *pair = tr_pair_of(s, i);
   const int e = s->k->neta;
-  const double *Q0 = TR_A(s, Q), *Qe = Q0 + e;
+  const double *Qe = TR_A(s, Q) + e;
   for (int j = pair->eta0; j < pair->eta0 + pair->neta; ++j) {
-    double acc = Q0[j];
-    for (int q = 0; q < e; ++q) acc += Qe[j + q * e] * eta[q];
+    const double acc = tr_held_acceleration(s, j, eta);
     if (!tr_is_set_valued(s, i)) eta[j] = TR_A(s, law)[j];
     else if (tr_is_prescribed(s, j)) eta[j] = -FAR_MORE * acc / map_Qe(s->k, TR_A(s, maps))[j + j * e];
     else eta[j] -= acc / Qe[j + j * e];
@@ -117,10 +116,8 @@ static void tr_relax_friction(tr_sim *s, double h) {
     for (int i = 0; i < SWEEPS; ++i) tr_sweep_pairs(s, eta);
     s->moreau.h = 0.0;
   }
-  for (int i = 0; i < a; ++i) {
-    lam[i] = lam0[i];
-    for (int j = 0; j < e; ++j) lam[i] -= TR_A(s, T)[i + j * a] * eta[j];
-  }
+  memcpy(lam, lam0, sizeof(double) * a);
+  tr_add_columns(a, e, TR_A(s, T), eta, -1.0, lam);
 }
 
 /* Step to time t by impulses with relaxed friction. Returns a status. */
@@ -138,7 +135,7 @@ static int tr_step_by_sweeps(tr_sim *s, double t) {
   tr_evaluate_maps(s, mid);
   if (s->k->active + s->k->neta) tr_relax_friction(s, h), tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   tr_copy(n, mid, ynew);
-  for (int i = nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
+  for (int i = nq; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) ynew[i] = y[i] + h * f[i];
   tr_advance_positions(s, ynew, ynew + nq, 0.5 * h);
   if (!tr_is_finite(s->ny, ynew)) return TR_FAIL_NOT_FINITE;
   if (!tr_project(s, t, ynew)) return s->step.failure;

@@ -121,7 +121,7 @@ TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) 
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
   s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
   tr_copy(n, TR_A(s, y), TR_A(s, yold));
-  if (m->kind == TR_IMPLICIT && s->naudit) tr_evaluate_middle_powers(s, m->rosenbrock);
+  if (m->kind == TR_IMPLICIT) tr_evaluate_middle_powers(s, m->rosenbrock);
   if (!tr_is_finite(live, ynew) || !tr_project_and_evaluate(s, trial->end, ynew, slope) || !tr_is_finite(live, slope))
     trial->err = NAN;
   else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {

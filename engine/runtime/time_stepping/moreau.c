@@ -160,7 +160,7 @@ static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, dou
   if (s->set.hfixed > 0.0) tr_moreau_update_stops(s, t + 0.5 * h, mid);
   if (!tr_moreau_solve(s, t, y, mid, h)) return TR_FAIL_MODES;
   memcpy(ynew, mid, sizeof(double) * tr_state_width(s)), tr_copy(k->npowers, TR_A(s, power), TR_A(s, part_power));
-  for (int i = k->nq; i < s->ny + s->nworks + s->naudit; ++i) ynew[i] = y[i] + h * f[i];
+  for (int i = k->nq; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) ynew[i] = y[i] + h * f[i];
   tr_zero_held_rates(s, ynew);
   tr_remove_speed_across(s, ynew);
   tr_advance_positions(s, ynew, ynew + k->nq, 0.5 * h);

@@ -17,7 +17,6 @@ import numpy as np
 from tests.benchmarks.speed.processor_time import clocked, pin
 from trunnion.kernel.c_code.code_generator import Output, Stage, emit
 from trunnion.kernel.compilation import c_compiler, library_cache
-from trunnion.kernel.units.stepping_unit_large_trees import LoopedRecursion, loops_pay
 from trunnion.kernel.units.unit_inputs import CONST, STATE, inputs
 from trunnion.recursion.inward_reduction import model
 from trunnion.recursion.outward_accelerations import outward
@@ -61,12 +60,7 @@ def measured(n: int, reactions: bool) -> tuple[float, float, float, np.ndarray]:
     values = np.array(built.parameters.values)
     sym = Symbols(built.system, len(values))
     started = time.perf_counter()
-    if loops_pay(built.system, False):
-        code = LoopedRecursion(sym, reactions).code
-        rates = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq){{for(int i=0;i<{n};++i) dq[i]=v[i];}}\n"
-        text, (nc, nw, _) = rates + code.text, code.kept
-    else:
-        text, nc, nw = unrolled(sym, reactions)
+    text, nc, nw = unrolled(sym, reactions)
     folder = Path(tempfile.mkdtemp())
     (folder / "chain.c").write_text("#include <math.h>\n" + text + LOOP)
     library = folder / f"chain{c_compiler.library_suffix()}"
