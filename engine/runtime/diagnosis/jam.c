@@ -72,13 +72,23 @@ static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   return tr_decide_modes(s, rest, n, -1);
 }
 
-/* Whether loops and drives prescribe all motion of a pair. Friction then cannot stop the pair. Requires maps of the current
- * state. */
+/* Whether freedom i moves as drives and pairs at rest prescribe: one of these pairs is held at the same freedom. Requires held maps. */
+static int tr_follows_pair_at_rest(const tr_sim *s, int i) {
+  for (int m = 0; m < s->k->nsliders; ++m) {
+    const tr_pair *pair = tr_pair_of(s, m);
+    for (int j = pair->eta0; j < pair->eta0 + pair->neta && tr_is_stuck(s, m); ++j)
+      if (tr_are_one_freedom(s, i, j)) return 1;
+  }
+  return 0;
+}
+
+/* Whether loops, drives and pairs at rest prescribe all motion of a pair. Friction then cannot stop the pair. Requires maps of the
+ * current state. */
 static int tr_is_fully_driven(tr_sim *s, int pair) {
   const tr_pair *p = tr_pair_of(s, pair);
   int driven = s->k->active > 0;
   if (driven) tr_form_maps_without_loops(s, 1);
-  for (int i = p->eta0; i < p->eta0 + p->neta && driven; ++i) driven = tr_is_prescribed(s, i);
+  for (int i = p->eta0; i < p->eta0 + p->neta && driven; ++i) driven = tr_is_prescribed(s, i) || tr_follows_pair_at_rest(s, i);
   return driven;
 }
 

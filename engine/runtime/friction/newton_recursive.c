@@ -161,8 +161,10 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
   for (int it = 1, fresh = 1, stalled = 0; it <= NEWTON_MAX && stalled < STALLED_MOST; ++it) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
     tr_evaluate_local_laws(s, N, fresh);
-    if (it > near && !least && tr_obeys_laws(s, eta)) return 1;
-    const int sense = fresh ? tr_factor_with_laws(s) : 1;
+    const int obeys = it > near && !least && tr_obeys_laws(s, eta);
+    /* With loops, the pivot is always that of the factor with friction, so that those of two states are comparable. */
+    const int sense = fresh && (!obeys || (it == 1 && k->active)) ? tr_factor_with_laws(s) : 1;
+    if (obeys && sense) return 1;
     if (!sense || sense < least) return 0;
     memcpy(old, near && it == 1 ? TR_A(s, law) : eta, sizeof old);
     tr_solve_linear_laws(s, TR_A(s, law), N, eta);

@@ -17,7 +17,7 @@ static void tr_evaluate_dense(const tr_sim *s, double theta, double *out) {
   tr_evaluate_dense_rows(tr_state_width(s), s->step.dense_rows, TR_A(s, kstep), TR_A(s, yold), theta, out);
 }
 
-static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {
+static int tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {
   const int watch = s->step.watch, trouble = s->step.failure;
   double kept[tr_solution_size(s)], *y = TR_A(s, ytmp), *f = TR_A(s, dy), *middle = TR_A(s, K) + TR_MIDDLE_ROW * tr_state_width(s);
   tr_save_solution(s, kept);
@@ -29,6 +29,7 @@ static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m) {
   s->step.watch = watch, s->step.failure = trouble;
   for (int i = s->ny; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) middle[i] = known ? f[i] : NAN;
   tr_restore_solution(s, kept);
+  return known;
 }
 
 /* Add the rows of works to the dense output (tr_form_dense_rosenbrock). The step's end must be evaluated. Also sets the works in

@@ -44,8 +44,9 @@ static void tr_evaluate_dense_rows(int n, int rows, const double *R, const doubl
 /* State at θ of the last step. Requires the dense output. */
 static void tr_evaluate_dense(const tr_sim *s, double theta, double *out);
 
-/* Evaluate the powers in the middle of the trial step from yold to ynew; NaN if there is no solution. Restores the multipliers. */
-static void tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m);
+/* Evaluate the powers in the middle of the trial step from yold to ynew. Without a solution, they are NaN, and the result is 0.
+ * Restores the multipliers. */
+static int tr_evaluate_middle_powers(tr_sim *s, const tr_rosenbrock *m);
 
 /* Form the dense output of the last step, unless it exists. Returns 0 on failure. */
 static int tr_ensure_dense(tr_sim *s);

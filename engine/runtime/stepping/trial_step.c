@@ -115,14 +115,14 @@ static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double
 }
 
 /* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. If err is set to NaN,
- * the step is refused. */
+ * the step is refused. A step without a solution in its middle is refused, because a root of friction may end there. */
 TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_state_width(s), live = s->ny;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
   s->step.t0 = s->clock.t, s->step.size = trial->end - s->clock.t, s->step.have_dense = 0;
   tr_copy(n, TR_A(s, y), TR_A(s, yold));
-  if (m->kind == TR_IMPLICIT) tr_evaluate_middle_powers(s, m->rosenbrock);
-  if (!tr_is_finite(live, ynew) || !tr_project_and_evaluate(s, trial->end, ynew, slope) || !tr_is_finite(live, slope))
+  const int solved = m->kind != TR_IMPLICIT || tr_evaluate_middle_powers(s, m->rosenbrock) || s->set.hfixed > 0.0;
+  if (!solved || !tr_is_finite(live, ynew) || !tr_project_and_evaluate(s, trial->end, ynew, slope) || !tr_is_finite(live, slope))
     trial->err = NAN;
   else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
     s->step.margin_end = NAN;

@@ -232,3 +232,14 @@ def test_the_ladder_of_the_guide_is_the_one_by_hand() -> None:
     assert scene.name == "ladder"
     assert hold(scene).pairs[0].share == pytest.approx(0.3125 / 0.32, rel=1e-12)
     assert simulate(scene, until=0.1, every=0.1)["ladder.axial_force"] == pytest.approx(-3 * G * 2.6 / 2.4, rel=1e-9)
+
+
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
+@pytest.mark.parametrize("as_rod", [True, False])
+def test_a_rubbing_loop_jams_by_every_kernel_with_a_rod_or_a_body(as_rod: bool, kernel: str) -> None:
+    """A pair at rest holds the freedom of the pair that jams, and drives move the rest."""
+    case = random_loop("long7", loops=2, t=0.0, closing=("rod",), friction=0.9, laws=("coulomb",), adams=0.0, drives=0.3)
+    r = simulate(case.scene if as_rod else as_bodies(case), until=0.5, rtol=1e-7, kernel=kernel, max_steps=300)
+    assert (r.outcome.name, r.outcome.joint) == ("jammed", "j3")
+    assert r.outcome.time == pytest.approx(0.48002707, abs=1e-7)
