@@ -4,39 +4,23 @@ they have no clear solution. Events are left to the caller."""
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
-from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.runtime.integrators.rk8 import RK8
-from trunnion.simulation.runtime_interface.simulation_block import Block
-from trunnion.system.structure.external_value_layout import External
 
-COMPONENTS = 3
-"""Largest number of components of a pair."""
+if TYPE_CHECKING:
+    from trunnion.analysis.sensitivities.variational_equation import SensitivityIntegrator
+
 BY_HOST = 2
 """Result of a function in C for which Python found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 """Type of ``tr_tangents.host``."""
-
-
-class Integrator(Protocol):
-    """The members of ``SensitivityIntegrator`` that the march uses."""
-
-    unit: SensitivityUnit
-    block: Block
-    start: InitialDerivatives
-    at: External
-    speeds: np.ndarray
-    slow: float
-    turning: list[tuple[int, list[int]]]
-
-    def kinks_of(self, run: StepRecord) -> np.ndarray: ...
 
 
 class HostSolver:
@@ -80,7 +64,7 @@ class TangentMarch:
         count: number of these samples so far.
     """
 
-    def __init__(self, integrator: Integrator, run: StepRecord):
+    def __init__(self, integrator: SensitivityIntegrator, run: StepRecord):
         u, self.run, self.count = integrator.unit, run, 0
         self.unit, self.block, self.m = u, integrator.block, integrator.start.p.shape[1]
         samples, columns = len(run.samples), len(u.chosen)
@@ -93,7 +77,7 @@ class TangentMarch:
         self._keep = {
             "dp": np.ascontiguousarray(integrator.start.p.T), "magnitude": integrator.start.magnitudes,
             "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w, "wo": u.wo, "z": self.z, "S": rows,
-            "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
+            "speeds": integrator.speeds, "place": _places(u), "turn": integrator.turning,
         }  # fmt: skip
         self.host = HostSolver(u, integrator.start.p, run.x.shape[1])
         self._table = self._record(integrator.slow)
@@ -178,10 +162,3 @@ def _places(u: SensitivityUnit) -> np.ndarray:
     """Index of each of the unit's multipliers among those of all rows and of friction."""
     rows = u.system.rows
     return np.array([*u.active[: u.na], *range(rows, rows + u.ne)], np.intc)
-
-
-def _turning(integrator: Integrator) -> np.ndarray:
-    """Five integers for each pair whose friction has a frozen direction (``tr_tangents.turn``)."""
-    at = integrator.at
-    found = [[at.mode(flag), len(places), *places, *[0] * (COMPONENTS - len(places))] for flag, places in integrator.turning]
-    return np.array(found, np.intc).reshape(-1, 2 + COMPONENTS)

@@ -34,12 +34,10 @@ def command(
     loaded = reader.checked(reader.scene(scene, ctx, changes))
     result = equilibrium(loaded, tuple(along) or None)
     if picture:
-        import numpy as np
-
         from trunnion.plots.mechanism_pictures.instant_picture import mechanism
         from trunnion.plots.style.figure_files import save_figure
 
-        save_figure(mechanism(start_at(loaded, {n: np.array(v) for n, v in result.q.items()})), picture)
+        save_figure(mechanism(start_at(loaded, result.q)), picture)
     rows = [(n, ", ".join(number(x, 9) for x in v)) for n, v in result.q.items()]
     lines = [f"{loaded.name}: pose of rest ({result.kind})", *table(("joint", "coordinates"), rows)]
     if result.bands:
