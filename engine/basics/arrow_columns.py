@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     import pyarrow
 
 
+def field(name: str, kind: pyarrow.DataType, unit: str, text: str, nullable: bool = False) -> pyarrow.Field:
+    """A field of a schema, with its unit and description as metadata."""
+    import pyarrow as pa
+
+    return pa.field(name, kind, nullable, {"unit": unit, "description": text})
+
+
 def numbers(values: np.ndarray, nulls: bool = False) -> pyarrow.Array:
     """Column of the n values, as int64 if their type is integer, else as float64. nulls: NaN becomes null."""
     import pyarrow as pa
