@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import writing
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
@@ -15,7 +16,7 @@ from trunnion.batch.plan import Plan
 from trunnion.batch.sample_statistics.quantiles import USUAL, Spread
 from trunnion.batch.sample_statistics.result_queries import indices_of, spreads_of
 from trunnion.batch.sample_statistics.sobol_indices import Indices
-from trunnion.batch.tables.case_table import WHY, count_by
+from trunnion.batch.tables.case_table import WHY
 from trunnion.batch.tables.trajectories import save_dataset
 from trunnion.batch.tables.xarray_dataset import dataset
 from trunnion.scene.units.python_arguments import Names, names_given

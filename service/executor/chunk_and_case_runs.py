@@ -18,9 +18,9 @@ import numpy as np
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
 from trunnion.analysis.studies.case_rounds import ReportedCases
+from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.interrupts import watched
 from trunnion.batch.plan import Runner, Stopped
-from trunnion.batch.tables.case_table import count_by
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import fsspec
 from fsspec.implementations.local import LocalFileSystem
 
+from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import replacing
-from trunnion.batch.tables.case_table import count_by
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, part_bytes, read_part_bytes
 
 if TYPE_CHECKING:

@@ -49,13 +49,6 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
     return pa.schema(fields, metadata=texts)
 
 
-def count_by(table: pyarrow.Table, column: str = "outcome") -> dict[str, int]:
-    """Number of cases by the text in a column."""
-    import pyarrow.compute as pc
-
-    return {c["values"]: c["counts"] for c in pc.value_counts(table[column]).to_pylist()}
-
-
 def table(
     shape: pyarrow.Schema,
     cases: np.ndarray,
