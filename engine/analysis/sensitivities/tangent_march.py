@@ -4,23 +4,37 @@ they have no clear solution. Events are left to the caller."""
 from __future__ import annotations
 
 import ctypes
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
+from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.runtime.integrators.rk8 import RK8
-
-if TYPE_CHECKING:
-    from trunnion.analysis.sensitivities.variational_equation import SensitivityIntegrator
+from trunnion.simulation.runtime_interface.simulation_block import Block
+from trunnion.system.structure.external_value_layout import External
 
 BY_HOST = 2
 """Result of a function in C for which Python found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 """Type of ``tr_tangents.host``."""
+
+
+class Integrator(Protocol):
+    """The members of ``SensitivityIntegrator`` that the march uses."""
+
+    unit: SensitivityUnit
+    block: Block
+    start: InitialDerivatives
+    at: External
+    speeds: np.ndarray
+    slow: float
+    turning: np.ndarray
+
+    def kinks_of(self, run: StepRecord) -> np.ndarray: ...
 
 
 class HostSolver:
@@ -64,7 +78,7 @@ class TangentMarch:
         count: number of these samples so far.
     """
 
-    def __init__(self, integrator: SensitivityIntegrator, run: StepRecord):
+    def __init__(self, integrator: Integrator, run: StepRecord):
         u, self.run, self.count = integrator.unit, run, 0
         self.unit, self.block, self.m = u, integrator.block, integrator.start.p.shape[1]
         samples, columns = len(run.samples), len(u.chosen)
