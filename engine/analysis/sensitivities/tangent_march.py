@@ -15,7 +15,6 @@ from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
-from trunnion.system.structure.external_value_layout import External
 
 BY_HOST = 2
 """Result of a function in C for which Python found the solution."""
@@ -29,7 +28,6 @@ class Integrator(Protocol):
     unit: SensitivityUnit
     block: Block
     start: InitialDerivatives
-    at: External
     speeds: np.ndarray
     slow: float
     turning: np.ndarray
