@@ -1,5 +1,5 @@
-"""Arrow columns built from memory buffers. To convert a NumPy array or a list, Arrow would import pandas if pandas is installed,
-which takes half a second."""
+"""Arrow columns, built from memory buffers, and their fields. To convert a NumPy array or a list, Arrow would import pandas if
+pandas is installed, which takes half a second."""
 
 from __future__ import annotations
 
@@ -10,6 +10,13 @@ import numpy as np
 
 if TYPE_CHECKING:
     import pyarrow
+
+
+def field(name: str, kind: pyarrow.DataType, unit: str, text: str, nullable: bool = False) -> pyarrow.Field:
+    """A field of a schema, with its unit and description as metadata."""
+    import pyarrow as pa
+
+    return pa.field(name, kind, nullable, {"unit": unit, "description": text})
 
 
 def numbers(values: np.ndarray, nulls: bool = False) -> pyarrow.Array:
@@ -29,3 +36,10 @@ def texts(values: Sequence[str]) -> pyarrow.Array:
     data = [v.encode() for v in values]
     ends = np.cumsum([0, *map(len, data)], dtype=np.int32)
     return pa.Array.from_buffers(pa.string(), len(data), [None, pa.py_buffer(ends), pa.py_buffer(b"".join(data))])
+
+
+def count_by(table: pyarrow.Table, column: str = "outcome") -> dict[str, int]:
+    """Number of rows by the text in a column."""
+    import pyarrow.compute as pc
+
+    return {c["values"]: c["counts"] for c in pc.value_counts(table[column]).to_pylist()}

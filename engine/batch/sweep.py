@@ -181,18 +181,15 @@ class _Work:
 
     def result(self, wall: float) -> Sweep:
         """The sweep with all tables joined. After an interrupt, the table's metadata state how many cases are finished."""
-        import pyarrow.compute as pc
-
         table = self.tables.whole()
         cancelled = table.num_rows < self.plan.cases.count
         if cancelled:
             told = {"cancelled": f"{table.num_rows} of {self.plan.cases.count} cases finished"}
             table = table.replace_schema_metadata((table.schema.metadata or {}) | told)
-        counts = {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}
         seconds = sum(r.seconds for r in self.runners)
         build = max((r.build_seconds for r in self.runners), default=0.0)
         kept = self.rows.whole() if self.plan.series is not None else None
-        return Sweep(self.plan, table, wall, seconds, build, counts, cancelled, kept)
+        return Sweep(self.plan, table, wall, seconds, build, cancelled, kept)
 
 
 __all__ = ["Sweep", "run_plan", "sweep", "trajectory"]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import writing
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
@@ -39,7 +40,6 @@ class Sweep:
         wall_time: duration, s.
         stepping_time: processor time of stepping, summed over cores, s.
         build_time: time of symbolic build and compilation, s.
-        counts: number of cases by outcome.
         cancelled: whether Ctrl-C ended the sweep; the table then holds the finished cases.
         trajectories: stored rows with a column ``case``; None if no rows are stored.
     """
@@ -49,7 +49,6 @@ class Sweep:
     wall_time: float
     stepping_time: float
     build_time: float
-    counts: dict[str, int] = field(default_factory=dict)
     cancelled: bool = False
     trajectories: pyarrow.Table | None = None
 
@@ -61,14 +60,16 @@ class Sweep:
         return f"<Sweep of {self.plan.scene.name}: {len(self)} cases × {self.table.num_columns} columns, {ended}>"
 
     @property
+    def counts(self) -> dict[str, int]:
+        """Number of cases by outcome."""
+        return count_by(self.table)
+
+    @property
     def missing_error_reasons(self) -> dict[str, int]:
         """{reason (``simulation.results.error_statement.REASONS``): number of cases without stated errors}; {} without
         ``certify``."""
-        import pyarrow.compute as pc
-
-        if WHY not in self.table.column_names:
-            return {}
-        return {c["values"]: c["counts"] for c in pc.value_counts(self.table[WHY]).to_pylist() if c["values"]}
+        counts = count_by(self.table, WHY) if WHY in self.table.column_names else {}
+        return {why: n for why, n in counts.items() if why}
 
     def to_arrow(self) -> pyarrow.Table:
         """The Arrow table. The metadata of its fields hold units and descriptions."""

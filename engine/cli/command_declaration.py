@@ -101,7 +101,7 @@ def with_common_options(name: str, function: Callable[..., Any]) -> Callable[...
 def option_of(s: Setting, who: str) -> inspect.Parameter:
     """The option of a run setting in one of the commands that offer the setting."""
     name, several = f"--{s.name.replace('_', '-')}", who in s.several
-    complete = getattr(completion, s.words) if s.words else None
+    complete = completion.registered(s.words) if s.words else None
     declare: Any = repeatable if several else typer.Option
     option = declare(name, metavar=s.metavar, help=s.text, show_default=s.default_at(who), autocompletion=complete)
     kind: Any = list[str] if several else str | None

@@ -6,38 +6,30 @@ from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.cli.command_declaration import click_command
-from trunnion.cli.command_plugins import loaded, registered
 from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 
 HELP = "Compute how a mechanism moves, and its friction, contact points and normal forces."
 
 
 class CommandGroup(TyperGroup):
-    """The commands whose names begin with ``prefix``. The top level also has the commands of other packages."""
+    """The commands whose names begin with ``prefix``."""
 
     prefix = ""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names for the help text."""
-        return list(dict.fromkeys([*self.own_commands(), *sorted([] if self.prefix else registered())]))
-
-    def own_commands(self) -> list[str]:
-        """Names without those of other packages."""
-        return [n.removeprefix(self.prefix).split()[0] for n in COMMANDS if n.startswith(self.prefix)]
+        return list(dict.fromkeys(n.removeprefix(self.prefix).split()[0] for n in COMMANDS if n.startswith(self.prefix)))
 
     def get_command(self, ctx: Any, name: str) -> Any:
-        """A command by name; None for an unknown name. For a command of another package: its description, without an import of the
-        package."""
+        """A command by name; None for an unknown name."""
         full = self.prefix + name
         if full in GROUPS:
             return command_group(full)
-        if full in COMMANDS:
-            return click_command(full, function_of(full))
-        return TyperCommand(name, help=f"From {registered()[name].value}.") if not self.prefix and name in registered() else None
+        return click_command(full, function_of(full)) if full in COMMANDS else None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write each command with its whole description."""
@@ -45,21 +37,18 @@ class CommandGroup(TyperGroup):
             formatter.write_dl([(n, " ".join(self.description(ctx, n).split())) for n in self.list_commands(ctx)])
 
     def description(self, ctx: Any, name: str) -> str:
-        """The help of a command. A command of Trunnion is not built for it, which would take most of the time of ``--help``."""
+        """The help of a command or group. The command is not built for it, which would take most of the time of ``--help``."""
         full = self.prefix + name
-        if full in COMMANDS and full not in GROUPS:
-            return str(function_of(full).__doc__)
-        return str(self.get_command(ctx, name).help)
+        return GROUPS[full] if full in GROUPS else str(function_of(full).__doc__)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """(name of the command, the command, the words after its name). SceneError for an unknown command."""
-        name = args[0]
-        if name not in self.own_commands() and name not in (names := self.list_commands(ctx)):
+        name, names = args[0], self.list_commands(ctx)
+        if name not in names:
             near = get_close_matches(name, names, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"see {ctx.command_path} --help"
             raise SceneError([Problem(ctx.command_path, f"there is no command {name!r}", hint)])
-        foreign = not self.prefix and name not in GROUPS and name not in COMMANDS
-        return name, loaded(name) if foreign else self.get_command(ctx, name), args[1:]
+        return name, self.get_command(ctx, name), args[1:]
 
 
 def command_group(name: str) -> CommandGroup:

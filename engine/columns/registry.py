@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import groupby
 
 from trunnion.basics.object_paths import objects
-from trunnion.columns.declaration import COMPONENT, ITEM, ColumnKind, registered
+from trunnion.columns.declaration import ColumnKind, registered
 from trunnion.columns.subjects import Subject, items
 from trunnion.system.structure.bodies_and_joints import System
 
@@ -62,12 +62,3 @@ def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int |
         for number, q in enumerate(kind.quantities):
             if q.given(s):
                 yield from ((number, item, k if q.size > 1 else None) for k in range(q.size))
-
-
-def reference() -> Iterator[tuple[str, str, str]]:
-    """(name, unit, description) of every column, for the printed reference. The words of subjects are replaced by placeholders in
-    capitals: ``BODY.position[COMPONENT]``."""
-    for kind in REGISTRY.values():
-        words = {w: w.upper() for w in (*kind.of.words, ITEM, COMPONENT)}
-        for q in kind.quantities:
-            yield q.column.format_map(words), q.unit.format_map(words), q.text.format_map(words)

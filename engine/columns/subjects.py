@@ -71,10 +71,6 @@ def _joint(_: int, j: Joint) -> Iterator[Subject]:
     yield Subject((j.name,), {"joint": j.name}, j)
 
 
-def _rod(_: int, j: Joint) -> Iterator[Subject]:
-    yield from _joint(_, j) if j.kind.keeps_distance else ()
-
-
 def _coordinates(_: int, j: Joint) -> Iterator[Subject]:
     for i, c in enumerate(j.kind.coordinates):
         yield Subject((j.name, i), {"joint": j.name, "number": str(i + 1), "displacement": UNITS[c]}, j)
@@ -113,14 +109,6 @@ def _load(i: int, load: Load) -> Iterator[Subject]:
     yield Subject((i,), {"load": load.name}, load)
 
 
-def _springs(i: int, load: Load) -> Iterator[Subject]:
-    yield from _load(i, load) if load.kind == "spring_damper" else ()
-
-
-def _bushings(i: int, load: Load) -> Iterator[Subject]:
-    yield from _load(i, load) if load.kind == "bushing" else ()
-
-
 def _system(_: int, system: System) -> Iterator[Subject]:
     yield Subject((), {}, system)
 
@@ -156,16 +144,16 @@ def _work(_: int, j: Joint) -> Iterator[Subject]:
         yield Subject((f"friction:{j.name}",), {"joint": j.name, "sense": sense}, j)
 
 
-def _frictional(_: int, j: Joint) -> Iterator[Subject]:
-    if j.friction:
-        yield Subject((j.name,), {"joint": j.name}, j)
+def _only(found: Callable[[int, Any], Iterator[Subject]], holds: Callable[[Any], Any]) -> Callable[[int, Any], Iterator[Subject]]:
+    """The function ``found``, but without subjects for the items for which ``holds`` is false."""
+    return lambda number, item: found(number, item) if holds(item) else iter(())
 
 
 FREEDOM_WORDS = ("joint", "number", "displacement", "effort")
 BODY = SubjectType("a body", "bodies", ("body",), _body)
 POINT = SubjectType("a named point", "bodies", ("body", "point"), _point)
 JOINT = SubjectType("a joint", "joints", ("joint",), _joint)
-ROD = SubjectType("a rod", "joints", ("joint",), _rod)
+ROD = SubjectType("a rod", "joints", ("joint",), _only(_joint, lambda j: j.kind.keeps_distance))
 COORDINATES = SubjectType("a coordinate", "joints", ("joint", "number", "displacement"), _coordinates)
 FREEDOM = SubjectType("a freedom", "joints", FREEDOM_WORDS, _freedoms)
 DRIVEN = SubjectType("a driven freedom", "joints", FREEDOM_WORDS, _driven)
@@ -175,8 +163,8 @@ FRICTION_FREEDOM = SubjectType("a freedom with friction", "joints", (*FREEDOM_WO
 PAIR = SubjectType("a friction pair", "joints", ("joint", "number"), _pairs)
 BRISTLES = SubjectType("bristles", "joints", (*FREEDOM_WORDS, "radius"), _bristles)
 FRICTION_WORK = SubjectType("a joint's friction", "joints", ("joint", "sense"), _work)
-FRICTIONAL_JOINT = SubjectType("a joint with friction", "joints", ("joint",), _frictional)
+FRICTIONAL_JOINT = SubjectType("a joint with friction", "joints", ("joint",), _only(_joint, lambda j: j.friction))
 TIE = SubjectType("a coupling", "ties", ("joint", "effort"), _tie)
-SPRING = SubjectType("a spring between points", "loads", ("load",), _springs)
-BUSHING = SubjectType("a bushing", "loads", ("load",), _bushings)
+SPRING = SubjectType("a spring between points", "loads", ("load",), _only(_load, lambda load: load.kind == "spring_damper"))
+BUSHING = SubjectType("a bushing", "loads", ("load",), _only(_load, lambda load: load.kind == "bushing"))
 SYSTEM = SubjectType("the system", "system", (), _system)

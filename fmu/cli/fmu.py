@@ -39,7 +39,7 @@ def command(
     type_: Annotated[str, typer.Option("--type", metavar="T", help="cs: co-simulation; me: model exchange; both.")] = "cs",
     platform: Platform,
     step: Step = None,
-    kernel: Annotated[str, typer.Option(metavar="K", help=KERNEL, autocompletion=completion.kernels)] = "auto",
+    kernel: Annotated[str, typer.Option(metavar="K", help=KERNEL, autocompletion=completion.registered("kernels"))] = "auto",
     whole_vectors: Annotated[bool, typer.Option("--whole-vectors", help=WHOLE_VECTORS)] = False,
     parameters: Annotated[str | None, typer.Option("--parameters-file", metavar="FILE", help=VALUES)] = None,
     sources: Annotated[

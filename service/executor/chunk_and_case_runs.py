@@ -18,11 +18,12 @@ import numpy as np
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
 from trunnion.analysis.studies.case_rounds import ReportedCases
+from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.interrupts import watched
 from trunnion.batch.plan import Runner, Stopped
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
-from trunnion.service.executor.parquet_parts import Parts, outcomes
+from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
 from trunnion.service.executor.part_tallies import is_tallied, write_tally
 from trunnion.service.request_models.job_request import plan_of_document
@@ -75,7 +76,7 @@ def run_chunk(
     size = _write_results(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
     build = runner.build_seconds - built
     spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
-    return {"counts": outcomes(table), "bytes": size, "worker": _worker_name(), "reached": reached, **spent}
+    return {"counts": count_by(table), "bytes": size, "worker": _worker_name(), "reached": reached, **spent}
 
 
 def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:

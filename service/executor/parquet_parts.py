@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import fsspec
 from fsspec.implementations.local import LocalFileSystem
 
+from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import replacing
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, part_bytes, read_part_bytes
 
@@ -99,7 +100,7 @@ class Parts:
         except CorruptPart:
             return None
         beside = (self.rows_part(piece), self.tally(piece))
-        return outcomes(table), size + sum(int(self.fs.size(path)) for path in beside if self.exists(path))
+        return count_by(table), size + sum(int(self.fs.size(path)) for path in beside if self.exists(path))
 
     def exists(self, path: str) -> bool:
         """Whether a file exists at present. No cache is used."""
@@ -157,10 +158,3 @@ class Parts:
     def job_file(self, job: str) -> str:
         """Path of the file with the job's document."""
         return f"{self.root}/{job}/job.json"
-
-
-def outcomes(table: pyarrow.Table) -> dict[str, int]:
-    """Number of cases by outcome."""
-    import pyarrow.compute as pc
-
-    return {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}

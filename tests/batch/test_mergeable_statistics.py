@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -16,7 +17,8 @@ from tests.sampling import sampled, slow
 from trunnion.basics.problems import SceneError
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.sample_statistics import exact_summation, mergeable_statistics
-from trunnion.batch.sample_statistics.mergeable_statistics import Tally, indices_in, packed, same, tally_of, together, unpacked
+from trunnion.batch.sample_statistics.mergeable_statistics import Tally, indices_in, packed, tally_of, together, unpacked
+from trunnion.batch.sample_statistics.sobol_index_sums import Points
 from trunnion.batch.sample_statistics.sobol_indices import FAILED, Indices, indices
 from trunnion.batch.tables.reductions import Reduction
 
@@ -59,6 +61,21 @@ def cut(table: Any, seed: int, pieces: int) -> list[Any]:
     ends = [0, *np.sort(chance.integers(0, len(table) + 1, pieces - 1)).tolist(), len(table)]
     made = [table.slice(a, b - a) for a, b in pairwise(ends)]
     return [made[i] for i in chance.permutation(len(made))]
+
+
+def same(a: Tally, b: Tally) -> bool:
+    """Whether two tallies are bit-identical, apart from the order of their rows."""
+
+    def alike(x: Any, y: Any) -> bool:
+        if isinstance(x, np.ndarray):
+            return np.array_equal(x, y)
+        if hasattr(x, "sort_by"):
+            return bool(x.sort_by("case").equals(y.sort_by("case")))
+        if isinstance(x, Points):
+            return y is not None and all(alike(getattr(x, f.name), getattr(y, f.name)) for f in fields(x))
+        return bool(x == y)
+
+    return all(alike(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
 
 
 def of_pieces(table: Any, of: Cases, seed: int, pieces: int) -> Tally:

@@ -15,14 +15,13 @@ from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.problems import SceneError
 from trunnion.plots import animate
 from trunnion.plots.animation.depth_raster import Sheet, Solid, halved, over
-from trunnion.plots.animation.film import FPS, SIZE, USUAL, film, pace
-from trunnion.plots.animation.film_frames import Frames
+from trunnion.plots.animation.film import FPS, USUAL, film, pace
+from trunnion.plots.animation.film_frames import SIZE, Frames
 from trunnion.plots.geometry.meshes import FINE, box, placed, sphere
 from trunnion.plots.mechanism_pictures.instant_picture import contact_places
 from trunnion.plots.style.palette import STATES
 from trunnion.simulation.results.result import Result
 
-VIEW = (24.0, 16.0)
 RED, BLUE = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
@@ -80,7 +79,7 @@ def test_what_is_hidden_shows_faintly_and_what_is_not_in_full() -> None:
 def test_contact_points_are_where_the_columns_put_them(swing: Result) -> None:
     """In the picture, a contact point is the projection of the ball's radius times the normal of the table (the ball's centre is
     the origin)."""
-    frames = Frames(swing, SIZE, VIEW)
+    frames = Frames(swing)
     for row in (15, 40, 90):
         n = np.array([swing[f"ball.contact[1].normal[{k}]"][row] for k in (1, 2, 3)])
         flat = (0.05 * n - frames.framing.centre) @ frames.view.T * frames.scale / 2
@@ -128,7 +127,7 @@ def test_a_film_is_written_as_mp4(swing: Result, tmp_path: Path, monkeypatch: py
     with av.open(str(tmp_path / "f.mp4")) as container:
         frames = [f.to_ndarray(format="rgb24") for f in container.decode(video=0)]
     assert len(frames) == 6
-    wanted = Frames(swing, SIZE, VIEW).at(0.0).astype(float)
+    wanted = Frames(swing).at(0.0).astype(float)
     assert np.abs(frames[0] - wanted).mean() < 4.0  # of 255: the error of compression
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,13 @@ from trunnion.analysis.advice.model_reduction import (
     keep_friction,
     make_planar,
 )
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel, estimate_integration_error, methods, time_repeats
+from trunnion.analysis.work_precision.benchmark_runs import (
+    MOST_STEPS,
+    BenchmarkModel,
+    estimate_integration_error,
+    methods,
+    time_repeats,
+)
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure, make_error_measure
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant
 from trunnion.analysis.work_precision.reference_solution import Reference, find_reference
@@ -96,19 +103,11 @@ class Advice:
     notes: tuple[str, ...]
 
 
-@dataclass
 class _Partial(BenchmarkModel):
     """A reduced model. A compared column that the model lacks counts as zero."""
 
-    names: tuple[str, ...] = ()
-
     def samples(self, result) -> np.ndarray:
-        out = np.zeros((len(result.data), len(self.names)))
-        at = {c.name: k for k, c in enumerate(result.columns)}
-        for i, n in enumerate(self.names):
-            if n in at:
-                out[:, i] = result.data[:, 1 + at[n]]
-        return out
+        return np.column_stack([result[n] if n in result else np.zeros(len(result)) for n in self.measure.names])
 
 
 def advise(
@@ -164,8 +163,8 @@ class _Ladder:
             if self._add_rungs(tuple(names[:k]), order[k:]):
                 break
         self._try_planar_joints()
-        chosen = min((r for r in self.rungs if r.setting), key=lambda r: r.setting.median if r.setting else math.inf, default=None)
-        reduced = self._reduced_scene(chosen) if chosen else None
+        best = self._cheapest()
+        chosen, reduced = (None, None) if best is None else (self.rungs[best], self._reduced_scene(best))
         return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
 
     def _add_rungs(self, keep: tuple[str, ...], dropped: list[FrictionInfluence]) -> bool:
@@ -185,16 +184,17 @@ class _Ladder:
 
     def _try_planar_joints(self) -> None:
         """Add the cheapest sufficient rung with planar joints, if its motion is planar."""
-        best = min((k for k, r in enumerate(self.rungs) if r.setting), key=lambda k: self._median_time(k), default=None)
+        best = self._cheapest()
         if best is None:
             return
         changed, flat = make_planar(self.scenes[best], self.until)
         if flat:
             self._add_rung(self.rungs[best].joints, self.rungs[best].form, tuple(flat), changed)
 
-    def _median_time(self, k: int) -> float:
-        setting = self.rungs[k].setting
-        return setting.median if setting else math.inf
+    def _cheapest(self) -> int | None:
+        """Index of the cheapest sufficient rung."""
+        medians = {k: r.setting.median for k, r in enumerate(self.rungs) if r.setting}
+        return min(medians, key=medians.__getitem__, default=None)
 
     def _add_rung(self, keep: tuple[str, ...], form: FrictionForm | None, flat: tuple[str, ...], scene: Scene) -> Rung:
         """Run a model, measure the error of the model itself and find its cheapest setting; adds the rung and returns it."""
@@ -205,7 +205,7 @@ class _Ladder:
         except SceneError as e:
             rung = replace(rung, outcome=str(e).splitlines()[0])
         else:
-            result, outcome = ready.once(Settings(rtol=TIGHT, max_steps=1_000_000))
+            result, outcome = ready.once(Settings(rtol=TIGHT, max_steps=MOST_STEPS))
             if result is None or outcome != "done":
                 rung = replace(rung, outcome=outcome)
             else:
@@ -220,7 +220,7 @@ class _Ladder:
         chosen = self._find_cheapest(ready)
         if chosen is None:
             return None
-        settings = Settings(rtol=chosen.rtol, method=chosen.method, max_steps=1_000_000)
+        settings = Settings(rtol=chosen.rtol, method=chosen.method, max_steps=MOST_STEPS)
         result, _ = ready.once(settings)
         if result is None:
             return chosen
@@ -233,7 +233,7 @@ class _Ladder:
         for method in methods(ready.scene):
             best = min((s.median for s in found), default=math.inf)
             for rtol in RTOLS:
-                settings = Settings(rtol=rtol, method=method, max_steps=1_000_000)
+                settings = Settings(rtol=rtol, method=method, max_steps=MOST_STEPS)
                 result, outcome = ready.once(settings)
                 if result is None or outcome != "done":
                     continue
@@ -241,24 +241,19 @@ class _Ladder:
                     break
                 total = self.what.error(ready.samples(result), self.reference.data)
                 if total <= self.error:
-                    low, middle, _ = time_repeats(lambda s=settings: self._time_once(ready, s), self.repeats)  # type: ignore[misc]
+                    low, middle, _ = time_repeats(partial(ready.seconds, settings), self.repeats)
                     found.append(Setting(method, rtol, total, low, middle))
                     break
         return min(found, key=lambda s: s.median, default=None)
-
-    def _time_once(self, ready: BenchmarkModel, settings: Settings) -> float:
-        result, _ = ready.once(settings)
-        return result.stats.wall_time if result is not None else math.inf
 
     def _compile(self, scene: Scene) -> BenchmarkModel:
         """The scene, compiled with those compared columns that the scene has."""
         there = {c.name for c in columns(build(scene).system)}
         model = Model(scene, tuple(n for n in self.what.names if n in there) or None)
         model.block.attach_jacobian()
-        return _Partial(scene, FrictionVariant(), model, self.what, self.until, self.until / self.count, self.what.names)
+        return _Partial(scene, FrictionVariant(), model, self.what, self.until, self.until / self.count)
 
-    def _reduced_scene(self, chosen: Rung) -> Scene:
-        scene = self.scenes[self.rungs.index(chosen)]
-        assert chosen.setting is not None
-        simulation = replace(scene.simulation, method=chosen.setting.method, rtol=chosen.setting.rtol)
-        return replace(scene, simulation=simulation)
+    def _reduced_scene(self, k: int) -> Scene:
+        scene, setting = self.scenes[k], self.rungs[k].setting
+        assert setting is not None
+        return replace(scene, simulation=replace(scene.simulation, method=setting.method, rtol=setting.rtol))

@@ -12,7 +12,7 @@ from trunnion.elements.friction import twin_of
 from trunnion.elements.joints import REVOLUTE, SPHERICAL
 from trunnion.scene.data_classes.field_types import AxisName
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.overrides import apply
+from trunnion.scene.overrides import apply, law_changes
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
@@ -56,12 +56,9 @@ def keep_friction(scene: Scene, keep: Iterable[str]) -> Scene:
 def apply_form(scene: Scene, form: FrictionForm) -> Scene:
     """The scene with this form of friction in all its frictional joints."""
     normal = "adams" if form.adams else "exact"
-    changes: dict[str, object] = {"friction.law": form.law, "friction.normal_force": normal}
-    for name, j in scene.joints.items():
-        if j.friction is not None:
-            changes |= {f"joints.{name}.friction.law": form.law} if j.friction.law is not None else {}
-            changes |= {f"joints.{name}.friction.normal_force": normal} if j.friction.normal_force is not None else {}
-    return apply(scene, changes)
+    own = [n for n, j in scene.joints.items() if j.friction is not None and j.friction.normal_force is not None]
+    forces = {"friction.normal_force": normal, **{f"joints.{n}.friction.normal_force": normal for n in own}}
+    return apply(scene, law_changes(scene, form.law) | forces)
 
 
 def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
@@ -70,18 +67,12 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
     until: end of the run that tests the motion, s. If the motion is not planar, returns the scene itself and [].
     """
-    able = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
+    ideal = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
+    able = [n for n in ideal if scene.joints[n].start is None]  # with a start, the joint's two frames need not coincide
     axis = _plane_normal(scene, until) if able else None
     if axis is None:
         return scene, []
-    chosen = [n for n in able if not _has_start(scene, n)]
-    joints = {n: replace(j, type=REVOLUTE.name, axis=axis, start=None) if n in chosen else j for n, j in scene.joints.items()}
-    return (replace(scene, joints=joints), chosen) if chosen else (scene, [])
-
-
-def _has_start(scene: Scene, name: str) -> bool:
-    """Whether the scene gives start coordinates of the joint, so that the joint's two frames need not coincide at the start."""
-    return scene.joints[name].start is not None
+    return replace(scene, joints=scene.joints | {n: replace(scene.joints[n], type=REVOLUTE.name, axis=axis) for n in able}), able
 
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:

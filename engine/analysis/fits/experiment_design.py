@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from trunnion.analysis.sensitivities.output_derivatives import sensitivity
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.overrides import apply
 from trunnion.scene.units.python_arguments import Amounts, Names, names_given
+from trunnion.simulation.results.csv_and_parquet import finite
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,7 @@ class RankedExperiment:
 
     def document(self) -> dict[str, Any]:
         """The same data as plain lists and numbers. Infinite numbers become None."""
-        gain = self.gain if math.isfinite(self.gain) else None
-        deviation = {n: d if math.isfinite(d) else None for n, d in self.deviation.items()}
-        return {"name": self.name, "gain": gain, "deviation": deviation, "why": self.why}
+        return finite(asdict(self))
 
 
 def propose(found: Fit, trials: Mapping[str, Experiment | Mapping[str, Any]]) -> tuple[RankedExperiment, ...]:

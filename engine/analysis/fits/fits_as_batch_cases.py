@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trunnion.analysis.fits.request import FitRequest, answer_fit, combine_answers
+from trunnion.basics.arrow_columns import field
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.plan import Plan, Stopped
@@ -47,7 +48,7 @@ class FitPlan(Plan):
 
         made = schema((), (), (), dict(self.about))
         for name, text in FIT_COLUMNS.items():
-            made = made.insert(made.get_field_index("steps"), pa.field(name, pa.string(), False, {"unit": "", "description": text}))
+            made = made.insert(made.get_field_index("steps"), field(name, pa.string(), "", text))
         return made
 
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trunnion.simulation.results.csv_and_parquet import finite
+
 if TYPE_CHECKING:
     from trunnion.analysis.fits.measurements import CurveComparison
 
@@ -37,7 +39,7 @@ class Criteria:
 
     def document(self) -> dict[str, Any]:
         """The same data as plain lists and numbers. Infinite numbers become None."""
-        return {k: v if math.isfinite(v) else None for k, v in asdict(self).items()}
+        return finite(asdict(self))
 
 
 def compute_criteria(misfit: np.ndarray, noise: np.ndarray, groups: np.ndarray, given: bool, parameters: int) -> Criteria:

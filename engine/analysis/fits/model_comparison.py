@@ -15,6 +15,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, apply, law_changes, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
+from trunnion.simulation.results.csv_and_parquet import finite
 
 CLEAR = 2.0
 """A criterion does not decide between two models if its values differ by less than this: the better model is then less than e times
@@ -63,8 +64,7 @@ class ModelScore:
         """The same data as plain lists and numbers. Infinite numbers become None."""
         said = {"name": self.name, "weight": self.weight, "why": self.why}
         numbers = {"worse_by_bic": self.worse_by_bic, "worse_by_aicc": self.worse_by_aicc}
-        shown = {k: v if math.isfinite(v) else None for k, v in numbers.items()}
-        return {**said, **shown, "fit": self.fit.document() if self.fit else None}
+        return {**said, **finite(numbers), "fit": self.fit.document() if self.fit else None}
 
 
 @dataclass(frozen=True)
@@ -147,15 +147,11 @@ def apply_candidate(
 
     SceneError for a wrong law or wrong changes.
     """
-    extra = {k: {**(options.get(k) or {}), **getattr(c, k)} for k in ("bounds", "priors")}
-    return _candidate_scene(scene, c), (*parameters, *names_given(c.parameters)), extra
-
-
-def _candidate_scene(scene: Scene, c: Candidate) -> Scene:
     if c.law and c.law not in LAWS:
         raise SceneError([Problem("law", f"{c.law!r} is not a friction law", f"one of {', '.join(LAWS)}")])
     changes = {**(law_changes(scene, c.law) if c.law else {}), **c.overrides}
-    return apply(scene, changes) if changes else scene
+    extra = {k: {**(options.get(k) or {}), **getattr(c, k)} for k in ("bounds", "priors")}
+    return apply(scene, changes) if changes else scene, (*parameters, *names_given(c.parameters)), extra
 
 
 def rank_fits(fits: Mapping[str, Fit | str]) -> ModelComparison:

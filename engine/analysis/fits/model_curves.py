@@ -14,7 +14,8 @@ import numpy as np
 
 from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constraints
 from trunnion.analysis.fits.measurements import MeasuredRun
-from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns, Sensitivity
+from trunnion.analysis.sensitivities.initial_derivatives import parameter_values
+from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -35,23 +36,29 @@ STEPS_PER_CALL = 1000
 GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.NEED_JACOBIAN)
 
 
-def sensitivity(scene: Scene, runs: DifferentiatedRuns) -> Sensitivity:
-    """Curves and derivatives along the run of a scene."""
-    return runs(scene, heed)
+def parameter_names(shared: Sequence[str], own: Sequence[str], runs: Sequence[MeasuredRun]) -> list[str]:
+    """Names of the m parameters: paths of the shared parameters, then ``PATH @ RUN`` for separate parameters of each run."""
+    return [*shared, *(f"{p}{RUN_SEPARATOR}{r.name}" for r in runs for p in own)]
+
+
+def start_values(scenes: Sequence[Scene], shared: Sequence[str], own: Sequence[str]) -> np.ndarray:
+    """The start values (m) of the parameters: numbers of the runs' scenes. SceneError for a path that is not a number."""
+    starts = [dict(zip([*shared, *own], parameter_values(s, [*shared, *own]), strict=True)) for s in scenes]
+    return np.array([*(starts[0][p] for p in shared), *(s[p] for s in starts for p in own)])
 
 
 class ModelCurves:
     """The curves of all runs as one vector of N values, ordered by run, curve and time.
 
     Attributes:
-        names: names of the m parameters: paths of the shared parameters, then ``PATH @ RUN`` for separate parameters of each run.
+        names: ``parameter_names``.
         exact: whether the derivatives are exact; otherwise they are central differences.
         pairs: (low, high): index pairs of parameters that must be in order.
     """
 
     def __init__(self, scene: Scene, shared: Sequence[str], own: Sequence[str], runs: Sequence[MeasuredRun], rtol: float):
         self.runs, self.rtol = list(runs), rtol
-        self.names = [*shared, *(f"{p}{RUN_SEPARATOR}{r.name}" for r in runs for p in own)]
+        self.names = parameter_names(shared, own, runs)
         self.shared, self.own = list(shared), list(own)
         self.scenes = [apply(scene, dict(r.overrides)) if r.overrides else scene for r in runs]
         laws = [scene.law_of(j.friction) for j in scene.joints.values() if j.friction is not None]
@@ -117,7 +124,7 @@ class ModelCurves:
     def _exact(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         curves, slopes = [], []
         for k, r in enumerate(self.runs):
-            s = sensitivity(self._scene_with(k, values), self.differentiated[k])
+            s = self.differentiated[k](self._scene_with(k, values), heed)
             at, columns = self._indices(k), [s.names.index(c) for c in r.curves]
             part = np.zeros((len(s.time) * len(columns), len(self.names)))
             part[:, at] = np.vstack([s.derivatives[:, c, :] for c in columns])

@@ -22,13 +22,14 @@ from trunnion.analysis.fits.identifiability import (
 from trunnion.analysis.fits.information_criteria import Criteria, compute_criteria, note_correlated_misfits
 from trunnion.analysis.fits.least_squares_objective import Objective, noise_groups
 from trunnion.analysis.fits.measurements import CurveComparison, MeasuredRun, curve_units, normalise_runs
-from trunnion.analysis.fits.model_curves import ModelCurves
+from trunnion.analysis.fits.model_curves import ModelCurves, start_values
 from trunnion.analysis.fits.profile_likelihood import BetterFitFound, Interval, Profiles, threshold
 from trunnion.analysis.sensitivities.initial_derivatives import parameter_values
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, list_parameters, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given
+from trunnion.simulation.results.csv_and_parquet import finite
 
 log = logging.getLogger("trunnion.analysis.fits")
 MOST_SEARCHES = 3
@@ -73,10 +74,9 @@ class Fit:
 
     def document(self) -> dict[str, Any]:
         """The same data as plain lists and numbers for JSON. Infinite numbers become None."""
-        finite = {n: d if math.isfinite(d) else None for n, d in self.deviation.items()}
-        correlation = [[c if math.isfinite(c) else None for c in row] for row in self.correlation.tolist()]
         return {
-            "values": self.values, "units": self.units, "deviation": finite, "correlation": correlation,
+            "values": self.values, "units": self.units, "deviation": finite(self.deviation),
+            "correlation": finite(self.correlation.tolist()),
             "misfit": self.misfit, "rounds": self.rounds, "converged": self.converged, "level": self.level,
             "noise": {r.name: dict(r.noise) for r in self.runs},
             "intervals": {n: i.document() for n, i in self.intervals.items()},
@@ -159,8 +159,7 @@ def make_objective(
     parameter_values(scene, [*shared, *own])
     named = normalise_runs(scene, runs)
     curves = ModelCurves(scene, shared, own, named, rtol)
-    starts = [dict(zip([*shared, *own], parameter_values(s, [*shared, *own]), strict=True)) for s in curves.scenes]
-    start = np.array([*(starts[0][p] for p in shared), *(s[p] for s in starts for p in own)])
+    start = start_values(curves.scenes, shared, own)
     wanted = read_bounds_and_priors(scene, curves.names, bounds, priors)
     return Objective(curves, wanted, start, noise_groups(curve_units(scene, named), named))
 

@@ -16,6 +16,7 @@ import numpy as np
 from trunnion.analysis.fits.least_squares_objective import Objective
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.simulation.results.csv_and_parquet import finite
 
 END_TOLERANCE = 1e-3
 """At an end of an interval, √rise may differ from its threshold by at most this value, relative to the threshold. The relative
@@ -70,9 +71,8 @@ class Interval:
 
     def document(self) -> dict[str, Any]:
         """The same data as plain lists and numbers. Infinite ends become None."""
-        local = [x if math.isfinite(x) else None for x in self.local]
-        return {"low": self.low, "high": self.high, "low_end": self.low_end, "high_end": self.high_end, "local": local,
-                "profile": {"values": self.values.tolist(), "rises": self.rises.tolist()}}  # fmt: skip
+        ends = {"low": self.low, "high": self.high, "low_end": self.low_end, "high_end": self.high_end}
+        return ends | {"local": finite(self.local), "profile": {"values": self.values.tolist(), "rises": self.rises.tolist()}}
 
 
 def threshold(level: float, nu: float) -> float:

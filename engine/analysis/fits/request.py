@@ -9,15 +9,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-import numpy as np
-
-from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, check_start, read_bounds_and_priors
+from trunnion.analysis.fits.bounds_and_priors import check_start, read_bounds_and_priors
 from trunnion.analysis.fits.experiment_design import Experiment, propose
 from trunnion.analysis.fits.measurements import MeasuredRun, normalise_runs
 from trunnion.analysis.fits.model_comparison import Candidate, apply_candidate, weigh_models
+from trunnion.analysis.fits.model_curves import parameter_names, start_values
 from trunnion.analysis.fits.parameter_estimation import fit
 from trunnion.analysis.fits.result_reader import read_criteria
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems, parameter_values
+from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.data_classes.scene import Scene
@@ -97,13 +96,9 @@ def _fit_problems(
         out += wrong
     if out or not runs:
         return out
-    all_names = [*names, *(f"{p}{RUN_SEPARATOR}{r.name}" for r in runs for p in q.own)]
+    all_names = parameter_names(names, q.own, runs)
     found, wrong = _collect(lambda: read_bounds_and_priors(scene, all_names, extra["bounds"], extra["priors"]), said)
-    if wrong:
-        return wrong
-    starts = [dict(zip(every, parameter_values(s, every), strict=True)) for s in scenes]
-    values = np.array([*(starts[0][p] for p in names), *(s[p] for s in starts for p in q.own)])
-    return _collect(lambda: check_start(values, found), said)[1]
+    return wrong or _collect(lambda: check_start(start_values(scenes, names, q.own), found), said)[1]
 
 
 def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: MeasuredRun | None, said: str) -> list[Problem]:

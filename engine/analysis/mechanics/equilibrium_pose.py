@@ -4,7 +4,7 @@ rest."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from typing import Any
 
@@ -17,7 +17,6 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.signals.registry import value_at
-from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model, simulate
 from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
 from trunnion.simulation.runtime_interface.simulation_block import Settings
@@ -142,7 +141,7 @@ def find_rest(scene: sm.Scene) -> Still:
         r = simulate(_damped(hold_signals(scene), damping), until=duration, every=duration, rtol=1e-8, outputs=watched)
         if not r.outcome.ok:
             raise SimulationError(f"the mechanism does not come to rest: {r.outcome}")
-        q, down = (_last_values(r, of, scene.joints) for of in ("q", "latch.state"))
+        q, down = ({n: [r[c][-1] for c in r.matching(f"{n}.{of}[*]")] for n in scene.joints} for of in ("q", "latch.state"))
         scene = engage_latches(start_at(scene, q), down)
         still = Still(scene)
         if _size(still, fast) < SETTLED and still.settle():
@@ -209,12 +208,7 @@ def _held(value: Any) -> Any:
     return value
 
 
-def _last_values(r: Result, of: str, joints: Iterable[str]) -> dict[str, np.ndarray]:
-    """In the last row, the values of the columns ``of`` of each joint, {joint: values}."""
-    return {n: np.array([r[c][-1] for c in r.matching(f"{n}.{of}[*]")]) for n in joints}
-
-
-def start_at(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
+def start_at(scene: sm.Scene, q: Mapping[str, Sequence[float]]) -> sm.Scene:
     """The scene at rest, with start coordinates q ({joint: values in rad or m})."""
     joints = {}
     for name, j in scene.joints.items():
@@ -224,7 +218,7 @@ def start_at(scene: sm.Scene, q: Mapping[str, np.ndarray]) -> sm.Scene:
     return replace(scene, joints=joints)
 
 
-def engage_latches(scene: sm.Scene, down: Mapping[str, np.ndarray]) -> sm.Scene:
+def engage_latches(scene: sm.Scene, down: Mapping[str, Sequence[float]]) -> sm.Scene:
     """The scene with latches engaged at its start. down: {joint: tooth of each latch}, counted from 1; 0 means disengaged."""
     joints = {}
     for name, j in scene.joints.items():

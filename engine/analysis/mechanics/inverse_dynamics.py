@@ -165,7 +165,9 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
     table = model.built.parameters
     places = {}
     for freedom in curves:
-        ramp = f"joints.{freedom[0]}.drive{_entry(model, freedom)}.ramp"
+        name, k = freedom
+        several = isinstance(model.built.scene.joints[name].drive, tuple)
+        ramp = f"joints.{name}.drive{f'[{k + 1}]' if several else ''}.ramp"
         places[freedom] = [table.paths.index(f"{ramp}.{n}") for n in ("begin", "origin", "start", "end")]
     numbers, parameters = model.built.numbers, np.array(table.values)
     values, missing = np.full((len(t), len(model.columns)), np.nan), []
@@ -200,9 +202,3 @@ def _instant(model: Model, numbers: Numbers, parameters: np.ndarray, now: float)
     model.block.configure(Settings(rtol=1e-9))
     out = np.zeros(model.block.width)
     return (model.begin(Settings(rtol=1e-9), now, now + 1.0, 1.0, out) if model.block.assemble(now) == 1 else None), out
-
-
-def _entry(model: Model, freedom: Freedom) -> str:
-    """The index "[k]" of a freedom's drive in the scene; "" if the joint has one freedom."""
-    name, k = freedom
-    return f"[{k + 1}]" if isinstance(model.built.scene.joints[name].drive, tuple) else ""

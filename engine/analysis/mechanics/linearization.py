@@ -151,17 +151,14 @@ class _Point:
         states_ = state_names(self.model)
         return Linearization(block.time, states_, tuple(names), columns, A, B, C, D, x, u, row[1:], dx.copy())
 
-    def _input_seeds(self) -> list[np.ndarray]:
-        """For each input, the effect of a unit change of the input on the input's signal: on the signal's value or, for a
+    def _input_seeds(self) -> np.ndarray:
+        """For each input (row), the effect of a unit change of the input on the input's signal: on the signal's value or, for a
         prescribed motion, on the acceleration."""
-        out = []
-        tables = self.model.built.numbers.tables
-        for i in range(len(self.model.system.inputs)):
-            given = tables[i]
+        count, tables = len(self.model.system.inputs), self.model.built.numbers.tables
+        out = np.zeros((count, TABLE * count))
+        for i, given in enumerate(tables[:count]):
             assert isinstance(given, Outside)
-            seed = np.zeros(TABLE * len(self.model.system.inputs))
-            seed[TABLE * i + (2 if given.tracked else 0)] = given.bandwidth**2 if given.tracked else 1.0
-            out.append(seed)
+            out[i, TABLE * i + (2 if given.tracked else 0)] = given.bandwidth**2 if given.tracked else 1.0
         return out
 
 

@@ -14,7 +14,6 @@ from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 REST = 1e-7
 """A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
@@ -100,32 +99,25 @@ def modes(
         idle += creeps
         if value.imag >= 0.0 and not (creeps and idle % 2 == 0):
             found.append(_mode(value, basis @ vector[:n], still.freedoms, fastest))
-    rest = copy_latches(start_at(loaded, {k: np.array(v) for k, v in coordinates(still).items()}), still.scene)
-    return VibrationModes(coordinates(still), tuple(found), held, rest)
+    q = coordinates(still)
+    return VibrationModes(q, tuple(found), held, copy_latches(start_at(loaded, q), still.scene))
 
 
 def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: float) -> VibrationMode:
     largest = shape[int(np.argmax(np.abs(shape)))]
-    shape = shape / largest
-    size, still = abs(value), abs(value) <= SLOW * fastest
-    told = {n: complex(x) for n, x in zip(names, shape, strict=True)}
-    if still:
+    told = {n: complex(x) for n, x in zip(names, shape / largest, strict=True)}
+    if abs(value) <= SLOW * fastest:
         return VibrationMode(0.0, 0.0, 0.0, told)
-    return VibrationMode(abs(value.imag) / (2 * np.pi), -value.real / size, float(value.real), told)
+    return VibrationMode(abs(value.imag) / (2 * np.pi), -value.real / abs(value), float(value.real), told)
 
 
 def _locked(still: Still, held: Sequence[str]) -> list[np.ndarray]:
     """Rows over the rates (nv) that must be zero if the joints ``held`` are held. SimulationError for a cut joint."""
-    rows, nv = [], still.system.nv
-    for j in still.system.joints:
-        if j.name not in held:
-            continue
-        if not j.cut:
-            rows += [np.eye(nv)[j.v0 + i][None, :] for i in range(len(j.free))]
     cut = [j for j in still.system.cuts if j.name in held]
     if cut:
         raise SimulationError(f"{cut[0].name} is a loop's cut joint and cannot be held: set cut: true on another joint of the loop")
-    return rows
+    unit = np.eye(still.system.nv)
+    return [unit[j.v0 : j.v0 + len(j.free)] for j in still.system.tree if j.name in held]
 
 
 def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scene:
@@ -139,6 +131,4 @@ def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scen
     unit = 1.0 if joint.kind.turns(joint.free[largest - joint.v0]) else still.model.built.numbers.length
     for _ in range(20):
         still.move(size * unit * way / 20)
-    y = still.block.y
-    q = {j.name: np.array(y[j.q0 : j.q0 + len(state_coordinates(j))]) for j in still.system.tree}
-    return start_at(result.scene, q)
+    return start_at(result.scene, coordinates(still))

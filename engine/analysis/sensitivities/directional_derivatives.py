@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import ctypes
-import json
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any, cast
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from trunnion.basics.optional_packages import Later
 from trunnion.basics.problems import SimulationError
-from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.interface.output_columns import Column, needs_quadratures
-from trunnion.kernel.shared_libraries import Kernel
-from trunnion.parts.kernels.derivative_units import Sensitivities
-from trunnion.parts.kernels.scene_kernel import PartsKernel
-from trunnion.runtime.abi.c_header import header
+from trunnion.parts.kernels.derivative_units import Sensitivities, address_of
 from trunnion.simulation.run import Model
 from trunnion.system.structure.external_value_layout import NOW
 
@@ -29,21 +22,17 @@ singular value."""
 REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
-FUNCTIONS = {"s_prepare": 2, "s_point": 6, "s_along": 7, "so_prepare": 2, "so_point": 8, "so_along": 9}
-"""The number of arguments of each of the unit's functions. Every argument is an array."""
-MARCH = ("point", "along", "column_point", "column_along")
-"""The functions of ``tr_tangents``."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""
-_kept: dict[tuple[Any, ...], CompiledFunctions | Sensitivities] = {}
+_kept: dict[tuple[Any, ...], Sensitivities] = {}
 
 
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
-    The unit returns the values f = [F; R; V; H] (``kernel.units.sensitivity_unit``). F holds the rates of the ny states and of the
-    nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np parameters (the kernel's, then the
-    external inputs).
+    The unit returns the values f = [F; R; V; H; L] (``parts.derivatives.sensitivities.motion``). F holds the rates of the ny states
+    and of the nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np parameters (the kernel's, then
+    the external inputs).
     """
 
     def __init__(self, model: Model, chosen: list[Column]):
@@ -52,7 +41,7 @@ class SensitivityUnit:
         self.functions = _functions(model, chosen)
         self.n = self.functions.sizes
         self.ny, self.nquad, self.na, self.ne = self.n["states"], self.n["powers"], self.n["active"], kernel.sizes["neta"]
-        self.active = kernel.facts["active_rows"] if self.na < self.system.rows else list(range(self.system.rows))
+        self.active = kernel.facts["active_rows"]
         self.np = len(model.built.parameters.values) + len(self.system.inputs)
         self.c, self.co = np.zeros(self.n["constants"] + 1), np.zeros(self.n["o_constants"] + 1)
         self.w, self.f = np.zeros(self.n["point"] + 1), np.zeros(self.n["values"] + 1)
@@ -63,18 +52,18 @@ class SensitivityUnit:
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
         self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along _by_each
         self._factored: tuple[Any, ...] | None = None
-        self._places = tuple(map(_address, (self.c, self.w, self.f)))
+        self._places = tuple(map(address_of, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
 
     def prepare(self, p: np.ndarray) -> None:
         """Compute the unit's constants from the values p of the kernel's parameters."""
         self.p = np.ascontiguousarray(p)
-        self.functions.prepare(_address(self.p), _address(self.c), _address(self.co))
+        self.functions.prepare(address_of(self.p), address_of(self.c), address_of(self.co))
 
     def evaluate(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """All values f at external values x, state y and multipliers z. Later derivatives refer to this point."""
         c, w, f = self._places
-        self._now = (_address(x), _address(y), c, _address(z), w)
+        self._now = (address_of(x), address_of(y), c, address_of(z), w)
         self._keep = (x, y, z)
         self.functions.point(*self._now, f)
         return self.f[: self.n["values"]]
@@ -173,11 +162,11 @@ class SensitivityUnit:
         lam[self.active] = dz[: self.na]
         lam[rows:] = dz[self.na :]
         acc = np.ascontiguousarray(rate[v])
-        at = tuple(map(_address, (x, y, self.co, full, acc, extra)))
+        at = tuple(map(address_of, (x, y, self.co, full, acc, extra)))
         value, out = np.zeros(len(self.chosen) + 1), np.zeros((m, len(self.chosen) + 1))
-        self.functions.output_point(*at, _address(self.wo), _address(value))
+        self.functions.output_point(*at, address_of(self.wo), address_of(value))
         seeds_ = np.vstack([S, lam, dF[v], dp, np.zeros((1, m))]).T.copy()
-        self.functions.outputs_along((*at, _address(self.wo)), seeds_, out)
+        self.functions.outputs_along((*at, address_of(self.wo)), seeds_, out)
         return value[:-1], out[:, :-1].T
 
 
@@ -198,81 +187,16 @@ def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     return lambda b: right @ (left @ b)
 
 
-class CompiledFunctions:
-    """A unit's functions, compiled for the scene; ``parts.kernels.derivative_units.Sensitivities`` has the same interface."""
-
-    def __init__(self, model: Model, chosen: list[Column]):
-        folder, _ = library_cache.entry(f"sensitivity-{model.kernel.key}", lambda f: _build(f, model, chosen))
-        lib = ctypes.CDLL(str(folder / f"sensitivity{c_compiler.library_suffix()}"))
-        for name, arguments in FUNCTIONS.items():
-            getattr(lib, name).argtypes = [ctypes.c_void_p] * arguments
-        many = ("s_point_of", "s_along_many", "so_point_of", "so_along_many")
-        self._march = [ctypes.cast(getattr(lib, name), ctypes.c_void_p).value for name in many]
-        self.sizes: dict[str, int] = json.loads((folder / "sizes.json").read_text())
-        self.lib, self.point, self.output_point = lib, lib.s_point, lib.so_point
-
-    def addresses(self) -> dict[str, int | None]:
-        """Addresses of the functions that ``tr_tangents`` calls."""
-        return dict(zip(MARCH, self._march, strict=True))
-
-    def prepare(self, p: int, c: int, co: int) -> None:
-        """Compute the constants c and co from the parameters p. All arguments are addresses."""
-        self.lib.s_prepare(p, c)
-        self.lib.so_prepare(p, co)
-
-    def along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
-        """Write the derivatives of f along each row of ``seeds`` into the same row of ``out``."""
-        for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
-            self.lib.s_along(*now, s, o)
-
-    def outputs_along(self, now: Sequence[int], seeds: np.ndarray, out: np.ndarray) -> None:
-        """Write the derivatives of the chosen columns along each row of ``seeds`` into the same row of ``out``."""
-        for s, o in zip(_row_addresses(seeds), _row_addresses(out), strict=True):
-            self.lib.so_along(*now, s, o)
-
-
-def _functions(model: Model, chosen: list[Column]) -> CompiledFunctions | Sensitivities:
-    """The unit's functions. The last MOST_KEPT units are kept for later requests, which often have the same structure; this is safe
-    because units have no state."""
-    kernel = model.kernel
-    parts = isinstance(kernel, PartsKernel)
-    key = (kernel.key, parts, *(c.name for c in chosen))
-    found = _kept.pop(key, None) or (_interpreted_functions(kernel, chosen) if parts else CompiledFunctions(model, chosen))
+def _functions(model: Model, chosen: list[Column]) -> Sensitivities:
+    """The unit's functions, which numerical code of the scene's parts evaluates. The last MOST_KEPT units are kept for later
+    requests, which often have the same structure; this is safe because units have no state."""
+    system, parameters, quadratures, _ = model.kernel.structure
+    key = (model.kernel.key, *(c.name for c in chosen))
+    found = _kept.pop(key, None)
+    if found is None:
+        wanted = quadratures and needs_quadratures(chosen)
+        found = Sensitivities(system, parameters, model.kernel.facts["active_rows"], chosen, wanted)
     while len(_kept) >= MOST_KEPT:
         _kept.pop(next(iter(_kept)), None)
     _kept[key] = found
     return found
-
-
-def _interpreted_functions(kernel: Kernel, chosen: list[Column]) -> Sensitivities:
-    """The unit's functions without compilation: numerical code of the scene's parts evaluates them."""
-    system, parameters, quadratures, redundant = kernel.structure
-    active = list(range(system.rows)) if redundant else kernel.facts["active_rows"]
-    return Sensitivities(system, parameters, active, chosen, quadratures and needs_quadratures(chosen))
-
-
-def _address(a: np.ndarray) -> int:
-    """Address of a contiguous, writable array. ``a.ctypes`` would be much slower, and an integration needs millions of
-    addresses."""
-    return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0
-
-
-def _row_addresses(a: np.ndarray) -> list[int]:
-    """Addresses of the rows of a matrix."""
-    first, stride = _address(a), a.strides[0]
-    return [first + k * stride for k in range(len(a))]
-
-
-def _build(folder: Path, model: Model, chosen: list[Column]) -> None:
-    """Write and compile the unit in a new cache folder."""
-    c_compiler.needed("derivatives by parameters", "the derivatives of the scene's equations")
-    from trunnion.kernel.units.sensitivity_unit import parameter_unit
-
-    system, parameters, quadratures, redundant = model.kernel.structure
-    unit = parameter_unit(system, parameters, chosen, quadratures and needs_quadratures(chosen), redundant)
-    file = folder / "sensitivity.c"
-    file.write_text(unit.text)
-    (folder / "tr_abi.h").write_text(header())
-    (folder / "sizes.json").write_text(json.dumps(unit.sizes))
-    library, flags = folder / f"sensitivity{c_compiler.library_suffix()}", c_compiler.unit_flags("sensitivity", unit.text)
-    c_compiler.build_library([file], library, [folder], library_cache.cache_folder(), flags)

@@ -29,9 +29,10 @@ GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 @dataclass(frozen=True)
 class RecordedStep:
-    """One step of a run, from (t0, y0) to (t1, y1).
+    """One step of a run, from t0 to t1.
 
     Attributes:
+        y1: state at its end.
         x: external values during the step, with frozen modes.
         x1: external values after its end.
         changes_mode: whether a flag or mode changes at the end of the step. Changes of signals do not count.
@@ -40,7 +41,6 @@ class RecordedStep:
 
     t0: float
     t1: float
-    y0: np.ndarray
     y1: np.ndarray
     x: np.ndarray
     x1: np.ndarray
@@ -78,7 +78,7 @@ class StepRecord:
     def step(self, k: int) -> RecordedStep:
         """Step k."""
         return RecordedStep(
-            float(self.time[k]), float(self.time[k + 1]), self.y[k], self.y[k + 1], self.x[k], self.after[k + 1],
+            float(self.time[k]), float(self.time[k + 1]), self.y[k + 1], self.x[k], self.after[k + 1],
             bool(self.changes_mode[k]), bool(self.sample[k]),
         )  # fmt: skip
 

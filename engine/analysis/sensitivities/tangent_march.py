@@ -15,10 +15,7 @@ from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
-from trunnion.system.structure.external_value_layout import External
 
-COMPONENTS = 3
-"""Largest number of components of a pair."""
 BY_HOST = 2
 """Result of a function in C for which Python found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
@@ -31,10 +28,9 @@ class Integrator(Protocol):
     unit: SensitivityUnit
     block: Block
     start: InitialDerivatives
-    at: External
     speeds: np.ndarray
     slow: float
-    turning: list[tuple[int, list[int]]]
+    turning: np.ndarray
 
     def kinks_of(self, run: StepRecord) -> np.ndarray: ...
 
@@ -93,7 +89,7 @@ class TangentMarch:
         self._keep = {
             "dp": np.ascontiguousarray(integrator.start.p.T), "magnitude": integrator.start.magnitudes,
             "extra": np.zeros(u.n["extra"] + 1), "c": u.c, "co": u.co, "w": u.w, "wo": u.wo, "z": self.z, "S": rows,
-            "speeds": integrator.speeds, "place": _places(u), "turn": _turning(integrator),
+            "speeds": integrator.speeds, "place": _places(u), "turn": integrator.turning,
         }  # fmt: skip
         self.host = HostSolver(u, integrator.start.p, run.x.shape[1])
         self._table = self._record(integrator.slow)
@@ -178,10 +174,3 @@ def _places(u: SensitivityUnit) -> np.ndarray:
     """Index of each of the unit's multipliers among those of all rows and of friction."""
     rows = u.system.rows
     return np.array([*u.active[: u.na], *range(rows, rows + u.ne)], np.intc)
-
-
-def _turning(integrator: Integrator) -> np.ndarray:
-    """Five integers for each pair whose friction has a frozen direction (``tr_tangents.turn``)."""
-    at = integrator.at
-    found = [[at.mode(flag), len(places), *places, *[0] * (COMPONENTS - len(places))] for flag, places in integrator.turning]
-    return np.array(found, np.intc).reshape(-1, 2 + COMPONENTS)

@@ -23,6 +23,8 @@ from trunnion.simulation.runtime_interface.simulation_block import Block
 from trunnion.system.structure.bodies_and_joints import Slider, System
 from trunnion.system.structure.external_value_layout import INSIDE
 
+COMPONENTS = 3
+"""Largest number of components of a pair."""
 JUMP = 1e-9
 """ẏ counts as continuous at an event if its relative change is below this value."""
 AT_REST = 1e-6
@@ -232,15 +234,18 @@ class SensitivityIntegrator:
         return (released[0][0], rate @ d[:, :-1], size) if size > 0.0 else None
 
 
-def _directional_pairs(system: System) -> list[tuple[int, list[int]]]:
-    """(flag index, state indices of the pair's rates) of each pair of several components whose friction has a frozen direction."""
-    found = []
+def _directional_pairs(system: System) -> np.ndarray:
+    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction: index of its mode
+    among the external values, number of components, state indices of the pair's rates (padded with zeros)."""
+    found: list[list[int]] = []
     for j in system.frictional:
         assert j.friction is not None
         if not j.cut and len(j.free) == j.kind.nv and LAWS[j.friction.law].sets:
             first = j.friction.eta[0]
-            found += [(s.flag, [system.nq + j.v0 + e - first for e in s.eta]) for s in j.friction.sliders if len(s.eta) > 1]
-    return found
+            for s in (s for s in j.friction.sliders if len(s.eta) > 1):
+                places = [system.nq + j.v0 + e - first for e in s.eta]
+                found.append([system.external.mode(s.flag), len(places), *places, *[0] * (COMPONENTS - len(places))])
+    return np.array(found, np.intc).reshape(-1, 2 + COMPONENTS)
 
 
 def integrate_sensitivities(

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
+from trunnion.analysis.studies.case_rounds import CaseResults, Rounds, Study
 
 GRID = 1 << 40
 """Number of grid intervals of each range. Places of cases are integers on this grid. Therefore equal places give bitwise equal
@@ -51,25 +51,11 @@ class Box:
 
 
 @dataclass(frozen=True)
-class BoxRefinement:
-    """A request of a refinement.
+class BoxRefinement(Study):
+    """A request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges."""
 
-    Attributes:
-        low: lower bounds of the varied numbers, SI units.
-        high: upper bounds, SI units.
-        of: name of the result, or OUTCOME.
-        most: largest number of cases.
-        tolerance: least width of a box, relative to the ranges.
-    """
-
-    paths: tuple[str, ...]
-    units: tuple[str, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    kind = "refine"
     of: str
-    most: int = 200
-    tolerance: float = 1e-3
-    kind: str = "refine"
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -104,9 +90,7 @@ class BoxRefinement:
 
     def _numbers(self, places: list[Place]) -> np.ndarray:
         """The parameter values at grid places, SI units (places × paths)."""
-        unit = np.array(places, float).reshape(len(places), -1) / GRID
-        low, high = np.array(self.low), np.array(self.high)
-        return low + (high - low) * unit
+        return self.numbers(np.array(places, float).reshape(len(places), -1) / GRID)
 
 
 def _edge_middles(box: Box, axis: int) -> list[Place]:
@@ -183,14 +167,13 @@ class _BoxMap:
     def answer(self, why: str) -> dict[str, Any]:
         """The answer as plain data: boxes in which outcomes change or the result jumps."""
         w, whole, found = self.wanted, self._range(), []
-        low, high = np.array(w.low), np.array(w.high)
         for box in self.boxes:
             ends = self.outcomes(box)
             rise = max(self.largest_change(box, k, whole) for k in range(len(w.paths)))
             narrow = box.sides().max() <= w.tolerance
             if len(ends) > 1 or (narrow and rise > JUMP and box.curvature > 0.5 * rise):
-                a, b = (low + (high - low) * np.array(x, float) / GRID for x in (box.low, box.high))
-                told = {"low": a.tolist(), "high": b.tolist(), "outcomes": ends, "narrow": bool(narrow)}
+                a, b = w._numbers([box.low, box.high]).tolist()
+                told = {"low": a, "high": b, "outcomes": ends, "narrow": bool(narrow)}
                 found.append(told | {"change": rise * whole if len(ends) == 1 else None})
         found.sort(key=lambda f: f["low"])
         return {

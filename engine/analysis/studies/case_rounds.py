@@ -6,9 +6,10 @@ results. A restarted study therefore requests the same cases again, bit for bit.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -41,27 +42,41 @@ Rounds = Generator[np.ndarray, CaseResults, dict[str, Any]]
 """The generator yields cases (n × paths, SI units), receives their results, and returns the answer."""
 
 
-class Study(Protocol):
-    """A study. kind: name of the study; paths, units: paths and units of the varied numbers; results: the reductions that the
-    study needs; most: largest number of cases."""
+@dataclass(frozen=True)
+class Study(ABC):
+    """The request of a study.
+
+    Attributes:
+        kind: name of the study.
+        paths: paths of the varied numbers.
+        units: units of the varied numbers.
+        low: lower bounds of the varied numbers, SI units.
+        high: upper bounds, SI units.
+        most: largest number of cases.
+        tolerance: width, relative to the ranges, at which the search ends.
+    """
+
+    kind: ClassVar[str]
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    most: int = field(kw_only=True)
+    tolerance: float = field(default=1e-3, kw_only=True)
 
     @property
-    def kind(self) -> str: ...
-    @property
-    def paths(self) -> tuple[str, ...]: ...
-    @property
-    def units(self) -> tuple[str, ...]: ...
-    @property
-    def most(self) -> int: ...
-
-    @property
+    @abstractmethod
     def results(self) -> tuple[str, ...]:
         """The reductions that the study needs."""
-        ...
 
+    @abstractmethod
     def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
         """The cases in rounds. After each round the study calls ``report`` with the intermediate answer."""
-        ...
+
+    def numbers(self, unit: np.ndarray) -> np.ndarray:
+        """The varied numbers, SI units, at places in the unit box (… × paths)."""
+        low, high = np.array(self.low), np.array(self.high)
+        return low + (high - low) * unit
 
 
 class StudyProgress:

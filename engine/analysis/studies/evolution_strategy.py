@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import CaseResults, Rounds
+from trunnion.analysis.studies.case_rounds import CaseResults, Rounds, Study
 from trunnion.batch.cases.sample_points import latin
 
 STARTS = 2
@@ -31,35 +31,27 @@ REACHED = 1e-9
 
 
 @dataclass(frozen=True)
-class Optimisation:
+class Optimisation(Study):
     """A request of an optimisation.
 
     Attributes:
-        low: lower bounds of the varied numbers, SI units.
-        high: upper bounds, SI units.
         own: values of these numbers in the scene, SI units.
         goal: one of GOALS.
         of: name of the result to optimise.
         target: value to reach if the goal is "reach".
         within: constraints (result, low, high).
-        most: largest number of cases.
+        seed: seed of the random numbers.
         tolerance: a search ends when the standard deviation of its cases, relative to the ranges of the numbers, is below this
-        value.
+            value.
     """
 
-    paths: tuple[str, ...]
-    units: tuple[str, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    kind = "optimise"
     own: tuple[float, ...]
     goal: str
     of: str
     target: float
     within: tuple[tuple[str, float, float], ...]
-    most: int = 600
     seed: int = 0
-    tolerance: float = 1e-3
-    kind: str = "optimise"
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -69,28 +61,28 @@ class Optimisation:
     def rounds(self, report: Callable[[dict[str, Any]], None]) -> Rounds:
         """The cases of this optimisation in rounds (``Study.rounds``)."""
         tried = _Trials(self)
-        low, high = np.array(self.low), np.array(self.high)
-        size = max(LEAST_ROUND, 4 + int(3 * log(len(low))))
-        first = min(self.most, FIRST * len(low) + size) - 1
-        unit = np.vstack([self._start()[None, :], latin(first, len(low), self.seed)])
-        ends: list[float] = []
-        tried.add(unit, (yield low + (high - low) * unit))
-        begin, step = tried.best_place(), FIRST_STEP * len(unit) ** (-1.0 / len(low))
+        d = len(self.paths)
+        size = max(LEAST_ROUND, 4 + int(3 * log(d)))
+        first = min(self.most, FIRST * d + size) - 1
+        unit = np.vstack([self._start()[None, :], latin(first, d, self.seed)])
+        ended = 0
+        tried.add(unit, (yield self.numbers(unit)))
+        begin, step = tried.places[tried.best], FIRST_STEP * len(unit) ** (-1.0 / d)
         while True:
             report(tried.answer(""))
-            strategy, why = _Strategy(begin, step, size, [self.seed, len(ends)]), ""
+            strategy, why = _Strategy(begin, step, size, [self.seed, ended]), ""
             while not why:
                 unit = strategy.round(self.most - len(tried))
                 if not len(unit):
                     return tried.answer("the allowed number of cases is used up")
-                strategy.learn(tried.add(unit, (yield low + (high - low) * unit)))
+                strategy.learn(tried.add(unit, (yield self.numbers(unit))))
                 report(tried.answer(""))
                 why = "reached" if tried.reached() else "settled" if strategy.reach() < self.tolerance else ""
-            ends.append(tried.best_key()[1])
-            if why == "reached" or len(ends) == STARTS:
+            ended += 1
+            if why == "reached" or ended == STARTS:
                 return tried.answer(why)
             size *= 2
-            begin = latin(1, len(low), self.seed + 1 + len(ends))[0]
+            begin = latin(1, d, self.seed + 1 + ended)[0]
 
     def _start(self) -> np.ndarray:
         """The scene's own numbers, scaled to the unit box; a number outside its bounds becomes ½."""
@@ -145,14 +137,14 @@ class _Strategy:
 
 
 class _Trials:
-    """All cases so far, with their ranks and the best case."""
+    """All cases so far, with their ranks. best: index of the best case; among equal cases, the first."""
 
     def __init__(self, wanted: Optimisation):
         self.wanted = wanted
         self.places: list[np.ndarray] = []
         self.keys: list[tuple[int, float]] = []
         self.results: list[dict[str, float]] = []
-        self.failed = self.top = 0
+        self.failed = self.best = 0
         self.scales: dict[str, float] = {}
         self.path: list[tuple[int, float]] = []
 
@@ -171,8 +163,8 @@ class _Trials:
             result = {n: float(v[i]) for n, v in seen.numbers.items()}
             key = self._key(result) if done[i] else (2, 0.0)
             self.failed += key[0] == 2
-            if not self.keys or key < self.keys[self.top]:
-                self.top = len(self)
+            if not self.keys or key < self.keys[self.best]:
+                self.best = len(self)
                 self.path.append((len(self), result[self.wanted.of] if key[0] == 0 else float("nan")))
             self.places.append(unit[i])
             self.keys.append(key)
@@ -190,28 +182,16 @@ class _Trials:
         value = result[w.of]
         return 0, {"minimise": value, "maximise": -value, "reach": abs(value - w.target)}[w.goal]
 
-    def best(self) -> int:
-        """Index of the best case. Among equal cases, the first."""
-        return self.top
-
-    def best_key(self) -> tuple[int, float]:
-        """Rank key of the best case."""
-        return self.keys[self.best()]
-
-    def best_place(self) -> np.ndarray:
-        """Position of the best case in the unit box."""
-        return self.places[self.best()]
-
     def reached(self) -> bool:
         """Whether the target is reached."""
-        w, (kind, off) = self.wanted, self.best_key()
+        w, (kind, off) = self.wanted, self.keys[self.best]
         return w.goal == "reach" and kind == 0 and off <= REACHED * max(abs(w.target), 1e-300)
 
     def answer(self, why: str) -> dict[str, Any]:
         """The answer as plain data."""
-        w, best = self.wanted, self.best()
+        w, best = self.wanted, self.best
         kind, off = self.keys[best]
-        values = np.array(w.low) + (np.array(w.high) - np.array(w.low)) * self.places[best]
+        values = w.numbers(self.places[best])
         words = {"": "not ended yet", "settled": f"the search converged to {w.tolerance:g} of the ranges"}
         return {
             "kind": w.kind,

@@ -175,7 +175,6 @@ def _run_request(
 def run_study(study: Study, plan: Plan, workers: int | None = None, progress: Progress | None = None) -> StudyResult:
     """Run a study on threads. KeyboardInterrupt if Ctrl-C comes before the end of the first round."""
     import pyarrow as pa
-    import pyarrow.compute as pc
 
     brought("pyarrow", "tables", "a table of cases")
     follow, began = StudyProgress(study), time.perf_counter()
@@ -195,9 +194,8 @@ def run_study(study: Study, plan: Plan, workers: int | None = None, progress: Pr
     if not tables:
         raise KeyboardInterrupt
     table = pa.concat_tables(tables)
-    counts = {c["values"]: c["counts"] for c in pc.value_counts(table["outcome"]).to_pylist()}
     build = max(r.build_seconds for r in runners)
-    swept = Sweep(plan, table, time.perf_counter() - began, sum(r.seconds for r in runners), build, counts, cancelled)
+    swept = Sweep(plan, table, time.perf_counter() - began, sum(r.seconds for r in runners), build, cancelled)
     return StudyResult(follow.answer | ({"why": "cancelled"} if cancelled else {}), swept)
 
 

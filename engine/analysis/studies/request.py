@@ -135,7 +135,7 @@ def _build_study(
     if problems:
         return None
     if wanted.kind == "refine":
-        return BoxRefinement(paths, units, low, high, wanted.of, wanted.cases, wanted.tolerance)
+        return BoxRefinement(paths, units, low, high, wanted.of, most=wanted.cases, tolerance=wanted.tolerance)
     ((goal, given),) = wanted.goals.items()
     of, target = (given, 0.0) if isinstance(given, str) else (given[0], bound(given[1], kept[given[0]], "reach", problems))
     within: list[tuple[str, float, float]] = []
@@ -146,4 +146,6 @@ def _build_study(
             problems.append(Problem(f"within.{name}", f"{ends[0]} is above {ends[1]}", "the low end first"))
         within.append((name, pair[0], pair[1]))
     own = tuple((number_at(scene, p) or (0.5 * (a + b), ""))[0] for p, a, b in zip(paths, low, high, strict=True))
-    return Optimisation(paths, units, low, high, own, goal, of, target, tuple(within), wanted.cases, wanted.seed, wanted.tolerance)
+    return Optimisation(
+        paths, units, low, high, own, goal, of, target, tuple(within), wanted.seed, most=wanted.cases, tolerance=wanted.tolerance
+    )  # fmt: skip

@@ -17,7 +17,7 @@ from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import exact_of
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.overrides import apply
+from trunnion.scene.overrides import apply, law_changes
 from trunnion.simulation.global_error.error_estimate import SAFETY
 from trunnion.simulation.global_error.tighter_run_settings import companion
 from trunnion.simulation.results.result import Result
@@ -27,6 +27,8 @@ from trunnion.simulation.settings.request_checks import unsuitable_laws
 
 MOST_STEPS = 1_000_000
 """Step limit of a measured run. A setting that needs more steps is reported as a failure."""
+LIMIT = 2.0
+"""Time after which a run is not repeated further, s."""
 
 
 @dataclass
@@ -47,6 +49,11 @@ class BenchmarkModel:
         except (SceneError, SimulationError) as e:
             return None, str(e)
         return result, "done" if result.outcome.ok else str(result.outcome).split(":")[0]
+
+    def seconds(self, settings: Settings) -> float:
+        """Stepping time of a run, s; infinite if the run raises an error."""
+        result, _ = self.once(settings)
+        return result.stats.wall_time if result is not None else math.inf
 
     def samples(self, result: Result) -> np.ndarray:
         """The compared columns (samples × columns)."""
@@ -77,20 +84,11 @@ def with_law(scene: Scene, variant: FrictionVariant) -> Scene:
     """The scene with this friction law in all its joints."""
     if not variant.law:
         return scene
-    changes: dict[str, object] = {"friction.law": variant.law}
-    for name, j in scene.joints.items():
-        if j.friction is not None and j.friction.law is not None:
-            changes[f"joints.{name}.friction.law"] = variant.law
-        if j.friction is not None and j.friction.v_eps is not None and variant.v_eps:
-            changes[f"joints.{name}.friction.v_eps"] = variant.v_eps
+    changes: dict[str, object] = {**law_changes(scene, variant.law)}
     if variant.v_eps:
-        changes["friction.v_eps"] = variant.v_eps
+        own = [n for n, j in scene.joints.items() if j.friction is not None and j.friction.v_eps is not None]
+        changes |= dict.fromkeys(("friction.v_eps", *(f"joints.{n}.friction.v_eps" for n in own)), variant.v_eps)
     return apply(scene, changes)
-
-
-def has_friction(scene: Scene) -> bool:
-    """Whether any joint of the scene has friction."""
-    return any(j.friction is not None for j in scene.joints.values())
 
 
 def friction_variants(
@@ -100,7 +98,7 @@ def friction_variants(
 
     laws: names of laws, default all; v_eps: regularisation speeds, m/s, for laws that have one.
     """
-    if not has_friction(scene):
+    if all(j.friction is None for j in scene.joints.values()):
         return [FrictionVariant()], []
     out, notes = [], []
     order = [exact_law(scene), *sorted(LAWS)]
@@ -133,13 +131,11 @@ def methods(scene: Scene) -> tuple[str, ...]:
     return tuple(sorted((m for m in METHODS if not unsuitable_laws(scene, m)), key=lambda m: (m != "auto", METHODS[m])))
 
 
-def time_repeats(
-    once: Callable[[], float], repeats: int, known: Sequence[float] = (), limit: float = 2.0
-) -> tuple[float, float, int]:
+def time_repeats(once: Callable[[], float], repeats: int, known: Sequence[float] = ()) -> tuple[float, float, int]:
     """(minimum, median, count) of the seconds that ``once`` returns. known: seconds of earlier runs that count as repeats. After
-    three repeats, measuring stops once ``limit`` s have passed."""
+    three repeats, measuring stops once LIMIT s have passed."""
     times = list(known)
     started = time.perf_counter()
-    while len(times) < repeats and (len(times) < min(3, repeats) or time.perf_counter() - started < limit):
+    while len(times) < repeats and (len(times) < min(3, repeats) or time.perf_counter() - started < LIMIT):
         times.append(once())
     return min(times), statistics.median(times), len(times)

@@ -6,6 +6,7 @@ import math
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from trunnion.analysis.work_precision.benchmark_runs import (
@@ -149,12 +150,8 @@ def _measure(study: WorkPrecision, ready: BenchmarkModel, settings: Settings) ->
     counts = {"steps": s.steps, "rejected": s.rejected, "evaluations": s.rhs_evaluations, "events": s.events, "outcome": outcome}
     if outcome != "done":
         return Measurement(*head, math.nan, math.nan, s.wall_time, s.wall_time, 1, **counts)  # type: ignore[arg-type]
-
-    def again() -> float:
-        other, _ = ready.once(settings)
-        return other.stats.wall_time if other is not None else math.inf
-
-    low, middle, count = time_repeats(again, study.request.repeats, [s.wall_time] if s.wall_time > WARM_RUN else [])
+    known = [s.wall_time] if s.wall_time > WARM_RUN else []
+    low, middle, count = time_repeats(partial(ready.seconds, settings), study.request.repeats, known)
     counts["predicted"] = estimate_integration_error(ready, settings, result, study.measure)
     errors = study.errors(ready.variant, ready.samples(result))
     return Measurement(*head, *errors, low, middle, count, **counts)  # type: ignore[arg-type]

@@ -28,7 +28,7 @@ def draw_work_precision(study: WorkPrecision) -> Figure:
     solvers."""
     from matplotlib.figure import Figure
 
-    panels = [("methods", _method_curves(study), False)]
+    panels = [("methods", group_into_curves([p for p in study.engine_points() if p.variant == study.exact]), False)]
     if len({p.variant for p in study.engine_points()}) > 1:
         panels.append(("friction laws, against " + str(study.exact), _law_curves(study), True))
     if study.solver_points():
@@ -41,15 +41,11 @@ def draw_work_precision(study: WorkPrecision) -> Figure:
     return fig
 
 
-def _method_curves(study: WorkPrecision) -> list[Curve]:
-    return group_into_curves([p for p in study.engine_points() if p.variant == study.exact])
-
-
 def _law_curves(study: WorkPrecision) -> list[Curve]:
     """A curve for every law with the automatic choice of method. If the automatic choice was not measured, a curve for every law
     and method."""
-    auto = [p for p in study.engine_points() if not p.fixed and p.method == "auto"]
-    return group_into_curves(auto or [p for p in study.engine_points() if not p.fixed])
+    controlled = [p for p in study.engine_points() if not p.fixed]
+    return group_into_curves([p for p in controlled if p.method == "auto"] or controlled)
 
 
 def _solver_curves(study: WorkPrecision) -> list[Curve]:
@@ -72,10 +68,11 @@ def _draw_panel(axes: Axes, title: str, chosen: Iterable[Curve], model: bool, st
     from matplotlib.ticker import FuncFormatter
 
     shown = list(chosen)
-    edge = _failure_abscissa(shown, model)
-    hues = list(dict.fromkeys((c.program, c.method, *((c.law, c.v_eps) if model else ())) for c in shown))
+    edge = FAILED * max((e for c in shown for p in c.points if p.ok and (e := _shown_error(p, model)) > 0), default=1.0)
+    hues: dict[tuple, int] = {}
     for c in shown:
-        _draw_curve(axes, c, hues.index((c.program, c.method, *((c.law, c.v_eps) if model else ()))), model, edge)
+        hue = hues.setdefault((c.program, c.method, *((c.law, c.v_eps) if model else ())), len(hues))
+        _draw_curve(axes, c, hue, model, edge)
     axes.set_xscale("log")
     axes.set_yscale("log")
     own = study.references.get(study.exact)
@@ -102,11 +99,6 @@ def _minor_label(axes: Axes, t: float) -> str:
     """Label of 2 and 5 times a power of ten if the axis spans few decades; else ""."""
     low, high = axes.get_ylim()
     return f"{t:g}" if high / low < 300 and round(t / 10.0 ** math.floor(math.log10(t))) in (2, 5) else ""
-
-
-def _failure_abscissa(shown: list[Curve], model: bool) -> float:
-    errors = [e for c in shown for p in c.points if p.ok and (e := _shown_error(p, model)) > 0]
-    return FAILED * max(errors, default=1.0)
 
 
 def _shown_error(p: Measurement, model: bool) -> float:

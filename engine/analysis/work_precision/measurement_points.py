@@ -101,14 +101,10 @@ def write_table(points: Iterable[Measurement], path: Path, notes: Iterable[str] 
     return path
 
 
-def pareto_front(points: Iterable[Measurement], model: bool = False) -> list[Measurement]:
-    """The points that no other point beats in both error and least time, by decreasing error. model: whether to use
-    ``model_error``."""
-    alive = [p for p in points if p.ok and (p.model_error if model else p.error) >= 0.0]
-    alive.sort(key=lambda p: (p.minimum, p.model_error if model else p.error))
+def pareto_front(points: Iterable[Measurement]) -> list[Measurement]:
+    """The points that no other point beats in both error and least time, by decreasing error."""
     out: list[Measurement] = []
-    for p in alive:
-        e = p.model_error if model else p.error
-        if not out or e < (out[-1].model_error if model else out[-1].error):
+    for p in sorted((p for p in points if p.ok and p.error >= 0.0), key=lambda p: (p.minimum, p.error)):
+        if not out or p.error < out[-1].error:
             out.append(p)
     return out

@@ -5,7 +5,7 @@ Tables are processed one by one and are not stored.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
@@ -171,10 +171,3 @@ def binned(
             s.see(table[s.name])
     axes = [s.axis(n) for s, n in zip(spans, bins, strict=False)]
     return axes[0], axes[1] if y else None
-
-
-def of_all(tables: Iterator[Any], within: tuple[Within, ...], names: Iterable[str]) -> Iterator[tuple[Picked, np.ndarray, int]]:
-    """The result of ``picked`` for each table."""
-    wanted = [n for n in dict.fromkeys(names) if n]
-    for table in tables:
-        yield picked(table, wanted, within)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -183,18 +183,3 @@ def _stream(table: pyarrow.Table) -> bytes:
     with pa.ipc.new_stream(sink, bare) as writer:
         writer.write_table(table.cast(bare))
     return bytes(sink.getvalue())
-
-
-def same(a: Tally, b: Tally) -> bool:
-    """Whether two tallies are bit-identical, apart from the order of their rows."""
-
-    def alike(x: Any, y: Any) -> bool:
-        if isinstance(x, np.ndarray):
-            return np.array_equal(x, y)
-        if hasattr(x, "sort_by"):
-            return bool(x.sort_by("case").equals(y.sort_by("case")))
-        if isinstance(x, sobol_index_sums.Points):
-            return y is not None and all(alike(getattr(x, f.name), getattr(y, f.name)) for f in fields(x))
-        return bool(x == y)
-
-    return all(alike(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))

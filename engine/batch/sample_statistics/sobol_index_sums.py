@@ -19,7 +19,7 @@ import numpy as np
 
 from trunnion.batch.cases.sample_points import REPLICATES
 from trunnion.batch.sample_statistics import exact_summation
-from trunnion.batch.sample_statistics.sobol_indices import FAILED, FLAT, Estimate, Indices, around, jackknifed, told_of
+from trunnion.batch.sample_statistics.sobol_indices import FAILED, FLAT, Estimate, Indices, around, assembled, jackknifed, told_of
 
 
 @lru_cache(maxsize=64)
@@ -161,18 +161,12 @@ def _indices(points: Points, r: int, of: str, unit: str, paths: tuple[str, ...])
         there = np.flatnonzero(counts)
         return jackknifed(lambda kept: _numbers(int(counts[there[kept]].sum()), of_group[there[kept]].sum(axis=0), d), there)
 
-    ends = [float(points.low[r]), float(mean), float(points.high[r])] if gaps else []
-    estimates = None
-    if not flat and n >= 2 * REPLICATES:
-        estimates = found(None)
+    estimates = found(None) if not flat and n >= 2 * REPLICATES else []
+    if estimates and gaps:
+        for filled in (float(points.low[r]), float(mean), float(points.high[r])):
+            estimates = [around(a, b) for a, b in zip(estimates, found(filled), strict=True)]
     notes = told_of(flat, n, n + gaps, values, (n + gaps) * wide)
-    estimates = estimates or [Estimate(None, None, None)] * (2 + 2 * d + d * (d - 1) // 2)
-    for filled in ends if not flat else []:
-        estimates = [around(a, b) for a, b in zip(estimates, found(filled), strict=True)]
-    second = dict(zip(combinations(paths, 2), estimates[2 + 2 * d :], strict=True))
-    first, whole = tuple(estimates[2 : 2 + d]), tuple(estimates[2 + d : 2 + 2 * d])
-    size, (middle, spread) = n + gaps, estimates[:2]
-    return Indices(of, unit, paths, first, whole, second, middle, spread, size, size * wide, points.missing[r], tuple(notes))
+    return assembled((of, unit, paths), estimates, n + gaps, (n + gaps) * wide, points.missing[r], notes)
 
 
 def _at(others: np.ndarray, value: Fraction, wide: int, products: int) -> np.ndarray:

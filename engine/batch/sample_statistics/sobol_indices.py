@@ -48,6 +48,8 @@ class Estimate:
 
 
 NOTHING = Estimate(None, None, None)
+Told = tuple[str, str, tuple[str, ...]]
+"""A result, its unit and the varied paths."""
 
 
 @dataclass(frozen=True)
@@ -128,24 +130,30 @@ def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
     return {str(w): int((why == w).sum()) for w in dict.fromkeys(why.tolist())}
 
 
-def _indices(told: tuple[str, str, tuple[str, ...]], f: np.ndarray, missing: dict[str, int]) -> Indices:
+def _indices(told: Told, f: np.ndarray, missing: dict[str, int]) -> Indices:
     """The indices of one result. f: its values, one row per point, one column per case of the point; NaN: no value."""
-    of, unit, paths = told
-    d = len(paths)
     whole = ~np.isnan(f).any(axis=1)
     known = f[~np.isnan(f)]
-    found = [NOTHING] * (2 + 2 * d + d * (d - 1) // 2)
+    found: list[Estimate] = []
     flat = not len(known) or bool(known.std() <= FLAT * np.abs(known).max())
     if not flat and whole.sum() >= 2 * REPLICATES:
         found = _jackknifed(f[whole], np.arange(len(f))[whole] % REPLICATES)
-    if not whole.all() and not flat:
+    if found and not whole.all():
         for fill in (known.min(), known.mean(), known.max()):
             there = _jackknifed(np.where(np.isnan(f), fill, f), np.arange(len(f)) % REPLICATES)
             found = [around(a, b) for a, b in zip(found, there, strict=True)]
     notes = told_of(flat, int(whole.sum()), len(f), len(known), f.size)
-    second = dict(zip(combinations(paths, 2), found[2 + 2 * d :], strict=True))
-    first, total = tuple(found[2 : 2 + d]), tuple(found[2 + d : 2 + 2 * d])
-    return Indices(of, unit, paths, first, total, second, found[0], found[1], len(f), f.size, missing, tuple(notes))
+    return assembled(told, found, len(f), f.size, missing, notes)
+
+
+def assembled(
+    told: Told, found: list[Estimate], points: int, cases: int, missing: dict[str, int], notes: list[str]
+) -> Indices:  # fmt: skip
+    """The indices from the estimates ``found``, in the order of ``_numbers``; without estimates, all indices are None."""
+    d, pairs = len(told[2]), list(combinations(told[2], 2))
+    mean, deviation, *each = found or [NOTHING] * (2 + 2 * d + len(pairs))
+    second = dict(zip(pairs, each[2 * d :], strict=True))
+    return Indices(*told, tuple(each[:d]), tuple(each[d : 2 * d]), second, mean, deviation, points, cases, missing, tuple(notes))
 
 
 def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trunnion.basics import arrow_columns
+from trunnion.basics.arrow_columns import field
 from trunnion.basics.version import version
 from trunnion.batch.tables.reductions import Reduction, about_errors
 from trunnion.simulation.results.audit import WORDS, Audit
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     import pyarrow
 
 FORMAT = "trunnion sweep 1"
-HEAD = ("case", "outcome", "outcome.time", "outcome.joint", "outcome.advice", "audit", "audit.energy", "audit.note", "steps")
-"""Columns of every table, in addition to the varied paths and the reductions."""
 WHY = "error.why"
 """The column before ``steps``; only if the reductions include errors."""
 
@@ -30,25 +29,22 @@ def schema(paths: Sequence[str], units: Sequence[str], chosen: Sequence[Reductio
     state the table's origin."""
     import pyarrow as pa
 
-    def field(name: str, kind: Any, unit: str, text: str) -> Any:
-        return pa.field(name, kind, nullable=kind == pa.float64(), metadata={"unit": unit, "description": text})
-
     fields = [field("case", pa.int64(), "1", "number of the case, from 0")]
-    fields += [field(p, pa.float64(), u, "varied") for p, u in zip(paths, units, strict=True)]
+    fields += [field(p, pa.float64(), u, "varied", True) for p, u in zip(paths, units, strict=True)]
     fields += [
         field("outcome", pa.string(), "", "done, or the failure"),
-        field("outcome.time", pa.float64(), "s", "end time; for an inaccurate case: time of the largest energy error"),
+        field("outcome.time", pa.float64(), "s", "end time; for an inaccurate case: time of the largest energy error", True),
         field("outcome.joint", pa.string(), "", "joint of the failure"),
         field("outcome.advice", pa.string(), "", "remedy"),
         field("audit", pa.string(), "", f"verdict of the audit: {', '.join(WORDS.values())}; none for a case that did not start"),
-        field("audit.energy", pa.float64(), "1", "largest energy error, relative to the energy turned over"),
+        field("audit.energy", pa.float64(), "1", "largest energy error, relative to the energy turned over", True),
         field("audit.note", pa.string(), "", "violations and energy errors beyond the tolerance, with time and joint"),
     ]
     if about_errors(chosen):
         words = ", ".join(word for word in REASONS if word)
         fields.append(field(WHY, pa.string(), "", f"reason for missing error estimates: {words}; empty if there are estimates"))
     fields.append(field("steps", pa.int64(), "1", "steps taken"))
-    fields += [field(r.name, pa.float64(), r.unit, r.description) for r in chosen]
+    fields += [field(r.name, pa.float64(), r.unit, r.description, True) for r in chosen]
     texts = {"format": FORMAT, "version": version()} | {k: json.dumps(v, ensure_ascii=False) for k, v in about.items()}
     return pa.schema(fields, metadata=texts)
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trunnion.basics import arrow_columns
+from trunnion.basics.arrow_columns import field
 from trunnion.basics.problems import Problem
 from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.simulation.run import pattern_problems
@@ -41,9 +42,6 @@ class Series:
     def schema(self) -> pyarrow.Schema:
         """The schema of the table of stored rows: ``case``, ``time`` and the columns, with units."""
         import pyarrow as pa
-
-        def field(name: str, kind: Any, unit: str, text: str) -> Any:
-            return pa.field(name, kind, nullable=False, metadata={"unit": unit, "description": text})
 
         fields = [field("case", pa.int64(), "1", "number of the case, from 0"), field("time", pa.float64(), "s", "time")]
         fields += [field(c.name, pa.float64(), c.unit, c.description) for c in self.columns]

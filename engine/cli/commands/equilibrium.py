@@ -42,12 +42,10 @@ def command(
     except SimulationError as e:
         raise SimulationError(f"{e}; given pose: {verdict(given)}") from e
     if picture:
-        import numpy as np
-
         from trunnion.plots.mechanism_pictures.instant_picture import mechanism
         from trunnion.plots.style.figure_files import save_figure
 
-        save_figure(mechanism(start_at(loaded, {n: np.array(v) for n, v in result.q.items()})), picture)
+        save_figure(mechanism(start_at(loaded, result.q)), picture)
     rows = [(n, ", ".join(number(x, 9) for x in v)) for n, v in result.q.items()]
     start = [f"{loaded.name}, given pose: {verdict(given)}", ""]
     lines = [*start, f"pose of rest without friction ({result.kind})", *table(("joint", "coordinates"), rows)]

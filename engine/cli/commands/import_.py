@@ -9,7 +9,8 @@ import typer
 
 from trunnion.cli.options.argument_reader import SCENES, ArgumentReader
 from trunnion.cli.options.option_declarations import Json, file_option
-from trunnion.cli.output.exit_codes import DONE, print_json
+from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.printed_output import print_result
 
 MESHES = (".stl", ".obj", ".ply")
 FILE = "A mechanism (URDF, MJCF, SDF, ASMT) or a mesh (STL, OBJ, PLY)."
@@ -52,13 +53,8 @@ def command(
     if path:
         with writing(path, SCENES) as work:
             work.write_text(text, encoding="utf-8")
-    if as_json:
-        print_json({"exit_code": DONE, "scene": data, "notes": notes, "file": save})
-        return DONE
-    print(f"wrote {path}" if path else text, end="\n" if path else "")
-    for note in notes:
-        print(f"note: {note}")
-    return DONE
+    lines = [f"wrote {path}" if path else text.removesuffix("\n"), *(f"note: {note}" for note in notes)]
+    return print_result(as_json, DONE, {"scene": data, "notes": notes, "file": save}, lines)
 
 
 def stiffness_of(text: str, reader: ArgumentReader) -> float:

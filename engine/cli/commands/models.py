@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from trunnion.cli.options.option_declarations import Json
-from trunnion.cli.output.exit_codes import DONE, print_json
+from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.printed_output import print_result
 
 
 def command(as_json: Json = False) -> int:
@@ -11,13 +12,9 @@ def command(as_json: Json = False) -> int:
     from trunnion.scene.library.model_folders import bundled_names, models_dir
 
     found = [(name, title(name)) for name in bundled_names()]
-    if as_json:
-        print_json({"exit_code": DONE, "folder": str(models_dir()), "models": [{"name": n, "title": t} for n, t in found]})
-        return DONE
     width = max((len(n) for n, _ in found), default=0)
-    for name, text in found:
-        print(f"{name:<{width}}  {text}")
-    return DONE
+    document = {"folder": str(models_dir()), "models": [{"name": n, "title": t} for n, t in found]}
+    return print_result(as_json, DONE, document, [f"{name:<{width}}  {text}" for name, text in found])
 
 
 def title(name: str) -> str:

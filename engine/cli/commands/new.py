@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from trunnion.cli.options.option_declarations import Json
-from trunnion.cli.output.exit_codes import DONE, print_json
+from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.printed_output import print_result
 
 
 def command(
@@ -19,8 +20,6 @@ def command(
     from trunnion.scene.library.starter_scene import write_starter
 
     written = write_starter(name, folder)
-    if as_json:
-        print_json({"exit_code": DONE, "folder": str(written), "files": [str(f) for f in sorted(written.iterdir())]})
-    else:
-        print(f"wrote {written}: edit scene.yaml there, then\n  trunnion simulate {written} --plot {name}.png")
-    return DONE
+    document = {"folder": str(written), "files": [str(f) for f in sorted(written.iterdir())]}
+    lines = [f"wrote {written}: edit scene.yaml there, then", f"  trunnion simulate {written} --plot {name}.png"]
+    return print_result(as_json, DONE, document, lines)

@@ -111,10 +111,10 @@ def run_and_report(
             result.save(table_file)
         if row_file is not None:
             result.save_trajectories(row_file)
-    statistics = sample_statistics(result, queries)
+    statistics, statistics_lines = sample_statistics(result, queries)
     code = DONE if result.counts.get("done") and not result.cancelled else FAILED
     return print_answer(
-        as_json, code, {"problems": []} | document(result) | statistics.document(), [*summary(result), *statistics.lines()],
+        as_json, code, {"problems": []} | document(result) | statistics, [*summary(result), *statistics_lines],
         {"table": table_file, "rows": row_file, "picture": queries.picture},
     )  # fmt: skip
 

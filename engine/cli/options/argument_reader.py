@@ -106,12 +106,12 @@ class ArgumentReader:
             out[parsed[0]] = parsed[1]
         return out
 
-    def named_values(self, texts: Sequence[str], where: str, form: str, example: str, last: bool = False) -> dict[str, str]:
-        """{name: value} of the valid NAME=VALUE words. A word is split at the first "=", or with ``last`` at the last "=". form:
-        the notation that an error names."""
+    def named_values(self, texts: Sequence[str], where: str, form: str, example: str) -> dict[str, str]:
+        """{name: value} of the valid NAME=VALUE words. A word is split at the first "=". form: the notation that an error
+        names."""
         out: dict[str, str] = {}
         for text in texts:
-            name, sign, value = (part.strip() for part in (text.rpartition("=") if last else text.partition("=")))
+            name, sign, value = (part.strip() for part in text.partition("="))
             if not sign or not name or not value:
                 self.add(where, f"{text!r} is not {form}", f"for example {example}")
             elif name in out:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -50,25 +50,15 @@ def outputs(incomplete: str) -> list[str]:
     return with_prefix((c.name for c in columns(built.system)), incomplete) if built is not None else []
 
 
-def methods(incomplete: str) -> list[str]:
-    """Integration methods that begin with the word."""
-    from trunnion.runtime.integrators import METHODS
+def registered(kind: str) -> Callable[[str], list[str]]:
+    """The completion of a word of a registry: ``methods``, ``laws`` or ``kernels``."""
 
-    return with_prefix(METHODS, incomplete)
+    def complete(incomplete: str) -> list[str]:
+        from trunnion.simulation.settings.run_settings import known_words
 
+        return with_prefix(known_words()[kind], incomplete)
 
-def laws(incomplete: str) -> list[str]:
-    """Friction laws that begin with the word."""
-    from trunnion.elements.friction import REGISTRY
-
-    return with_prefix(REGISTRY, incomplete)
-
-
-def kernels(incomplete: str) -> list[str]:
-    """Kinds of kernels that begin with the word."""
-    from trunnion.simulation.settings.run_settings import KERNELS
-
-    return with_prefix(KERNELS, incomplete)
+    return complete
 
 
 def with_prefix(words: Iterable[str], incomplete: str) -> list[str]:

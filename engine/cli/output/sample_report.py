@@ -46,31 +46,9 @@ def read_queries(quantiles: Sequence[str], above: Sequence[str], picture: Path |
     return SampleQueries(tuple(at), bounds, picture)
 
 
-@dataclass(frozen=True)
-class SampleStatistics:
-    """Sobol indices and spreads of a sample."""
-
-    indices: Sequence[Indices]
-    spreads: Sequence[Spread]
-
-    def document(self) -> dict[str, Any]:
-        """As plain data."""
-        found = {"indices": [i.document() for i in self.indices], "spreads": [s.document() for s in self.spreads]}
-        return {name: listed for name, listed in found.items() if listed}
-
-    def lines(self) -> list[str]:
-        """As text."""
-        out: list[str] = []
-        for i in self.indices[:SHOWN]:
-            out += ["", *map(plain, index_lines(i))]
-        for s in self.spreads[:SHOWN]:
-            out += ["", *map(plain, spread_lines(s))]
-        more = max(len(self.indices), len(self.spreads)) - SHOWN
-        return out + ([f"… and {more} more (--json lists all)"] if more > 0 else [])
-
-
-def sample_statistics(result: Sweep, queries: SampleQueries) -> SampleStatistics:
-    """The requested statistics; for a Saltelli sample, always also its Sobol indices. Draws the requested picture."""
+def sample_statistics(result: Sweep, queries: SampleQueries) -> tuple[dict[str, Any], list[str]]:
+    """The requested statistics as plain data and as text; for a Saltelli sample, always also its Sobol indices. Draws the
+    requested picture."""
     from trunnion.batch.sample_statistics.quantiles import USUAL
 
     crossed = result.plan.cases.sampling == "saltelli"
@@ -79,7 +57,13 @@ def sample_statistics(result: Sweep, queries: SampleQueries) -> SampleStatistics
     spreads = result.spreads((), queries.at or USUAL, queries.above) if spread else []
     if queries.picture:
         draw(result, indices, spreads, queries.picture)
-    return SampleStatistics(indices, spreads)
+    found = {"indices": [i.document() for i in indices], "spreads": [s.document() for s in spreads]}
+    lines: list[str] = []
+    for shown in (*map(index_lines, indices[:SHOWN]), *map(spread_lines, spreads[:SHOWN])):
+        lines += ["", *map(plain, shown)]
+    more = max(len(indices), len(spreads)) - SHOWN
+    lines += [f"… and {more} more (--json lists all)"] if more > 0 else []
+    return {name: listed for name, listed in found.items() if listed}, lines
 
 
 def draw(result: Sweep, indices: Sequence[Indices], spreads: Sequence[Spread], path: Path) -> None:

@@ -61,7 +61,10 @@ def _signals(system: System) -> list[Change]:
 
 
 def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
-    """Tangents of [F with powers; R; V; H; L] (``kernel.units.sensitivity_unit``) along [y, z, p, inputs, t]."""
+    """Tangents of f = [F; R; V; H; L] along [y, z, p, inputs, t].
+
+    F = [q̇; v̇; friction states; powers]. R: multiplier residuals. V: rates of all freedoms of frictional joints. H: friction ratio
+    minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 

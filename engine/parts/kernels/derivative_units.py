@@ -48,7 +48,7 @@ def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> 
 
 class Sensitivities:
     """The functions of a sensitivity unit: those of the motion, and those of the columns (``outputs``). See
-    ``kernel.units.sensitivity_unit``."""
+    ``parts.derivatives.sensitivities``."""
 
     def __init__(self, system: System, parameters: int, active: Sequence[int], chosen: list[Column], quadratures: bool):
         self.keep: list[Any] = []
@@ -100,10 +100,10 @@ class Sensitivities:
 
     def _follow(self, now: Sequence[int | None], seeds: np.ndarray, out: np.ndarray) -> None:
         strides = seeds.strides[0] // seeds.itemsize, out.strides[0] // out.itemsize
-        self._along(*now, len(seeds), _at(seeds), strides[0], _at(out), strides[1])
+        self._along(*now, len(seeds), address_of(seeds), strides[0], address_of(out), strides[1])
 
 
-def _at(a: np.ndarray) -> int:
+def address_of(a: np.ndarray) -> int:
     """Address of a contiguous, writable array. ``a.ctypes`` would take four times as long, and a run needs hundreds of thousands of
     addresses."""
     return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0

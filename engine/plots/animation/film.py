@@ -10,12 +10,9 @@ import numpy as np
 
 from trunnion.basics.optional_packages import brought
 from trunnion.plots.animation.film_frames import Frames
-from trunnion.plots.geometry.motion_and_view import VIEW
 from trunnion.simulation.results.result import Result
 
 SUFFIXES = (".gif", ".webp", ".mp4")
-SIZE = (720, 540)
-"""Width and height, pixels."""
 FPS = 15
 """Frames per second."""
 SHORTEST, LONGEST = 2.0, 12.0
@@ -38,15 +35,13 @@ def pace(result: Result) -> tuple[np.ndarray, float]:
     return np.linspace(start, end, count), (length or 1.0) / seconds
 
 
-def film(
-    result: Result, path: Path, size: tuple[int, int] = SIZE, aside: tuple[float, float] = VIEW, tell: Tell | None = None
-) -> None:
+def film(result: Result, path: Path, tell: Tell | None = None) -> None:
     """Write a film in the format of the suffix. tell: called with (time of the frame, last time), s, after each frame.
 
     For MP4 without PyAV: SceneError with the command that installs PyAV.
     """
     write = _mp4 if path.suffix.lower() == ".mp4" else _pillow
-    write(path, _pictures(Frames(result, size, aside), *pace(result), tell))
+    write(path, _pictures(Frames(result), *pace(result), tell))
 
 
 def _pictures(frames: Frames, times: np.ndarray, speed: float, tell: Tell | None) -> Iterator[np.ndarray]:

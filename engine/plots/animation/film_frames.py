@@ -11,7 +11,7 @@ import numpy as np
 
 from trunnion.plots.animation.depth_raster import Sheet, Solid, halved, over
 from trunnion.plots.geometry.mechanism_geometry import scenery
-from trunnion.plots.geometry.meshes import Grain, Mesh, cylinder, placed
+from trunnion.plots.geometry.meshes import Grain, Mesh, cylinder, placed, rotation_to
 from trunnion.plots.geometry.motion_and_view import (
     arrow_scale,
     frame_motion,
@@ -25,6 +25,8 @@ from trunnion.plots.style.palette import GRID, INK, JOINT, OPEN, PRESSURE, STATE
 from trunnion.simulation.results.result import Result
 
 GRAIN = Grain(around=28, pieces=1)
+SIZE = (720, 540)
+"""Width and height, pixels."""
 HIDDEN = 0.42
 """Opacity of pins and contacts behind the body that hides them."""
 HEAD = 44
@@ -50,17 +52,16 @@ def ramp(x: float) -> np.ndarray:
 
 
 class Frames:
-    """Pictures of the run in the direction of ``first_view``, in parallel projection, over a round patch of ground. size: width and
-    height, pixels."""
+    """Pictures of the run in the direction of ``first_view``, in parallel projection, over a round patch of ground."""
 
-    def __init__(self, result: Result, size: tuple[int, int], aside: tuple[float, float]):
-        self.result, self.size = result, size
+    def __init__(self, result: Result):
+        self.result = result
         self.scene = scenery(result.scene, GRAIN)
         self.moved = motion(result, [p.name for p in self.scene.parts])
-        self.framing = frame_motion(self.scene, self.moved, aside)
+        self.framing = frame_motion(self.scene, self.moved)
         wide = self.framing.near if self.framing.follows else self.framing.wide
         self.ground = 0.6 * float(max(wide)) + self.scene.size
-        self.scale = 2 * min(0.86 * size[0] / wide[0], 0.86 * (size[1] - HEAD) / wide[1])
+        self.scale = 2 * min(0.86 * SIZE[0] / wide[0], 0.86 * (SIZE[1] - HEAD) / wide[1])
         self.arrow, self.pressure = arrow_scale(result, self.scene), pressure_scale(result, self.scene)
         self.view, self.rails = self.framing.view, rails(result, self.scene)
         self.areas = {c.columns: c.patch.area for j in self.scene.joints for c in j.contacts}
@@ -70,7 +71,7 @@ class Frames:
     def at(self, time: float, speed: float = 1.0) -> np.ndarray:
         """The frame (height × width × 3 bytes) of the row nearest to a time, s."""
         row = int(np.argmin(np.abs(self.result.time - time)))
-        body, inner = (Sheet(2 * self.size[0], 2 * self.size[1]) for _ in range(2))
+        body, inner = (Sheet(2 * SIZE[0], 2 * SIZE[1]) for _ in range(2))
         self._ground(body, row)
         for i, (s, color) in enumerate(self.bodies):
             self._solid(body, s, i, row, color)
@@ -86,7 +87,7 @@ class Frames:
     def spots(self, points: np.ndarray, row: int) -> np.ndarray:
         """Points of the world (n × 3) in the picture: right, down, towards the viewer, in pixels of double resolution."""
         flat = self.scale * (np.asarray(points) - self._middle(row)) @ self.view.T
-        return np.column_stack([self.size[0] + flat[:, 0], self.size[1] + HEAD - flat[:, 1], flat[:, 2]])
+        return np.column_stack([SIZE[0] + flat[:, 0], SIZE[1] + HEAD - flat[:, 1], flat[:, 2]])
 
     def _middle(self, row: int) -> np.ndarray:
         """The point of the world in the middle of the picture."""
@@ -135,7 +136,7 @@ class Frames:
             long = force * self.arrow
             color = ramp(force / (self.areas[columns] * self.pressure)) if self.areas[columns] * self.pressure > 0 else ramp(0.0)
             for s in arrow(long, min(thick, 0.2 * long)) if long > 0 else ():
-                turn = _turned(normal)
+                turn = rotation_to(normal)
                 sheet.solid(s, self.spots(s.vertices @ turn.T + point, row), self.view @ turn, color, edges=False)
             out.append((self.spots(point[None], row)[0, :2], rgb(STATES.get(state, OPEN)[0])))
         return out
@@ -153,7 +154,7 @@ class Frames:
         if self.arrow > 0:
             force = round_force(self.arrow, self.scene.size)
             words = f"arrow: normal force on the pin; {force:g} N is drawn {force * self.arrow:.3g} m long"
-            draw.text((12, self.size[1] - 20), words, "#555555", plain)
+            draw.text((12, SIZE[1] - 20), words, "#555555", plain)
         return np.asarray(image)
 
 
@@ -170,13 +171,11 @@ def coil(p: np.ndarray, q: np.ndarray, size: float) -> np.ndarray:
     """Points of a coil with straight ends between two points."""
     d = q - p
     length = float(np.linalg.norm(d))
-    e = d / max(length, 1e-300)
-    u = np.cross(e, np.eye(3)[int(np.argmin(np.abs(e)))])
-    u /= np.linalg.norm(u)
+    _, u, v = rotation_to(d / max(length, 1e-300)).T
     k = np.linspace(0, 1, 20 * COILS + 1)
     swell = min(0.09 * length, 0.06 * size) * np.minimum(1, np.minimum(k, 1 - k) * 2 * COILS)
     turn = 2 * np.pi * COILS * k
-    around = np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * np.cross(e, u)
+    around = np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v
     return np.vstack([p, p + (0.12 + 0.76 * k)[:, None] * d + swell[:, None] * around, q])
 
 
@@ -189,13 +188,6 @@ def arrow(long: float, slim: float) -> tuple[Solid, Solid]:
     sides = tuple((0, 1 + (k + 1) % 12, 1 + k) for k in range(12))
     cone = Mesh(np.vstack([np.zeros(3), ring]), (*sides, tuple(range(1, 13))), (0,) * 13)
     return Solid.made(cone), Solid.made(placed(shaft, np.eye(3), np.array([(long + head) / 2, 0, 0])))
-
-
-def _turned(x: np.ndarray) -> np.ndarray:
-    """A rotation whose first column is x."""
-    y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
-    y /= np.linalg.norm(y)
-    return np.column_stack([x, y, np.cross(x, y)])
 
 
 def _dot(picture: np.ndarray, spot: np.ndarray, color: np.ndarray) -> None:

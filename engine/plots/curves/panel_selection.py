@@ -168,14 +168,10 @@ def _angles(result: Result, joint: str, events: list[Event]) -> Iterator[Panel]:
     curves: list[Curve] = []
     jumps: list[tuple[int, float, float, float]] = []
     for i, name in enumerate(names[:MOST_CURVES]):
-        mine = [e for e in events if _contact_of(result, e, name) is not None]
+        mine = [(e, at) for e in events if (at := _contact_of(result, e, name)) is not None]
         angle = np.where(_touching(result, name), result[name], np.nan)
-        curves.append(Curve(name, *broken(result.time, angle, [e.time for e in mine])))
-        for e in mine:
-            at = _contact_of(result, e, name)
-            if at is not None:
-                before, after = (float(np.degrees(x[at])) for x in (e.before, e.after))
-                jumps.append((i, e.time, before, after))
+        curves.append(Curve(name, *broken(result.time, angle, [e.time for e, _ in mine])))
+        jumps += [(i, e.time, float(np.degrees(e.before[at])), float(np.degrees(e.after[at]))) for e, at in mine]
     if curves:
         title = f"Where pin and bearing touch in {joint}"
         yield Panel(title, "contact angle", "°", tuple(curves), tuple(events), tuple(jumps), len(names[MOST_CURVES:]))

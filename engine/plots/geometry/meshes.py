@@ -157,12 +157,14 @@ def rod(start: np.ndarray, end: np.ndarray, radius: float) -> Mesh:
     p, q = np.asarray(start, float), np.asarray(end, float)
     along = q - p
     length = float(np.linalg.norm(along))
-    e1 = along / length
-    e2 = np.cross(e1, np.eye(3)[int(np.argmin(np.abs(e1)))])
-    e2 /= np.linalg.norm(e2)
-    turn = np.column_stack([e1, e2, np.cross(e1, e2)])
-    mesh = box(length, 2 * radius, 2 * radius)
-    return placed(mesh, turn, (p + q) / 2)
+    return placed(box(length, 2 * radius, 2 * radius), rotation_to(along / length), (p + q) / 2)
+
+
+def rotation_to(x: np.ndarray) -> np.ndarray:
+    """A rotation whose first column is the unit vector x."""
+    y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
+    y /= np.linalg.norm(y)
+    return np.column_stack([x, y, np.cross(x, y)])
 
 
 def placed(mesh: Mesh, rotation: np.ndarray, position: np.ndarray) -> Mesh:

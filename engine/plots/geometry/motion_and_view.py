@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from trunnion.simulation.results.result import Result
 
 NEEDED = ("*.position[*]", "*.orientation[*]", "*.q[*]", "*.contact[*].*", "*.friction.*")
 """Patterns of the columns that an animation needs."""
+SAMPLES = 60
+"""Largest number of rows from which the extent of a motion is measured."""
 VIEW = (24.0, 16.0)
 """Angles of the viewer, degrees: to the left of the motion's front, and above the horizontal."""
 
@@ -73,33 +76,31 @@ def rails(result: Result, scene: Scenery) -> list[tuple[int, np.ndarray, np.ndar
     return out
 
 
-def bounds(scene: Scenery, moved: Motion, rows: int = 60) -> tuple[np.ndarray, np.ndarray]:
+def _swept(scene: Scenery, moved: Motion) -> Iterator[tuple[int, np.ndarray]]:
+    """(row, vertices of all parts in the world's axes) for a sample of rows."""
+    for row in map(int, np.unique(np.linspace(0, len(moved.positions) - 1, SAMPLES).astype(int))):
+        poses = [moved.pose(i, row) for i in range(len(scene.parts))]
+        yield row, np.concatenate([part.mesh.vertices @ r.T + p for part, (p, r) in zip(scene.parts, poses, strict=True)])
+
+
+def bounds(scene: Scenery, moved: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest coordinates of all parts over a sample of rows."""
-    chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for row in chosen:
-        for i, part in enumerate(scene.parts):
-            p, r = moved.pose(i, int(row))
-            spots = part.mesh.vertices @ r.T + p
-            low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
-    return low, high
+    ends = [(spots.min(axis=0), spots.max(axis=0)) for _, spots in _swept(scene, moved)]
+    return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
 
 
-def reach(scene: Scenery, moved: Motion, view: np.ndarray, rows: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def reach(scene: Scenery, moved: Motion, view: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(middle of the motion in the world's axes; width and height of the motion in a view's axes; width and height of the
     mechanism).
 
     The mechanism's width and height are measured about the mean of its mass centres. Width and height are the largest over a sample
     of rows.
     """
-    chosen = np.unique(np.linspace(0, len(moved.positions) - 1, rows).astype(int))
     low, high, near = np.full(3, np.inf), np.full(3, -np.inf), np.zeros(3)
-    for row in map(int, chosen):
-        poses = [moved.pose(i, row) for i in range(len(scene.parts))]
-        shapes = [part.mesh.vertices @ r.T + p for part, (p, r) in zip(scene.parts, poses, strict=True)]
-        lines = (*scene.springs, *scene.rods)
+    lines = (*scene.springs, *scene.rods)
+    for row, shapes in _swept(scene, moved):
         ends = [r @ point + p for s in lines for (p, r), point in ((moved.pose(part, row), point) for part, point in s)]
-        spots = np.concatenate([*shapes, np.reshape(ends, (-1, 3))]) @ view.T
+        spots = np.concatenate([shapes, np.reshape(ends, (-1, 3))]) @ view.T
         low, high = np.minimum(low, spots.min(axis=0)), np.maximum(high, spots.max(axis=0))
         near = np.maximum(near, 2 * np.abs(spots - moved.positions[row].mean(axis=0) @ view.T).max(axis=0))
     return (low + high) / 2 @ view, np.maximum(high - low, 1e-9)[:2], np.maximum(near, 1e-9)[:2]
@@ -137,10 +138,10 @@ class Framing:
     floor: float
 
 
-def frame_motion(scene: Scenery, moved: Motion, aside: tuple[float, float] = VIEW) -> Framing:
+def frame_motion(scene: Scenery, moved: Motion) -> Framing:
     """The rectangle of the view that shows the whole motion."""
     low, high = bounds(scene, moved)
-    view = first_view(scene.up, low, high, aside)
+    view = first_view(scene.up, low, high)
     centre, wide, near = reach(scene, moved, view)
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
     floor = float((corners @ scene.up).min() - 0.08 * scene.size)

@@ -80,7 +80,7 @@ def to_arrow(result: ResultData) -> pyarrow.Table:
     about_run, result = metadata(result), with_errors(result)
     about = [("s", "time"), *((c.unit, c.description) for c in result.columns)]
     fields = [
-        pa.field(name, pa.float64(), nullable=False, metadata={"unit": unit, "description": text})
+        arrow_columns.field(name, pa.float64(), unit, text)
         for name, (unit, text) in zip(result.names, about, strict=True)
     ]
     arrays = [arrow_columns.numbers(column) for column in result.data.T]

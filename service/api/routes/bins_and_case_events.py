@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, of_all
+from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, picked
 from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 from trunnion.service.api.documents.problem_documents import content_schema, error_responses
@@ -170,7 +170,7 @@ def _counted(
 
     def read() -> Iterable[Any]:
         tables = result_rows(s, job, shown, 0, there.cases) if whole is None else iter([sampled_rows(whole, shown)])
-        return of_all(tables, within, named)
+        return (picked(table, [n for n in named if n], within) for table in tables)
 
     held = list(read()) if whole is not None or there.cases * len(wanted) <= MOST_HELD else None
     ends = {n: e for n in (x, y) if whole is not None and not within and n and (e := whole.ends(n))}

@@ -101,7 +101,8 @@ def test_a_method_far_slower_than_the_best_is_not_tightened_further() -> None:
     ladder = object.__new__(_Ladder)
     ladder.what = cast(ErrorMeasure, SimpleNamespace(error=lambda good, _: 0.0 if good else 1.0))
     ladder.error, ladder.repeats, ladder.reference = WANTED, 1, cast(Reference, SimpleNamespace(data=None))
-    ready = cast(BenchmarkModel, SimpleNamespace(scene=load_scene("simple_pendulum"), once=once, samples=lambda r: r.good))
+    runs = {"once": once, "seconds": lambda s: once(s)[0].stats.wall_time, "samples": lambda r: r.good}
+    ready = cast(BenchmarkModel, SimpleNamespace(scene=load_scene("simple_pendulum"), **runs))
     best = ladder._find_cheapest(ready)
     assert best is not None
     assert best.method == "auto"

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
+from collections.abc import Callable
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 import trunnion
+from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns
 from trunnion.scene.library.model_folders import models_dir
 
 FOLDER = models_dir() / "friction_identification"
@@ -78,18 +79,17 @@ def test_a_bound_that_the_data_point_beyond_is_where_the_search_ends() -> None:
 
 
 def test_a_trial_that_cannot_be_run_shortens_the_step_and_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = importlib.import_module("trunnion.analysis.fits.model_curves")
     time, curves = measured(0.23)
-    whole, tried = module.sensitivity, []
+    whole, tried = DifferentiatedRuns.__call__, []
 
-    def only_near(scene: trunnion.Scene, *rest: object) -> trunnion.Sensitivity:
+    def only_near(runs: DifferentiatedRuns, scene: trunnion.Scene, tick: Callable[[], None]) -> trunnion.Sensitivity:
         mu = scene.joints["pivot"].friction.mu
         tried.append(mu)
         if mu > 0.12 and len(tried) < 5:
             raise trunnion.SimulationError("the run ends early: stuck")
-        return whole(scene, *rest)
+        return whole(runs, scene, tick)
 
-    monkeypatch.setattr(module, "sensitivity", only_near)
+    monkeypatch.setattr(DifferentiatedRuns, "__call__", only_near)
     found = trunnion.fit("friction_identification", [MU], time, curves, overrides={MU: 0.1})
     assert found.values[MU] == pytest.approx(0.23, rel=1e-6)
     assert found.notes

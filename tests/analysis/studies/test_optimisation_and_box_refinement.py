@@ -30,9 +30,11 @@ def followed(study: Study, of: Of, fails: Fails | None = None) -> StudyProgress:
     return follow
 
 
-def best(goal: str = "minimise", d: int = 2, target: float = 0.0, within: Any = (), **more: Any) -> Optimisation:
-    names = tuple("abcdef"[:d])
-    return Optimisation(names, ("1",) * d, (-2.0,) * d, (2.0,) * d, (0.5,) * d, goal, "f", target, tuple(within), **more)
+def best(
+    goal: str = "minimise", d: int = 2, target: float = 0.0, within: Any = (), most: int = 600, **more: Any
+) -> Optimisation:
+    names, ends = tuple("abcdef"[:d]), [(x,) * d for x in (-2.0, 2.0, 0.5)]
+    return Optimisation(names, ("1",) * d, *ends, goal, "f", target, tuple(within), most=most, **more)
 
 
 def found(follow: StudyProgress) -> np.ndarray:
@@ -124,8 +126,8 @@ def test_the_cases_follow_from_seed_and_results_bit_for_bit_wherever_it_was_left
 # -- refining ---------------------------------------------------------------------------------------------------------------
 
 
-def line(of: str = "f", **more: Any) -> BoxRefinement:
-    return BoxRefinement(("a",), ("1",), (0.0,), (1.0,), of, **more)
+def line(of: str = "f", most: int = 200, **more: Any) -> BoxRefinement:
+    return BoxRefinement(("a",), ("1",), (0.0,), (1.0,), of, most=most, **more)
 
 
 def test_jumps_and_changes_of_outcome_are_found_as_narrow_as_asked() -> None:

@@ -12,7 +12,7 @@ import pyarrow as pa
 from tests.benchmarks.service.worker_count_model import timed
 from tests.benchmarks.speed.million_cases import KEEP, SAMPLE
 from trunnion.batch.plan import Plan, Runner, plan
-from trunnion.batch.sample_statistics.bin_statistics import Bins, binned, of_all
+from trunnion.batch.sample_statistics.bin_statistics import Bins, binned, picked
 from trunnion.batch.sample_statistics.mergeable_statistics import Tally, indices_in, tally_of, together
 from trunnion.scene.overrides import scene_given
 from trunnion.service.executor.parquet_parts import Parts
@@ -63,7 +63,7 @@ def of_tallies(sampling: str, cases: int) -> dict[str, float]:
 def counted(table: Any) -> Bins:
     """Bins of rows."""
     x, y, of = BINS
-    rows = list(of_all(iter([table]), (), BINS))
+    rows = [picked(table, BINS, ())]
     bins = Bins(*binned((cases for cases, _, _ in rows), x, y, (60, 60)), of)
     for cases, outcome, _ in rows:
         bins.add(cases, outcome)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 COLUMNS = """# Columns
@@ -63,10 +64,20 @@ A contact that separates does not end a run: the contact continues at the other 
 
 def columns_text() -> str:
     """The page of columns."""
-    from trunnion.columns.registry import reference
-
     rows = (f"| `{name}` | {unit} | {cell(text)} |\n" for name, unit, text in reference())
     return COLUMNS + "".join(readable(row) for row in rows)
+
+
+def reference() -> Iterator[tuple[str, str, str]]:
+    """(name, unit, description) of every column, for the printed reference. The words of subjects are replaced by placeholders in
+    capitals: ``BODY.position[COMPONENT]``."""
+    from trunnion.columns.declaration import COMPONENT, ITEM
+    from trunnion.columns.registry import REGISTRY
+
+    for kind in REGISTRY.values():
+        words = {w: w.upper() for w in (*kind.of.words, ITEM, COMPONENT)}
+        for q in kind.quantities:
+            yield q.column.format_map(words), q.unit.format_map(words), q.text.format_map(words)
 
 
 def readable(row: str) -> str:

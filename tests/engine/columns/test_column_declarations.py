@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import pytest
 
+from tests.documentation.reference_generators.result_pages import reference
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.basics.number_declarations import NOT_NEGATIVE
 from trunnion.basics.problems import SceneError
 from trunnion.columns.declaration import ColumnKind, Quantity, registered
 from trunnion.columns.operands import provides_all
-from trunnion.columns.registry import REGISTRY, reference
+from trunnion.columns.registry import REGISTRY
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.kernel.interface.output_columns import Column, columns
 from trunnion.kernel.units.column_operand_expressions import ColumnOperands

@@ -11,11 +11,12 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from tests.batch.test_mergeable_statistics import same
 from tests.service.executor.test_part_checksums import SPOILT
 from tests.service.http_servers import InProcess
 from tests.service.jobs.test_bins_events_stages import FORCE, GUIDE, HALF
 from trunnion.batch.sample_statistics import mergeable_statistics
-from trunnion.batch.sample_statistics.mergeable_statistics import Tally, same, tally_of, unpacked
+from trunnion.batch.sample_statistics.mergeable_statistics import Tally, tally_of, unpacked
 from trunnion.service.api.job_data import job_rows
 from trunnion.service.api.job_data import tally_totals as answers
 from trunnion.service.api.job_data.job_rows import job_contents

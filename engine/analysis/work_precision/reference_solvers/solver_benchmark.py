@@ -11,7 +11,7 @@ from trunnion.analysis.work_precision.measurement_points import FrictionVariant,
 from trunnion.analysis.work_precision.reference_solvers.exudyn import Exudyn
 from trunnion.analysis.work_precision.reference_solvers.mujoco import Mujoco
 from trunnion.analysis.work_precision.reference_solvers.pinocchio import Pinocchio
-from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot, take_snapshot
+from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import take_snapshot
 from trunnion.analysis.work_precision.reference_solvers.scipy import ScipyOnClosedForm, ScipyOnEngine
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import (
     ReferenceSolver,
@@ -42,12 +42,12 @@ def measure_reference_solvers(study: WorkPrecision, ready: dict[FrictionVariant,
             study.solvers.append((kind.name, "", f"not installed (pip install {kind.package})"))
             continue
         try:
-            solver = _make_solver(kind, chosen, scene)
-        except SceneNotSupported as e:
-            study.solvers.append((kind.name, kind.version(), f"not run: {' '.join(str(e).split())}"))
-            continue
+            if not kind.all_columns and not compares_only_positions(chosen, scene):
+                raise SceneNotSupported("only positions of mass centres can be compared with it")
+            solver = kind(chosen, scene)
         except Exception as e:  # noqa: BLE001  # any exception of another program counts as its result
-            study.solvers.append((kind.name, kind.version(), f"not run: {_describe_exception(e)}"))
+            why = " ".join(str(e).split()) if isinstance(e, SceneNotSupported) else _describe_exception(e)
+            study.solvers.append((kind.name, kind.version(), f"not run: {why}"))
             continue
         study.solvers.append((kind.name, kind.version(), solver.describe_omissions()))
         study.points += _measure_settings(study, solver, chosen)
@@ -59,12 +59,6 @@ def choose_smooth_law(ready: dict[FrictionVariant, BenchmarkModel]) -> Benchmark
     if not able:
         return None
     return min(able, key=lambda p: abs(math.log(p.variant.v_eps / 1e-4)) if p.variant.v_eps else 0.0)
-
-
-def _make_solver(kind: type[ReferenceSolver], ready: BenchmarkModel, scene: Snapshot) -> ReferenceSolver:
-    if not kind.all_columns and not compares_only_positions(ready, scene):
-        raise SceneNotSupported("only positions of mass centres can be compared with it")
-    return kind(ready, scene)
 
 
 def _measure_settings(study: WorkPrecision, solver: ReferenceSolver, ready: BenchmarkModel) -> list[Measurement]:

@@ -1,28 +1,19 @@
-"""All functions of which a trajectory consists have the same derivatives, made of parts or compiled. The derivatives are with
-respect to states, multipliers, parameters, inputs and time, of rates and of columns."""
+"""The linear units have the same derivatives, made of parts or compiled: those of rates and of columns by inputs and states."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.engine.parts.test_compiled_kernel_equivalence import ROUND_OFF, State, called, loop, tree
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
-from trunnion.kernel.interface.output_columns import columns, needs_quadratures
+from trunnion.kernel.interface.output_columns import columns
 from trunnion.runtime.abi.kernel_records import KERNEL, LINEAR
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import Model
 from trunnion.system.construction.system_builder import build
-
-SCENES = {"tree": (tree, 1), "stribeck and tables": (tree, 2), "loop that rubs": (loop, 1), "loop": (loop, 8)}
-
-
-def scene_of(which: str) -> Scene:
-    """One of the scenes."""
-    make, seed = SCENES[which]
-    return make(seed)
 
 
 def models(scene: Scene) -> list[Model]:
@@ -45,28 +36,9 @@ def same(found: np.ndarray, expected: np.ndarray) -> None:
 
 
 @pytest.mark.default_cases(1)
-@pytest.mark.parametrize("which", SCENES)
-def test_sensitivity_units_agree(which: str) -> None:
-    both = models(scene_of(which))
-    assert needs_quadratures(both[0].columns)
-    compiled, parts = (SensitivityUnit(m, m.columns) for m in both)
-    s, rng = state_of(both[1]), np.random.default_rng(7)
-    seeds = rng.normal(size=(6, compiled.width))
-    for unit in (compiled, parts):
-        unit.prepare(s.p[:-1].copy())
-    same(parts.evaluate(s.x, s.y, s.z), compiled.evaluate(s.x, s.y, s.z))
-    same(parts.directional_derivatives(seeds), compiled.directional_derivatives(seeds))
-    ny = compiled.ny + compiled.nquad
-    given = [s.x, s.y, s.z[: compiled.nz].copy(), rng.normal(size=ny), np.ones(400)]
-    directions = tuple(rng.normal(size=(n, 5)) for n in (ny, compiled.nz, ny, compiled.np))
-    for ours, theirs in zip(parts.outputs(*given, directions), compiled.outputs(*given, directions), strict=True):
-        same(ours, theirs)
-
-
-@pytest.mark.default_cases(1)
-@pytest.mark.parametrize("which", ["tree", "loop that rubs"])
-def test_linear_units_agree(which: str) -> None:
-    both = models(scene_of(which))
+@pytest.mark.parametrize("make", [tree, loop])
+def test_linear_units_agree(make: Callable[[int], Scene]) -> None:
+    both = models(make(1))
     s, seed = state_of(both[1]), np.random.default_rng(5).normal(size=400)
     written = [_linear(m, s, seed) for m in both]
     for found, expected in zip(*reversed(written), strict=True):
