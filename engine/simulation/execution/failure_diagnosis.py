@@ -9,10 +9,11 @@ import numpy as np
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.runtime.abi import Status, Why
+from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import DEAD_CENTRE, OVERLAP_LOST, Outcome, from_status
 from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
-from trunnion.system.structure.bodies_and_joints import Joint, System
+from trunnion.system.structure.bodies_and_joints import Joint, System, way_to_ground
 from trunnion.system.structure.parameter_table import Param
 
 LOOPS = (Status.FAIL_CLOSURE, Status.FAIL_GIMBAL)
@@ -40,8 +41,6 @@ def diagnose(model: Model, status: int) -> Outcome:
             numbers = {"part": part, "friction": float(np.abs(z).max()) if z.size else 0.0}
             return Outcome.named(WHY[why], block.time, name, numbers)
     if status == Status.FAIL_NOT_FINITE and block.time == 0.0 and np.isfinite(block.y).all():
-        from trunnion.simulation.execution.missing_inertia import missing_inertia
-
         return missing_inertia(model) or from_status(status, block.time, suspect(model, status))
     if status in LOOPS:
         return _loop_outcome(model, from_status(status, block.time, ""))
@@ -98,13 +97,7 @@ def loop_joints(system: System, cut: Joint) -> list[Joint]:
     part, then the cut joint. For a coupling: leader and follower."""
     if cut.mimic:
         return [system.tree[cut.mimic.leader], system.tree[cut.mimic.follower]]
-    ways = []
-    for body in (cut.inb, cut.out):
-        way = []
-        while body >= 0:
-            way.append(system.tree[body])
-            body = system.bodies[body].parent
-        ways.append(way)
+    ways = [[system.tree[body] for body in way_to_ground(system.bodies, end)] for end in (cut.inb, cut.out)]
     first, second = ([j for j in a if j not in b] for a, b in (ways, ways[::-1]))
     return [*first, *second[::-1], cut]
 
