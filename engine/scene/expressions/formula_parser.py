@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -74,6 +75,18 @@ class Call:
 
 
 Node = Number | Name | Call
+
+
+def nodes(node: Node) -> Iterator[Node]:
+    """A node and all nodes inside it."""
+    yield node
+    for inner in node.arguments if isinstance(node, Call) else ():
+        yield from nodes(inner)
+
+
+def has_names(node: Node) -> bool:
+    """Whether a node contains names."""
+    return any(isinstance(n, Name) for n in nodes(node))
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,14 @@ import ast
 import inspect
 import math
 import sys
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, Field, is_dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import Says
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.data_classes.type_tree import hints, members
+from trunnion.scene.data_classes.type_tree import fields_by_key, hints, members, required_fields
 from trunnion.scene.units.dimension_names import QUANTITIES
 from trunnion.scene.units.quantities import AnyUnit
 
@@ -37,14 +37,13 @@ def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
     if cls.__name__ not in defs:
         defs[cls.__name__] = {}
         docs = _field_docs(cls)
-        keys = getattr(cls, "__key_names__", {})
-        properties = {keys.get(f.name, f.name): _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for f in fields(cls)}
-        required = [f.name for f in fields(cls) if f.default is MISSING and f.default_factory is MISSING]
+        every = fields_by_key(cls).items()
+        properties = {key: _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for key, f in every}
         defs[cls.__name__] = {
             "type": "object",
             "description": _line(inspect.cleandoc(cls.__doc__ or "")),
             "properties": properties,
-            "required": required,
+            "required": required_fields(cls),
             "additionalProperties": False,
         }
     return {"$ref": f"#/$defs/{cls.__name__}"}
