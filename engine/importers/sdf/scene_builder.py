@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, Names, Tie, plain_name, tensor
-from trunnion.importers.pose_matrices import Pose, along, inverse, pose
+from trunnion.importers.pose_matrices import Pose, along, inverse
 from trunnion.importers.sdf.frames import WORLD
 from trunnion.importers.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
 from trunnion.importers.sdf.model_tree import Held, Models
@@ -43,6 +43,7 @@ class SdfReader:
         self.links, self.joints = models.links, models.joints
         self.names, self.place = Names(), {WORLD: GROUND}
         self.made: dict[str, str] = {}
+        self.added: dict[str, Pose] = {}
 
     # -- the linkage --------------------------------------------------------------------------------------------------------
 
@@ -167,22 +168,21 @@ class SdfReader:
         middle = self.names.new(f"{name}_middle", "link")
         out.links[middle] = Link(light, np.zeros(3), np.zeros((3, 3)))
         self.place[middle] = middle
-        where = at @ pose()
-        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out, {middle: where})
+        self.added[middle] = at
+        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out)
         last = at @ self._axis(j, at, "axis2")
-        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out, {middle: where})
+        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out)
         self._store_limit(j.element, "axis", one, out)
         self._store_limit(j.element, "axis2", two, out)
 
-    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
-             given: dict[str, Pose] | None = None) -> str:  # fmt: skip
-        """Add a joint whose frame is given in the world, and return its name. ``given`` holds the poses of added links, which are
-        not in the file."""
-        at = [(given or {}).get(n) if n in (given or {}) else self._link_pose(n) for n in ends]
-        sides = [inverse(where if where is not None else np.eye(4)) @ frame for where in at]
+    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage) -> str:
+        """Add a joint whose frame is given in the world, and return its name."""
+        sides = [inverse(self._link_pose(n)) @ frame for n in ends]
         made = self.names.new(name, "joint")
         out.ties[made] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
         return made
 
     def _link_pose(self, name: str) -> Pose:
+        if name in self.added:
+            return self.added[name]
         return np.eye(4) if self.place[name] == GROUND else self.frames.place(name)
