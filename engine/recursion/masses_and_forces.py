@@ -43,13 +43,8 @@ def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
 
 def velocity_force(mass: Mass, omega: SX) -> SX:
     """F⁰ (17) = [−ω × (ω × m ρ); −ω × M22 ω], 6×1. The first moment m ρ is taken from M12 = −m ρ̃."""
-    first = -skew_to_vector(mass.M12)
+    first = -ca.sparsify(ca.vertcat(mass.M12[2, 1], mass.M12[0, 2], mass.M12[1, 0]))
     return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.M22 @ omega)))
-
-
-def skew_to_vector(a: SX) -> SX:
-    """The vector a (3×1) of the skew-symmetric matrix ã."""
-    return ca.sparsify(ca.vertcat(a[2, 1], a[0, 2], a[1, 0]))
 
 
 def ground_acceleration(sym: Symbols) -> SX:

@@ -67,7 +67,8 @@ class SdfReader:
         for j in self.joints:
             self._couple(j, out)
         for n, held in moving.items():
-            self._cancel_gravity(self.place[n], held.element, out)
+            if held.element.text_of("gravity") in ("false", "0") and any(out.gravity):
+                out.lift(self.names.new(f"{self.place[n]}_lift", "force"), self.place[n], 1.0)
         if not out.links:
             self.found.add(self.root, "sdf", "nothing in it moves")
         return out
@@ -78,10 +79,6 @@ class SdfReader:
             ratio, offset, ref = (self.found.child(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
             follower, leader = (self.made.get(self.frames.full(j.scope, n), "") for n in (j.element.get("name"), m.get("joint")))
             out.follow(j.element, follower, leader, ratio, offset - ratio * ref)
-
-    def _cancel_gravity(self, name: str, e: Element, out: Linkage) -> None:
-        if e.text_of("gravity") in ("false", "0") and any(out.gravity):
-            out.lift(self.names.new(f"{name}_lift", "force"), name, 1.0)
 
     def _link(self, e: Element) -> Link:
         given = e.first("inertial")

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -147,18 +147,18 @@ class _Reader:
 
     def sum(self) -> Node:
         """Products added and subtracted, from left to right."""
-        node = self.product()
-        while (sign := self.sign()) in ("+", "-"):
-            self.take(sign)
-            node = Call(sign, (node, self.product()))
-        return node
+        return self.chain(("+", "-"), self.product)
 
     def product(self) -> Node:
         """Factors multiplied and divided, from left to right."""
-        node = self.signed()
-        while (sign := self.sign()) in ("*", "/"):
+        return self.chain(("*", "/"), self.signed)
+
+    def chain(self, signs: tuple[str, str], operand: Callable[[], Node]) -> Node:
+        """Operands joined by these signs, from left to right."""
+        node = operand()
+        while (sign := self.sign()) in signs:
             self.take(sign)
-            node = Call(sign, (node, self.signed()))
+            node = Call(sign, (node, operand()))
         return node
 
     def signed(self) -> Node:

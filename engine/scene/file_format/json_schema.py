@@ -36,7 +36,7 @@ def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
     """A reference to the schema of a class; the definition is added to ``defs``."""
     if cls.__name__ not in defs:
         defs[cls.__name__] = {}
-        docs = _field_docs(cls)
+        docs = _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
         every = fields_by_key(cls).items()
         properties = {key: _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for key, f in every}
         defs[cls.__name__] = {
@@ -129,11 +129,6 @@ def _module_docs(module: str) -> dict[str, dict[str, str]]:
             if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(text, ast.Constant):
                 docs[field.target.id] = _line(inspect.cleandoc(str(text.value)))
     return out
-
-
-def _field_docs(cls: type) -> dict[str, str]:
-    """Descriptions of a class's fields: the strings in its source, and ``__field_docs__`` of generated fields."""
-    return _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
 
 
 def _line(text: str) -> str:

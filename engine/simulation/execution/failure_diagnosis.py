@@ -109,8 +109,9 @@ def suspect(model: Model, status: int) -> str:
     finite, it is the fastest joint; at rest, the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
-        names = [j.name for j in system.frictional]
-        return names[0] if len(names) == 1 else _largest(model, names)
+        z = model.block.multipliers()
+        sizes = [max(abs(z[e]) for e in j.friction.eta) for j in system.frictional if j.friction]
+        return system.frictional[int(np.argmax(sizes))].name
     if status == Status.FAIL_NOT_FINITE:
         return _fastest(model)
     return ""
@@ -127,14 +128,3 @@ def _fastest(model: Model) -> str:
             if rate > best:
                 best, name = rate, j.name
     return name
-
-
-def _largest(model: Model, names: list[str]) -> str:
-    """The joint among ``names`` with the largest friction multiplier in the last row."""
-    sizes = []
-    z = model.block.multipliers()
-    for name in names:
-        j = next(j for j in model.system.frictional if j.name == name)
-        assert j.friction is not None
-        sizes.append(max(abs(z[e]) for e in j.friction.eta))
-    return names[int(np.argmax(sizes))]
