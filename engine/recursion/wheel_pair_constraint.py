@@ -6,6 +6,7 @@ pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in�
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -14,9 +15,19 @@ from trunnion.recursion.constraint_equation import NOTHING, Cut, Moving, Row, fo
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
 
-Touch = tuple[Moving, ...]
-"""Contact of a wheel pair per unit multiplier: the force on the outboard part (norm 1, less for belts), the arms of the force from
-the origins of both parts and, if they are not zero, the torques on both parts. Each vector has its rate."""
+
+@dataclass
+class Touch:
+    """Contact of a wheel pair per unit multiplier: the force on the outboard part (norm 1, less for belts), the arms of the force
+    from the origins of both parts, and the torques on both parts. Each vector has its rate."""
+
+    push: Moving
+    arm_in: Moving
+    arm_out: Moving
+    torque_in: Moving
+    torque_out: Moving
+
+
 Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
 """((axis of the relative rotation, direction in which the wheels separate), (arms of a force along this direction, from the origins
 of both parts))."""
@@ -31,7 +42,11 @@ def rolling_row(sym: Symbols, c: Cut) -> Row:
     touch = TOUCHES[rolls.touch](c, 0.5 * of.module * of.teeth[0], 0.5 * of.module * of.teeth[1])
     inb, out = ([[E[i, k] for i in range(3)] for k in range(3)] for E in (c.Ein, c.Eout))
     rolled = phase(rolls.touch, inb, out, [c.s[i] for i in range(3)], of, ca) - sym.leaf(wheels.phase)
-    return force_row(c, 0.5 * of.module * ca.sin(rolled), *touch)
+    return _row(c, touch, 0.5 * of.module * ca.sin(rolled))
+
+
+def _row(c: Cut, t: Touch, phi: SX) -> Row:
+    return force_row(c, phi, t.push, t.arm_in, t.arm_out, t.torque_in, t.torque_out)
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
@@ -42,8 +57,8 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
     assert rolls is not None
     r1, r2 = (0.5 * sym.leaf(wheels.module) * sym.leaf(z) for z in wheels.teeth)
     (turns, apart), (arm_in, arm_out) = APART[rolls.touch](c, r1, r2)
-    turn = force_row(c, SX(0), NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
-    return [turn, force_row(c, SX(0), apart, arm_in, arm_out)]
+    turn = Touch(NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
+    return [_row(c, turn, SX(0)), _row(c, Touch(apart, arm_in, arm_out, NOTHING, NOTHING), SX(0))]
 
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
@@ -90,7 +105,7 @@ def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
     across = _crossed((a, adot), p)
     part = (r1 + r2) / square
     push = (part * across[0], part * (across[1] - rate / square * across[0]))
-    return push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot))
+    return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
 
 
 def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
@@ -109,16 +124,16 @@ def _cones_apart(c: Cut, r1: SX, r2: SX) -> Parting:
     n, touch = _crossed(a, b), _plus(_times(r2, a), _times(r1, b))
     line = _times(1 / ca.norm_2(touch[0]), touch)
     apart = _times(1 / ca.norm_2(n[0]), _crossed(n, line))
-    arm_in, arm_out = _cones(c, r1, r2)[1:]
-    return (line, apart), (arm_in, arm_out)
+    own = _cones(c, r1, r2)
+    return (line, apart), (own.arm_in, own.arm_out)
 
 
 def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
     """A wheel and a rack rotate about the wheel's axis. They separate in the direction from the wheel to the rack."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
-    arm_in, arm_out = _rack(c, r, _)[1:]
-    return (a, _times(side(one, two, between, ca), _crossed(a, b))), (arm_in, arm_out)
+    own = _rack(c, r, _)
+    return (a, _times(side(one, two, between, ca), _crossed(a, b))), (own.arm_in, own.arm_out)
 
 
 def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
@@ -128,7 +143,7 @@ def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
     sine = ca.norm_2(n[0])
     touch = _times(1 / sine, _plus(_times(r2, a), _times(r1, b)))
     arm_in, arm_out = (_plus(arm, touch) for arm in _arms(c))
-    return _times(1 / sine, n), arm_in, arm_out
+    return Touch(_times(1 / sine, n), arm_in, arm_out, NOTHING, NOTHING)
 
 
 def _rack(c: Cut, r: SX, _: SX) -> Touch:
@@ -138,7 +153,7 @@ def _rack(c: Cut, r: SX, _: SX) -> Touch:
     reach = _times(r * side(one, two, between, ca), _crossed(a, b))
     arm_in, arm_out = _arms(c)
     back = (-c.s, -point_velocity(c))
-    return b, _plus(arm_in, reach), _plus(arm_out, back, reach)
+    return Touch(b, _plus(arm_in, reach), _plus(arm_out, back, reach), NOTHING, NOTHING)
 
 
 APART: dict[str, Callable[[Cut, SX, SX], Parting]] = {"wheels": _wheels_apart, "cones": _cones_apart, "straight": _rack_apart}
