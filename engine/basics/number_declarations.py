@@ -29,11 +29,6 @@ class Bound:
         if not self.least < self.most:
             raise ValueError(f"no number lies between {self.least:g} and {self.most:g}")
 
-    @property
-    def free(self) -> bool:
-        """Whether every finite number is allowed."""
-        return self.least == -math.inf and self.most == math.inf and not self.nonzero
-
     def holds(self, value: float) -> bool:
         """Whether the bound allows a value."""
         above = value > self.least if self.open else value >= self.least

@@ -65,7 +65,7 @@ class AsmtReader:
     def __init__(self, assembly: Element, unit: float):
         self.assembly, self.unit, self.found, self.names = assembly, unit, Findings(), Names()
         self.name = self._text(assembly, "Name")
-        self.world = self._pose(assembly)
+        self.world, self.sets = self._pose(assembly), assembly.first("ConstraintSets") or Element("", {})
         self.markers: dict[str, tuple[str, Pose]] = {}
         self.places: dict[str, Pose] = {GROUND: np.eye(4)}
         self._store_markers(assembly, f"/{self.name}", GROUND, self.world)
@@ -141,17 +141,15 @@ class AsmtReader:
             self.found.notes.append(f"{what}: {listed(unknown_masses)}")
         if moving:
             self.found.notes.append(f"velocities at the start left out: {listed(moving)}")
-        sets = self.assembly.first("ConstraintSets")
-        for owner, tag in ((sets, "Motions"), (sets, "Limits"), (self.assembly, "ForceTorques")):
-            if named := [self._text(c, "Name") or c.tag for c in (owner.within(tag) if owner is not None else ())]:
+        for owner, tag in ((self.sets, "Motions"), (self.sets, "Limits"), (self.assembly, "ForceTorques")):
+            if named := [self._text(c, "Name") or c.tag for c in owner.within(tag)]:
                 self.found.notes.append(f"{tag} left out: {listed(named)}")
 
     # -- joints -------------------------------------------------------------------------------------------------------------
 
     def _joints(self, out: Linkage) -> None:
-        sets = self.assembly.first("ConstraintSets")
         tied: set[str] = set()
-        for e in sets.within("Joints") if sets is not None else ():
+        for e in self.sets.within("Joints"):
             name, ends = self._text(e, "Name"), [self._marker(e, tag) for tag in ("MarkerI", "MarkerJ")]
             if e.tag not in JOINTS:
                 known = ", ".join(JOINTS)

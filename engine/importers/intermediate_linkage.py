@@ -136,7 +136,7 @@ class Linkage:
     def follow(self, e: Element, follower: str, leader: str, ratio: float, offset: float) -> None:
         """Make the coordinate of joint ``follower`` equal ratio · (coordinate of ``leader``) + offset. "" means an unknown joint.
         Faults are collected."""
-        name, ties = e.get("name") or f"{e.tag} at line {e.line}", self.ties
+        name, ties = e.title, self.ties
         if leader not in ties or follower not in ties:
             self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
         elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):

@@ -12,7 +12,7 @@ from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linka
 from trunnion.importers.pose_matrices import Pose, along, pose, rpy
 from trunnion.importers.visual_meshes import Pictures
 from trunnion.importers.visual_shapes import Solid, drawn
-from trunnion.importers.xml_reader import Element, Findings, existing, read_xml
+from trunnion.importers.xml_reader import Element, Findings, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
 
 TYPES = {
@@ -28,11 +28,8 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
 
     SceneError lists every joint or link that a scene cannot represent, each with its line."""
     path = existing(file)
-    root, found = read_xml(path), Findings()
-    if root.tag != "robot":
-        hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
-        found.add(root, root.tag, "the root element is not <robot>", hint)
-        found.end()
+    hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
+    root, found = read_root(path, "robot", hint)
     reader = UrdfReader(root, found, Pictures(path.resolve().parent, found))
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()

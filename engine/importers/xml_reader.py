@@ -53,6 +53,11 @@ class Element:
         e = self.first(tag)
         return "" if e is None else e.text
 
+    @property
+    def title(self) -> str:
+        """The element in messages: its name, or its tag and line."""
+        return self.get("name") or f"{self.tag} at line {self.line}"
+
     def inside(self) -> Iterator[Element]:
         """This element and all elements inside it."""
         yield self
@@ -100,6 +105,12 @@ class Findings:
     def attribute(self, at: Element, name: str, default: float = 0.0) -> float:
         """The number of an attribute, or ``default``."""
         return self.number(at, name, at.attributes.get(name), default)
+
+
+    def child(self, parent: Element | None, tag: str, default: float) -> float:
+        """The number in the text of a child, or ``default``."""
+        e = parent.first(tag) if parent is not None else None
+        return default if e is None else self.number(e, "text", e.text, default)
 
 
 def existing(file: str | Path) -> Path:
@@ -166,3 +177,12 @@ def read_xml(path: Path, shown: str = "") -> Element:
         what = f"not well-formed XML: {expat.ErrorString(e.code)}"
         raise SceneError([Problem("file", what, "", name, e.lineno)]) from e
     return builder.open[0].children[0]
+
+
+def read_root(path: Path, tag: str, hint: str) -> tuple[Element, Findings]:
+    """The root element of an XML file, and new findings. SceneError if the root element has another tag."""
+    root, found = read_xml(path), Findings()
+    if root.tag != tag:
+        found.add(root, root.tag, f"the root element is not <{tag}>", hint)
+        found.end()
+    return root, found

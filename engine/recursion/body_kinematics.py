@@ -14,7 +14,7 @@ import casadi as ca
 
 from trunnion.elements.joints import Axis
 from trunnion.recursion.symbolic_inputs import Symbols
-from trunnion.recursion.vector_algebra import SX, basis_cross, cross, matrix, vector, zeros
+from trunnion.recursion.vector_algebra import SX, cross, matrix, vector, zeros
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.parameter_table import Leaves
 
@@ -131,10 +131,9 @@ def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) ->
             continue
         bottom = bottom + (v if j.forward else -v)
         if not j.forward and a.side == "in":
-            for m in range(3):
-                sign, n = basis_cross(a.index, m)
-                if sign:
-                    top = top + sign * travel[m] * Ein[:, n]
+            for m in (m for m in range(3) if m != a.index):  # e_index × e_m = ± e_n
+                sign, n = 1 if (m - a.index) % 3 == 1 else -1, 3 - a.index - m
+                top = top + sign * travel[m] * Ein[:, n]
     return ca.sparsify(ca.vertcat(top, bottom))
 
 

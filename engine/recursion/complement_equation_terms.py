@@ -16,7 +16,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import Law
 from trunnion.recursion import cut_joint_constraints as cutting
 from trunnion.recursion.inward_reduction import Model
-from trunnion.recursion.joint_reactions import on_pin, span
+from trunnion.recursion.joint_reactions import by_component, on_pin, span
 from trunnion.recursion.masses_and_forces import ground_acceleration
 from trunnion.recursion.outward_accelerations import Accelerations
 from trunnion.recursion.symbolic_inputs import Symbols
@@ -31,7 +31,7 @@ def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None =
     if not e.needs:
         return SX(0, 1 if combine is not None else m.columns)
     f, t = on_pin(m, acc, e.joint, combine)
-    rows = {**{f"f{k + 1}": f[k, :] for k in range(3)}, **{f"m{k + 1}": t[k, :] for k in range(3)}}
+    rows = by_component(f, t)
     if SPAN in e.needs:
         rows[SPAN] = span(m, e.joint, f.size2())
     return ca.sparsify(ca.vertcat(*[rows[n] for n in e.needs]))

@@ -78,10 +78,14 @@ def _with_piece(curve: Curve, u: SX) -> list[SX]:
     """The foot (``joint_couplings.FOOT``) at parameter u. On a closed curve, u is reduced to one period."""
     if curve.around:
         u = u - curve.around * ca.floor(u / curve.around)
-    out = [SX(0)] * (FOOT - 1)
-    begun = [SX(1), *[u >= piece.start for piece in curve.pieces[1:]], SX(0)]
-    for k, piece in enumerate(curve.pieces):
+    return [*numbers_of_piece([(piece.start, piece.way, *piece.e2, *piece.e3) for piece in curve.pieces], u), u]
+
+
+def numbers_of_piece(pieces: Sequence[tuple[float, ...]], x: SX) -> list[SX]:
+    """The numbers of the piece at x. The first number of a piece is its start; the first piece also serves before its start."""
+    out = [SX(0)] * len(pieces[0])
+    begun = [SX(1), *[x >= piece[0] for piece in pieces[1:]], SX(0)]
+    for k, numbers in enumerate(pieces):
         here = ca.logic_and(begun[k], ca.logic_not(begun[k + 1]))
-        numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
-        out = [of + ca.if_else(here, x, 0) for of, x in zip(out, numbers, strict=True)]
-    return [*out, u]
+        out = [of + ca.if_else(here, number, 0) for of, number in zip(out, numbers, strict=True)]
+    return out

@@ -5,11 +5,12 @@ joints")."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import casadi as ca
 
-from trunnion.recursion.body_kinematics import GROUND_MOTION, Motion, axes_of, axis_world
+from trunnion.recursion.body_kinematics import Motion, axes_of, axis_world, motions_of
 from trunnion.recursion.cam_follower_constraint import following_row
 from trunnion.recursion.constraint_equation import Cut as Cut
 from trunnion.recursion.constraint_equation import Row as Row
@@ -28,14 +29,9 @@ ALONG = "along"
 """Key in ``Cut.made`` of the coordinate of a point along its curve."""
 
 
-def motion_of(motions: list[Motion], body: int) -> Motion:
-    """Motion of a body or of the ground."""
-    return GROUND_MOTION if body == GROUND else motions[body]
-
-
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
-    made = locate_cut(sym, [motion_of(motions, j.inb), motion_of(motions, j.out)], j)
+    made = locate_cut(sym, motions_of(motions, (j.inb, j.out)), j)
     if j.light is not None:
         made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty: ``inward_reduction`` applies λ along the freedom
         return made
@@ -43,13 +39,13 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
         add_rows(sym, made)
         return made
     lead, follow = (sym.system.tree[i] for i in (j.mimic.leader, j.mimic.follower))
-    leads = locate_cut(sym, [motion_of(motions, lead.inb), motion_of(motions, lead.out)], lead)
+    leads = locate_cut(sym, motions_of(motions, (lead.inb, lead.out)), lead)
     of = [(sym.coordinates(x)[0], sym.rates(x)[0]) for x in (follow, lead)]
     made.rows.append(mimic_row(sym, replace(made, joint=follow), leads, of, j.mimic))
     return made
 
 
-def locate_cut(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
+def locate_cut(sym: Symbols, both: Sequence[Motion], j: Joint) -> Cut:
     """Frames and levers of a cut joint, without rows. both: motions of the inboard and the outboard part."""
     inb, out = both
     Ein, Eout = ca.sparsify(inb.R @ axes_of(sym, j.inb_frame)), ca.sparsify(out.R @ axes_of(sym, j.out_frame))

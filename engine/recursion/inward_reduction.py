@@ -14,7 +14,7 @@ import casadi as ca
 
 from trunnion.basics.interrupts import heed
 from trunnion.recursion import cut_joint_constraints as cutting
-from trunnion.recursion.body_kinematics import GROUND_MOTION, Motion, Step, walk
+from trunnion.recursion.body_kinematics import Motion, Step, motions_of, walk
 from trunnion.recursion.masses_and_forces import (
     Mass,
     applied,
@@ -113,8 +113,7 @@ def build_model(sym: Symbols) -> Model:
     steps: list[Step] = []
     for body, joint in zip(system.bodies, system.tree, strict=True):
         heed()
-        parent = GROUND_MOTION if body.parent == GROUND else motions[body.parent]
-        m, step = walk(sym, joint, parent)
+        m, step = walk(sym, joint, *motions_of(motions, (body.parent,)))
         motions.append(m)
         steps.append(step)
     cuts = [cutting.cut(sym, motions, j) for j in system.cuts]

@@ -7,7 +7,7 @@ import casadi as ca
 
 from trunnion.basics.interrupts import heed
 from trunnion.elements.contact import REGISTRY as CONTACTS
-from trunnion.elements.contact.contact_element import OVERLAP, TINY
+from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP, TINY
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.recursion import cut_joint_constraints as cutting
 from trunnion.recursion.body_kinematics import Pose, Step
@@ -27,11 +27,14 @@ def on_outboard(m: Model, acc: Accelerations, j: Joint, combine: SX | None = Non
         c = m.cut(j)
         W = ca.sparsify(_cut_wrench(m, c) if combine is None else _cut_wrench(m, c) @ combine)
         return W[:3, :], W[3:, :], c.s
-    step, N = m.steps[j.child], acc.N[j.child]
-    f, t, s = N[:3, :], N[3:, :], step.s
-    if j.forward:
-        return f, t, s
-    return -f, -(t - cross(s, f)), s
+    s = m.steps[j.child].s
+    return *_of_child(j, acc.N[j.child], s), s
+
+
+def _of_child(j: Joint, N: SX, s: SX) -> tuple[SX, SX]:
+    """Force and torque of a tree joint on its outboard part at p_out, from the reaction on its child at the child's origin."""
+    f, t = N[:3, :], N[3:, :]
+    return (f, t) if j.forward else (-f, -(t - cross(s, f)))
 
 
 def _cut_wrench(m: Model, c: cutting.Cut) -> SX:
@@ -120,12 +123,13 @@ def on_pin_part(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: 
     return ca.sparsify(E.T @ f), ca.sparsify(E.T @ t)
 
 
+def by_component(f: SX, t: SX) -> dict[str, SX]:
+    """The rows of a force and a torque (3×columns each), by the name of the component."""
+    return dict(zip(COMPONENTS, ca.vertsplit(ca.vertcat(f, t)), strict=True))
+
+
 def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...], both_lengths: SX | None = None) -> SX:
     """The components ``needs`` of f_c, m_c of a tree joint. A span among them is given as 0. N: reaction on the joint's child at
     the child's origin (6×1)."""
-    f, t, s = N[:3], N[3:], step.s
-    if not j.forward:
-        f, t = -f, -(t - cross(s, f))
-    fc, mc = on_pin_part(j, f, t, s, step.Ein, step.Eout, both_lengths)
-    rows = {**{f"f{k + 1}": fc[k] for k in range(3)}, **{f"m{k + 1}": mc[k] for k in range(3)}}
+    rows = by_component(*on_pin_part(j, *_of_child(j, N, step.s), step.s, step.Ein, step.Eout, both_lengths))
     return ca.sparsify(ca.vertcat(*[rows.get(n, SX(0)) for n in needs]))

@@ -15,8 +15,7 @@ from trunnion.elements.contact.contact_element import COMPONENTS, SPAN
 from trunnion.elements.contact.journal import HALF_ROOT
 from trunnion.recursion.complement_equation_terms import joint_rates, laws, numbers
 from trunnion.recursion.inward_reduction import Model
-from trunnion.recursion.joint_reactions import lengths, on_outboard, on_pin_part, overlap, pose_of
-from trunnion.recursion.outward_accelerations import Accelerations
+from trunnion.recursion.joint_reactions import lengths, on_pin_part, overlap
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, Signal
@@ -24,18 +23,12 @@ from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of
 
 PART = 0.1
-"""Arm of the contacts of a joint without friction (``_arm``), divided by the radius of gyration of the joint's parts."""
-
-
-def contact_rows(m: Model, acc: Accelerations, j: Joint, pick: SX | None = None) -> SX:
-    """Spring forces of a joint as affine maps (rows×columns), where friction is an applied force. If ``pick`` = [1; λ; η] is given,
-    they are values (rows×1)."""
-    return spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), *pose_of(m, j)[:2], _arm(m, j))
+"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the radius of gyration of the joint's parts."""
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
     """Spring forces of a joint. f, t: force and torque on the outboard part at p_out (3×columns each). s, Ein, Eout: as in
-    ``Pose``. arm: the result of ``_arm``."""
+    ``Pose``. arm: the result of ``contact_arm``."""
     element = contact_of(j)
     drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
     if element is None:
@@ -85,7 +78,7 @@ def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[
     return {label: arm for s in element.sizes for label in s.labels}
 
 
-def _arm(m: Model, j: Joint) -> SX:
+def contact_arm(m: Model, j: Joint) -> SX:
     """Half the length of the contacts of a joint without friction, m. It is PART times the radius of gyration of the joint's
     parts."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]

@@ -23,11 +23,9 @@ Motions = Sequence[Motion] | Mapping[int, Motion]
 
 @dataclass
 class Mass:
-    """Mass matrix M = [M11 M12; M12ᵀ M22] of a body about its reference origin, in the world (3×3 blocks). m: mass, kg. rho: vector
-    from the reference origin to the mass centre (3), m."""
+    """Mass matrix M = [M11 M12; M12ᵀ M22] of a body about its reference origin, in the world (3×3 blocks). m: mass, kg."""
 
     m: SX
-    rho: SX
     M11: SX
     M12: SX
     M22: SX
@@ -40,19 +38,13 @@ def mass_matrix(sym: Symbols, b: Body, R: SX) -> Mass:
     cc = [c[k] * c[k] for k in range(3)]
     steiner = [cc[1] + cc[2], cc[0] + cc[2], cc[0] + cc[1], -c[0] * c[1], -c[0] * c[2], -c[1] * c[2]]
     origin = [j[k] + m * steiner[k] for k in range(6)]
-    rho = ca.sparsify(R @ c)
-    return Mass(m, rho, m * SX.eye(3), -skew(ca.sparsify(R @ (m * c))), rotate_inertia(R, origin))
+    return Mass(m, m * SX.eye(3), -skew(ca.sparsify(R @ (m * c))), rotate_inertia(R, origin))
 
 
 def velocity_force(mass: Mass, omega: SX) -> SX:
     """F⁰ (17) = [−ω × (ω × m ρ); −ω × M22 ω], 6×1. The first moment m ρ is taken from M12 = −m ρ̃."""
-    first = -skew_to_vector(mass.M12)
+    first = -ca.sparsify(ca.vertcat(mass.M12[2, 1], mass.M12[0, 2], mass.M12[1, 0]))
     return ca.sparsify(-ca.vertcat(cross(omega, cross(omega, first)), cross(omega, mass.M22 @ omega)))
-
-
-def skew_to_vector(a: SX) -> SX:
-    """The vector a (3×1) of the skew-symmetric matrix ã."""
-    return ca.sparsify(ca.vertcat(a[2, 1], a[0, 2], a[1, 0]))
 
 
 def ground_acceleration(sym: Symbols) -> SX:

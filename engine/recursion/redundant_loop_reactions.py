@@ -8,8 +8,8 @@ import casadi as ca
 
 from trunnion.recursion.complement_equation_terms import reaction_rows
 from trunnion.recursion.inward_reduction import Model
-from trunnion.recursion.joint_reactions import on_outboard
-from trunnion.recursion.loop_contact_springs import contact_rows, friction_change_rows, spin
+from trunnion.recursion.joint_reactions import on_outboard, pose_of
+from trunnion.recursion.loop_contact_springs import contact_arm, friction_change_rows, spin, spring_rows
 from trunnion.recursion.outward_accelerations import Accelerations
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
@@ -21,7 +21,8 @@ def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX
     system = m.sym.system
     if not rubs(system):
         return _by_inertia(m, acc, pick)
-    return ca.sparsify(ca.vertcat(*[contact_rows(m, acc, j, pick) for j in loop_joints(system)]))
+    joints = [(j, on_outboard(m, acc, j, pick), pose_of(m, j), contact_arm(m, j)) for j in loop_joints(system)]
+    return ca.sparsify(ca.vertcat(*[spring_rows(m.sym, j, *wrench, pose.Ein, pose.Eout, arm) for j, wrench, pose, arm in joints]))
 
 
 def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:

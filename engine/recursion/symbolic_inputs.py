@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from trunnion.basics.monotone_curves import KNOTS, monotone
-from trunnion.recursion.curve_foot_point import find_foot
+from trunnion.recursion.curve_foot_point import find_foot, numbers_of_piece
 from trunnion.recursion.vector_algebra import SX, vector
 from trunnion.scene.signals.registry import OF_LABEL
 from trunnion.system.structure.bodies_and_joints import Joint, Latch, Signal, System, state_coordinates
@@ -50,12 +50,8 @@ class Symbols:
         """Distance of a cam follower from the cam's axis at an angle of the profile, and the first and second derivatives of the
         distance with respect to the angle."""
         assert j.profile is not None
-        begun = [SX(1), *[angle >= start for start in j.profile.starts[1:]], SX(0)]
-        piece = [SX(0)] * 5
-        for k, numbers in enumerate(zip(j.profile.starts, *zip(*j.profile.pieces, strict=True), strict=True)):
-            here = ca.logic_and(begun[k], ca.logic_not(begun[k + 1]))
-            piece = [of + ca.if_else(here, x, 0) for of, x in zip(piece, numbers, strict=True)]
-        return along_piece(piece, angle)
+        pieces = [(start, *piece) for start, piece in zip(j.profile.starts, j.profile.pieces, strict=True)]
+        return along_piece(numbers_of_piece(pieces, angle), angle)
 
     def foot(self, j: Joint, p: SX) -> SX:
         """The foot of point p on the joint's curve (the numbers that ``joint_couplings.FOOT`` describes)."""

@@ -92,14 +92,3 @@ def solve_spd(d: SX, b: SX) -> SX:
         for k in range(i + 1, n):
             x[i] = x[i] - low[k, i] * x[k]
     return ca.sparsify(ca.vertcat(*x)) if n else zeros(0, b.size2())
-
-
-EPSILON = [[0, 3, -2], [-3, 0, 1], [2, -1, 0]]
-"""Cross products of the axes of a right-handed frame. The entry ±(k + 1) in row i, column j means e_i × e_j = ±e_k. The entry is 0
-for i = j."""
-
-
-def basis_cross(i: int, j: int) -> tuple[int, int]:
-    """e_i × e_j as (sign, index of the axis). The sign is 0 for i = j."""
-    e = EPSILON[i][j]
-    return (0, 0) if e == 0 else (1 if e > 0 else -1, abs(e) - 1)

@@ -21,7 +21,7 @@ _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
     """One finding for each different mistake, in pydantic's order."""
-    return list(dict.fromkeys(_one(e, data) for e in errors))
+    return list(dict.fromkeys(_RULES.get(e["type"], _other)(path_of(e["loc"], data), e) for e in errors))
 
 
 def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
@@ -35,11 +35,6 @@ def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
         listed = isinstance(data, list | tuple) and isinstance(key, int) and 0 <= key < len(data)
         data = data[key] if inside or listed else None
     return tuple(path)
-
-
-def _one(e: Error, data: Any) -> Finding:
-    path = path_of(e["loc"], data)
-    return _RULES.get(e["type"], _other)(path, e)
 
 
 def _unknown_key(path: Path, e: Error) -> Finding:

@@ -147,6 +147,38 @@ def signum(x: SX) -> SX:
 
 
 @dataclass(frozen=True)
+class SinglePair:
+    """A contact with one sliding pair, which slides along a line.
+
+    velocity  as in ``ContactElement``
+    load      load to which friction is proportional, N, for a friction ratio k: (wrench, k, numbers, whether in Adams' form)
+    force     size of the force along the line whose friction is η: (η, numbers)
+    """
+
+    velocity: Callable[[list[SX], Mapping[str, SX]], list[list[SX]]]
+    load: Callable[[Wrench, SX, Mapping[str, SX], bool], SX]
+    force: Callable[[SX, Mapping[str, SX]], SX]
+
+    def ratio(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
+        """Friction ratio of the sliding pair."""
+        return w.pin * laws[0].ratios(self.velocity(rates, g)[0])[0]
+
+    def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+        """The capacity is μ_static times the load at |k| = μ_static, its largest value (theory, "Rest")."""
+        most = laws[0].static
+        return [Hold(most * self.load(w, w.pin * most * signum(u[0]), g, adams), self.force(u[0], g))]
+
+    def ratio_now(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
+        """Friction ratio of the pair while it slides, or at rest with the friction η."""
+        k = self.ratio(w, rates, laws, g)
+        if not (laws[0].sets and eta):
+            return k
+        side = w.pin * signum(eta[0])
+        still = ratio_held(lambda x: self.load(w, side * x, g, False), self.force(eta[0], g), laws[0].static)
+        return ca.if_else(laws[0].stuck, side * still, k)
+
+
+@dataclass(frozen=True)
 class ContactElement:
     """A kind of joint contact: closed forms, and data for scenes, pictures and tables. In the arguments below, numbers are sizes
     and law parameters by name; adams: whether Adams' form applies.

@@ -18,13 +18,11 @@ from trunnion.elements.contact.contact_element import (
     TINY,
     Contact,
     ContactElement,
-    Hold,
     Place,
+    SinglePair,
     Size,
     Solid,
     Wrench,
-    ratio_held,
-    signum,
 )
 from trunnion.elements.friction import Law
 
@@ -80,10 +78,6 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [[g["radius"] * rates[0]]]
 
 
-def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
-    return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
-
-
 def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
     """Load to which friction is proportional: f_1 + f_2, plus preload, plus the axial thrust times thrust radius / pin radius. In
     Adams' form, |f_c| plus preload."""
@@ -96,33 +90,19 @@ def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """Signed friction torque (137): k_r r (f_1 + f_2). In Adams' form (152): k_r r |f_c|."""
-    kr = _ratio(w, rates, laws, g)
+    kr = _PAIR.ratio(w, rates, laws, g)
     return [w.pin * kr * g["radius"] * _load(w, kr, g, adams)]
 
 
-def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The capacity is μ_static times the load at |k_r| = μ_static. The load depends on |k_r|, and not on the sign of k_r (theory,
-    "Rest")."""
-    most = laws[0].static
-    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) / g["radius"])]
-
-
-def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Friction ratio of a sliding pair, or of a pair at rest with the friction η."""
-    kr = _ratio(w, rates, laws, g)
-    if not (laws[0].sets and eta):
-        return kr
-    side = w.pin * signum(eta[0])
-    still = ratio_held(lambda k: _load(w, side * k, g, False), ca.fabs(eta[0]) / g["radius"], laws[0].static)
-    return ca.if_else(laws[0].stuck, side * still, kr)
+_PAIR = SinglePair(_velocity, _load, lambda eta, g: ca.fabs(eta) / g["radius"])
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    return as_contacts(*pair(w, _ratio_now(w, rates, laws, g, eta), ca.SX(0), g))
+    return as_contacts(*pair(w, _PAIR.ratio_now(w, rates, laws, g, eta), ca.SX(0), g))
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    return pressed(w, _ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0), ca.SX(0), g)
+    return pressed(w, _PAIR.ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0), ca.SX(0), g)
 
 
 RADIUS = Size("radius", "m", "radius of the pin", POSITIVE, '"20 mm"', symbol="r")
@@ -199,7 +179,7 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 JOURNAL = ContactElement(
-    "journal", _needs, _friction, _held, _contacts, _velocity, _pressed, 2, springs=4,
+    "journal", _needs, _friction, _PAIR.held, _contacts, _velocity, _pressed, 2, springs=4,
     rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS, PRELOAD), pairs=((0,),), places=places, pins=pins, thrusts=("f1",),
 
 )  # fmt: skip

@@ -14,13 +14,11 @@ from trunnion.elements.contact.contact_element import (
     TINY,
     Contact,
     ContactElement,
-    Hold,
     Place,
+    SinglePair,
     Size,
     Solid,
     Wrench,
-    ratio_held,
-    signum,
 )
 from trunnion.elements.contact.journal import (
     HALF_LENGTH,
@@ -47,10 +45,6 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [[rates[0]]]
 
 
-def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
-    return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
-
-
 def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
     """Signed forces on the inner part for friction ratio k, N: along e2 at −c and +c, along e3 at −c and +c, and the total force of
     the torsion couple."""
@@ -62,7 +56,7 @@ def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    k = _ratio(w, rates, laws, g)
+    k = _PAIR.ratio(w, rates, laws, g)
     return [w.pin * k * _load(w, k, g, adams)]
 
 
@@ -73,24 +67,12 @@ def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
     return with_preload(load, g)
 
 
-def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    most = laws[0].static
-    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]))]
-
-
-def _ratio_now(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> SX:
-    """Friction ratio of a sliding pair, or of a pair at rest with the friction η."""
-    k = _ratio(w, rates, laws, g)
-    if not (laws[0].sets and eta):
-        return k
-    side = w.pin * signum(eta[0])
-    still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]), laws[0].static)
-    return ca.if_else(laws[0].stuck, side * still, k)
+_PAIR = SinglePair(_velocity, _load, lambda eta, g: ca.fabs(eta))
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
     """Sums and differences of the forces at both ends, divided by √2, and the force of the torsion couple."""
-    k = _ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0)
+    k = _PAIR.ratio_now(w, rates, laws, g, eta) if laws else ca.SX(0)
     a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     tilts = ((w["m3"] - k * a * w["f2"]) / c, (w["m2"] + k * b * w["f3"]) / c)
     return [*(HALF_ROOT * x for x in (w["f2"], w["f3"], *tilts)), w["m1"] / ca.fmax(a, b)]
@@ -99,7 +81,7 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """Contacts 1 to 4 at the ends, and contact 5 for the couple about e1. The outward normal on the inner part opposes the force
     on this part."""
-    p, q, r, s, couple = _forces(w, _ratio_now(w, rates, laws, g, eta), g)
+    p, q, r, s, couple = _forces(w, _PAIR.ratio_now(w, rates, laws, g, eta), g)
     zero = ca.SX(0)
     out = [Contact(ca.sqrt(x * x + TINY), (zero, -x, zero), (2, 1)) for x in (p, q)]
     out += [Contact(ca.sqrt(x * x + TINY), (zero, zero, -x), (2, 1)) for x in (r, s)]
@@ -136,7 +118,7 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 SLEEVE = ContactElement(
-    "sleeve", _needs, _friction, _held, _contacts, _velocity, _pressed, 5, springs=5,
+    "sleeve", _needs, _friction, _PAIR.held, _contacts, _velocity, _pressed, 5, springs=5,
     rests=_rests, sizes=(
         HALF_LENGTH, *LENGTHS,
         Size("half_width", "m", "a: half size of the guide along e2", POSITIVE, '"20 mm"', symbol="a", drawn=0.02),

@@ -17,11 +17,10 @@ from trunnion.elements.contact.contact_element import (
     TINY,
     Contact,
     ContactElement,
-    Hold,
+    SinglePair,
     Size,
     Solid,
     Wrench,
-    ratio_held,
     signum,
 )
 from trunnion.elements.contact.journal import HALF_ROOT, PRELOAD, RADIUS, with_preload
@@ -52,10 +51,6 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
     return [[g["radius"] * rates[0] / _lead(g)[0]]]
 
 
-def _ratio(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX]) -> SX:
-    return w.pin * laws[0].ratios(_velocity(rates, g)[0])[0]
-
-
 def _carried(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
     """Axial force that the normal forces on the flanks and their friction carry, N. It is F minus the axial component of the
     friction due to a preload."""
@@ -78,23 +73,16 @@ def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """Friction torque k f r/cos λ: the work per angle of the friction along the helix."""
-    k = _ratio(w, rates, laws, g)
+    k = _PAIR.ratio(w, rates, laws, g)
     return [w.pin * k * g["radius"] / _lead(g)[0] * _load(w, k, g, adams)]
 
 
-def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """The capacity is k f at k = μ_static: k f increases with k, so this is its largest value (theory, "Rest")."""
-    most = laws[0].static
-    return [Hold(most * _load(w, w.pin * most * signum(u[0]), g, adams), ca.fabs(u[0]) * _lead(g)[0] / g["radius"])]
+_PAIR = SinglePair(_velocity, _load, lambda eta, g: ca.fabs(eta) * _lead(g)[0] / g["radius"])
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """One contact for all flanks, without position or angle; its normal is parallel to the axis."""
-    k = _ratio(w, rates, laws, g)
-    if laws[0].sets:
-        side = w.pin * signum(eta[0])
-        still = ratio_held(lambda x: _load(w, side * x, g, False), ca.fabs(eta[0]) * _lead(g)[0] / g["radius"], laws[0].static)
-        k = ca.if_else(laws[0].stuck, side * still, k)
+    k = _PAIR.ratio_now(w, rates, laws, g, eta)
     f, none = _normal(w, k, g), ca.SX(0)
     return [Contact(f, (-signum(_carried(w, k, g)) * f, none, none), (2, 1))]
 
@@ -128,7 +116,7 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 THREAD = ContactElement(
-    "thread", _needs, _friction, _held, _contacts, _velocity, _pressed, 1, springs=6, rests=_rests,
+    "thread", _needs, _friction, _PAIR.held, _contacts, _velocity, _pressed, 1, springs=6, rests=_rests,
     sizes=(RADIUS, FLANK, PRELOAD), pairs=((0,),), anywhere=False,
     pins=lambda g: [Solid("cylinder", (g["radius"], 4 * g["radius"]))],
 )  # fmt: skip

@@ -55,10 +55,6 @@ def _journals(
     return first, second
 
 
-def _splits(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX]) -> tuple[tuple[SX, SX, SX, SX], tuple[SX, SX, SX, SX]]:
-    return _journals(split, w, k1, k2, g)
-
-
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """Friction torques (149) and (150): m_c·u1 = k1 r1 (f1+f2) and −m_c·u2 = k2 r2 (f5+f6)."""
     k1, k2 = _ratios(w, rates, laws, g)
@@ -72,7 +68,7 @@ def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[
     if adams:
         loads = [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
     else:
-        loads = [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _splits(w, k1, k2, g)]
+        loads = [length(a1, b1) + length(a2, b2) for a1, b1, a2, b2 in _journals(split, w, k1, k2, g)]
     return [with_preload(load, g, f"preload[{i + 1}]") for i, load in enumerate(loads)]
 
 
@@ -110,7 +106,7 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
     """Contacts 1 and 2 are on journal 1 (n = cosθ u3 + sinθ u2). Contacts 3 and 4 are on journal 2 (n = cosθ u1 + sinθ u3)."""
-    first, second = _splits(w, *_ratios_now(w, rates, laws, g, eta), g)
+    first, second = _journals(split, w, *_ratios_now(w, rates, laws, g, eta), g)
     out = [Contact(length(a, b), (ca.SX(0), b, a), (2, 1)) for a, b in (first[:2], first[2:])]
     return out + [Contact(length(a, b), (a, ca.SX(0), b), (0, 2)) for a, b in (second[:2], second[2:])]
 

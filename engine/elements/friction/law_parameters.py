@@ -1,6 +1,6 @@
 """Numbers that several laws share."""
 
-from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound, Number
+from trunnion.basics.number_declarations import POSITIVE, Bound, Number
 
 OPPOSES = Bound(0.0, advice="friction opposes sliding by itself")
 
@@ -11,5 +11,3 @@ V_STRIBECK = Number(
     "v_stribeck", "m/s", "sliding speed over which friction falls from mu_static to mu", POSITIVE, '"1 mm/s"', symbol="v_S"
 )
 V_EPS = Number("v_eps", "m/s", "sliding speed at which smoothed friction saturates", POSITIVE, '"1e-4 m/s"', default=1e-4)
-
-__all__ = ["MU", "MU_STATIC", "NOT_NEGATIVE", "OPPOSES", "POSITIVE", "VISCOSITY", "V_EPS", "V_STRIBECK"]

@@ -52,23 +52,3 @@ def exact_of(law: str) -> str:
 def twin_of(law: str) -> str:
     """Name of the law that smooths ``law``; "" if no law does."""
     return next((name for name, other in REGISTRY.items() if other.exact == law), "")
-
-
-def table() -> str:
-    """The laws as a Markdown table, for ``notation.md``."""
-    lines = ["| law | k while sliding | at rest | numbers |", "|---|---|---|---|"]
-    for name, law in REGISTRY.items():
-        called = f"`{name}`" + (" (default)" if name == DEFAULT else "")
-        formula, at_rest = (text.replace("|", "\\|") for text in (law.formula, law.at_rest))
-        lines.append(f"| {called} | {formula} | {at_rest} | {', '.join(map(_described, law.numbers))} |")
-    return "\n".join(lines)
-
-
-def _described(n: Number) -> str:
-    """A number in the table: symbol, unit, default, and whether it is required."""
-    letter = n.symbol if n.symbol != n.name else ""
-    unit = "" if n.unit == "1" else n.unit
-    default = f"default {n.default:g}" if n.default is not None else ""
-    about = ", ".join(x for x in (letter, unit, default, n.needed_with and f"with `{n.needed_with}`") if x)
-    optional = "optional " if not n.needed and not n.needed_with else ""
-    return f"{optional}`{n.name}`" + (f" ({about})" if about else "")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from trunnion.importers.intermediate_linkage import GROUND, LIGHT, Link, Linkage, Names, Tie, floats
 from trunnion.importers.mass_matrix import mass_matrix
-from trunnion.importers.mjcf.body_masses import Geom, Mass, Masses, drawn
+from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn
 from trunnion.importers.mjcf.includes_and_defaults import Model
 from trunnion.importers.mjcf.joints import JOINTS, Freedom, freedom
+from trunnion.importers.mjcf.mesh_solids import Mass
 from trunnion.importers.pose_matrices import Pose, along, pose, to_quaternion
 from trunnion.importers.xml_reader import Element
 
@@ -27,14 +28,10 @@ class Place:
     at: Pose
 
 
-@dataclass
-class Inside:
-    """The content of a body, with <frame> elements resolved: (element, pose of its frame in the body, default class)."""
-
-    bodies: list[tuple[Element, Pose, str]] = field(default_factory=list)
-    joints: list[tuple[Element, Pose, str]] = field(default_factory=list)
-    geoms: list[tuple[Element, Pose, str]] = field(default_factory=list)
-    sites: list[tuple[Element, Pose, str]] = field(default_factory=list)
+CONTENT = {"body": "bodies", "joint": "joints", "freejoint": "joints", "geom": "geoms", "site": "sites"}
+"""Kind of content of a body, by the tag of an element."""
+Inside = dict[str, list[tuple[Element, Pose, str]]]
+"""The content of a body by kind, with <frame> elements resolved: (element, pose of its frame in the body, default class)."""
 
 
 class Bodies:
@@ -65,27 +62,25 @@ class Bodies:
     # -- content of bodies --------------------------------------------------------------------------------------------------
 
     def _sorted(self, e: Element, at: Pose, around: str) -> Inside:
-        out = Inside()
+        out: Inside = {kind: [] for kind in CONTENT.values()}
         for c in e.children:
             if c.tag in MADE:
                 what = f"<{c.tag}> generates bodies that the file does not list"
                 self.found.add(c, c.get("name") or c.tag, what, "save the compiled model from MuJoCo, and import that")
             elif c.tag == "frame":
                 more = self._sorted(c, at @ self.model.pose(c, c.attributes), c.get("childclass") or around)
-                for kind in ("bodies", "joints", "geoms", "sites"):
-                    getattr(out, kind).extend(getattr(more, kind))
-            else:
-                kinds = {"body": out.bodies, "joint": out.joints, "freejoint": out.joints, "geom": out.geoms, "site": out.sites}
-                if c.tag in kinds:
-                    kinds[c.tag].append((c, at, around))
+                for kind, entries in more.items():
+                    out[kind] += entries
+            elif c.tag in CONTENT:
+                out[CONTENT[c.tag]].append((c, at, around))
         return out
 
     def _inside(self, inside: Inside, place: Place) -> None:
         """Add the sites and the child bodies of a body."""
-        for e, at, around in inside.sites:
+        for e, at, around in inside["sites"]:
             if e.get("name"):
                 self.sites[e.get("name")] = Place(place.link, place.at @ at @ self.model.pose(e, self.model.attributes(e, around)))
-        for e, at, around in inside.bodies:
+        for e, at, around in inside["bodies"]:
             self._body(e, Place(place.link, place.at @ at), e.get("childclass") or around)
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
@@ -93,10 +88,10 @@ class Bodies:
     def _body(self, e: Element, carrier: Place, around: str) -> None:
         at = carrier.at @ self.model.pose(e, e.attributes)
         inside = self._sorted(e, np.eye(4), around)
-        moving = bool(inside.joints)
+        moving = bool(inside["joints"])
         matters = moving or carrier.link != GROUND or any(c.tag in JOINTS for c in e.inside())
         weighs = matters and e.first("inertial") is None
-        geoms = [g for g in (self._geom(*each, weighs) for each in inside.geoms) if g is not None]
+        geoms = [g for g in (self._geom(*each, weighs) for each in inside["geoms"]) if g is not None]
         mass = self.masses.body(e, geoms) if matters else Mass()
         if moving:
             place = self._links_of(e, inside, Place(carrier.link, at), mass, geoms)
@@ -115,9 +110,7 @@ class Bodies:
         g = self.masses.geom(e, around, weighs or self.model.settings.from_geoms == "true")
         if g is None or np.array_equal(at, np.eye(4)):
             return g
-        R = at[:3, :3]
-        mass = Mass(g.mass.mass, R @ g.mass.center + at[:3, 3], R @ g.mass.inertia @ R.T)
-        return replace(g, at=at @ g.at, mass=mass)
+        return replace(g, at=at @ g.at, mass=g.mass.placed(at))
 
     def _link(self, name: str, kind: str, mass: Mass, geoms: list[Geom], carrier: str, at: Pose) -> str:
         """Add a link and return its name. ``at`` is its initial pose in the link ``carrier``."""
@@ -135,9 +128,9 @@ class Bodies:
         """Add one link for each joint of a body; the last link is the body itself."""
         if not mass.mass and not any(c.tag in ("inertial", "geom") for c in e.inside() if c is not e):
             self.found.add(e, e.get("name") or "body", "moves and has no mass", "give it a geom with mass, or an <inertial>")
-        last = len(inside.joints) - 1
+        last = len(inside["joints"]) - 1
         link, at = start.link, start.at
-        for k, (j, framed, around) in enumerate(inside.joints):
+        for k, (j, framed, around) in enumerate(inside["joints"]):
             own = mass if k == last else Mass()
             body = e.get("name") or f"body{len(self.linkage.links)}"
             made = self._link(body if k == last else f"{body}_{k + 1}", "body", own, geoms if k == last else [], link, at)

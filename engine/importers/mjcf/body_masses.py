@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from trunnion.importers import visual_shapes
 from trunnion.importers.intermediate_linkage import tensor
 from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model
-from trunnion.importers.mjcf.mesh_solids import WAYS, Solid, hull, solid
+from trunnion.importers.mjcf.mesh_solids import WAYS, Mass, hull, solid
 from trunnion.importers.pose_matrices import Pose, least_turn, of_quaternion, pose
 from trunnion.importers.triangle_mesh_files import Unreadable, triangles
 from trunnion.importers.xml_reader import Element
@@ -23,15 +23,6 @@ HIDDEN = 3
 """MuJoCo hides geoms whose group is this number or higher."""
 STRETCHED = ("capsule", "cylinder", "box", "ellipsoid")
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
-
-
-@dataclass
-class Mass:
-    """Mass, kg; mass centre (3), m; inertia about the mass centre (3×3), kg m²; all in the body's frame."""
-
-    mass: float = 0.0
-    center: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
 
 @dataclass
@@ -60,7 +51,7 @@ def sum_of(parts: list[Mass]) -> Mass:
     return Mass(mass, center, inertia)
 
 
-def unit_solid(kind: str, s: list[float]) -> Solid:
+def unit_solid(kind: str, s: list[float]) -> Mass:
     """The solid of a simple geom with half sizes s, m, about its centre."""
     if kind == "sphere":
         s = [s[0]] * 3
@@ -75,7 +66,7 @@ def unit_solid(kind: str, s: list[float]) -> Solid:
         volume = body + ends
         side = (body * r * r / 4 + ends * r * r / 5) / volume
         squares = np.array([side, side, (body * h * h / 3 + ends * (h * h + 0.75 * r * h + r * r / 5)) / volume])
-    return Solid(float(volume), np.zeros(3), volume * (squares.sum() * np.eye(3) - np.diag(squares)))
+    return Mass(float(volume), np.zeros(3), volume * (squares.sum() * np.eye(3) - np.diag(squares)))
 
 
 class Masses:
@@ -84,12 +75,11 @@ class Masses:
     def __init__(self, model: Model):
         self.model, self.found = model, model.found
         self.meshes: dict[str, tuple[Element, Attributes]] = {}
-        for section in model.sections("asset"):
-            for e in section.all("mesh"):
-                said = model.attributes(e, "")
-                name = said.get("name") or said.get("file", "").replace("\\", "/").rpartition("/")[2].rpartition(".")[0]
-                self.meshes[name] = (e, said)
-        self._solids: dict[str, Solid | None] = {}
+        for e in (e for e in model.entries("asset") if e.tag == "mesh"):
+            said = model.attributes(e, "")
+            name = said.get("name") or said.get("file", "").replace("\\", "/").rpartition("/")[2].rpartition(".")[0]
+            self.meshes[name] = (e, said)
+        self._solids: dict[str, Mass | None] = {}
         self._drawn: dict[str, np.ndarray] = {}
 
     # -- geoms --------------------------------------------------------------------------------------------------------------
@@ -119,16 +109,14 @@ class Masses:
             return None
         known = len(size) == SIZES.get(kind) and min(size) > 0
         shape = self.solid(e, said) if kind == "mesh" else unit_solid(kind, size) if known else None
-        if shape is None or not shape.volume > 0:
+        if shape is None or not shape.mass > 0:
             if kind != "mesh" or shape is not None:
                 sized = f"a {kind} of size {' '.join(f'{s:g}' for s in size) or 'nothing'}"
                 what = sized if kind in SIZES else f"a geom of type {kind}, whose mass is not known"
                 self.found.add(e, name, what, "give the body an <inertial>")
             return None
-        mass = given if given > 0 else density * shape.volume
-        R = at[:3, :3]
-        inertia = R @ (shape.inertia * (mass / shape.volume)) @ R.T
-        return Geom(kind, size, at, Mass(mass, at[:3, 3] + R @ shape.center, inertia), corners, group)
+        mass = given if given > 0 else density * shape.mass
+        return Geom(kind, size, at, Mass(mass, shape.center, shape.inertia * (mass / shape.mass)).placed(at), corners, group)
 
     def _drawn_triangles(self, e: Element, said: Attributes) -> np.ndarray:
         """Triangles of a mesh for drawing. If the mesh cannot be read, the result is empty and no problem is added."""
@@ -190,7 +178,7 @@ class Masses:
             self.found.add(at, name, f"its file {asset['file']}: {wrong}", "save it as binary STL")
             return None
 
-    def solid(self, e: Element, said: Attributes) -> Solid | None:
+    def solid(self, e: Element, said: Attributes) -> Mass | None:
         """The solid of a geom's mesh."""
         name = said.get("mesh", "")
         if name not in self._solids:

@@ -21,19 +21,18 @@ class Closing:
 
     def __init__(self, bodies: Bodies):
         self.bodies, self.model, self.found = bodies, bodies.model, bodies.found
-        for section in self.model.sections("equality"):
-            for e in section.children:
-                if self.model.attributes(e, "", "equality").get("active", "true") == "false":
-                    self.found.notes.append(f"{_name_of(e)}: left out (it is not active)")
-                else:
-                    {"connect": self._connect, "weld": self._weld, "joint": self._couple}.get(e.tag, self._refuse)(e)
-        idle = [t for section in self.model.sections("tendon") for t in section.children if not self._tendon(t)]
+        for e in self.model.entries("equality"):
+            if self.model.attributes(e, "", "equality").get("active", "true") == "false":
+                self.found.notes.append(f"{e.title}: left out (it is not active)")
+            else:
+                {"connect": self._connect, "weld": self._weld, "joint": self._couple}.get(e.tag, self._refuse)(e)
+        idle = [t for t in self.model.entries("tendon") if not self._tendon(t)]
         if idle:
-            self.found.notes.append(f"tendons left out (they exert no force by themselves): {', '.join(map(_name_of, idle))}")
+            self.found.notes.append(f"tendons left out (they exert no force by themselves): {', '.join(e.title for e in idle)}")
 
     def _refuse(self, e: Element) -> None:
         """Refuse an equality that couples neither bodies nor two joints."""
-        self.found.add(e, _name_of(e), f"<{e.tag}> couples coordinates, which is not imported", REMEDY)
+        self.found.add(e, e.title, f"<{e.tag}> couples coordinates, which is not imported", REMEDY)
 
     def _couple(self, e: Element) -> None:
         """Import the equality of two joints. In the file, q − ref of the first joint is a polynomial in q − ref of the second
@@ -42,10 +41,10 @@ class Closing:
         numbers = self.found.numbers(e, "polycoef", e.get("polycoef", "0 1 0 0 0"), (1, 2, 3, 4, 5)) or [0.0, 1.0]
         numbers += [0.0, 1.0, 0.0, 0.0, 0.0][len(numbers) :]
         if "joint2" not in e.attributes:
-            self.found.add(e, _name_of(e), "fixes a joint at a constant position", "merge its body into the parent body")
+            self.found.add(e, e.title, "fixes a joint at a constant position", "merge its body into the parent body")
         elif any(numbers[2:]):
             what = f"couples joints by a polynomial: {e.get('polycoef')}"
-            self.found.add(e, _name_of(e), what, "joints of a scene follow by a ratio and an offset only")
+            self.found.add(e, e.title, what, "joints of a scene follow by a ratio and an offset only")
         else:
             follower, leader = (known[n].name if n in known else "" for n in (e.get("joint1"), e.get("joint2")))
             self.bodies.linkage.follow(e, follower, leader, numbers[1], numbers[0])
@@ -55,7 +54,7 @@ class Closing:
     def _place(self, e: Element, key: str, known: dict[str, Place], default: str = "") -> Place | None:
         name = e.get(key, default)
         if name not in known:
-            self.found.add(e, _name_of(e), f"there is no {key.rstrip('12')} {name!r}")
+            self.found.add(e, e.title, f"there is no {key.rstrip('12')} {name!r}")
             return None
         return known[name]
 
@@ -68,7 +67,7 @@ class Closing:
         if one is None or two is None:
             return None
         if one.link == two.link:
-            self.found.notes.append(f"{_name_of(e)}: left out (both sides are on {one.link})")
+            self.found.notes.append(f"{e.title}: left out (both sides are on {one.link})")
             return None
         return one, two, by_site
 
@@ -118,16 +117,16 @@ class Closing:
         rest = self.found.numbers(e, "springlength", said.get("springlength", "-1"), (1, 2)) or [-1.0]
         line = e.tag == "spatial" and [c.tag for c in stops] == ["site", "site"] and len(set(rest)) == 1
         if not line or own.get("frictionloss") or own.get("armature"):
-            self.found.add(e, _name_of(e), "a tendon that exerts forces", "only springs between two sites are imported")
+            self.found.add(e, e.title, "a tendon that exerts forces", "only springs between two sites are imported")
             return True
         places = [self._place(c, "site", self.bodies.sites) for c in stops]
         if places[0] is None or places[1] is None:
             return True
-        ends = [self._point(p, f"{_name_of(e)}_{k + 1}") for k, p in enumerate(places) if p is not None]
+        ends = [self._point(p, f"{e.title}_{k + 1}") for k, p in enumerate(places) if p is not None]
         length = rest[0]
         if length < 0:
             length = float(np.linalg.norm(self._world(places[0])[:3, 3] - self._world(places[1])[:3, 3]))
-        self.bodies.linkage.forces[self.bodies.names.new(_name_of(e), "tendon")] = {
+        self.bodies.linkage.forces[self.bodies.names.new(e.title, "tendon")] = {
             "type": "spring_damper", "between": ends, "stiffness": own.get("stiffness", 0.0), "damping": own.get("damping", 0.0),
             "length": length,
         }  # fmt: skip
@@ -140,7 +139,3 @@ class Closing:
         made = made if made[0].isalpha() else f"p_{made}"
         points[made] = floats(p.at[:3, 3])
         return f"{p.link}.{made}"
-
-
-def _name_of(e: Element) -> str:
-    return e.get("name") or f"{e.tag} at line {e.line}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.basics.problems import SceneError
 from trunnion.importers.pose_matrices import Pose, about, least_turn, of_quaternion, pose
-from trunnion.importers.xml_reader import DEEPEST, Element, Findings, is_file, read_xml
+from trunnion.importers.xml_reader import DEEPEST, Element, is_file, read_root, read_xml
 
 FILES = 200
 """Largest number of included files."""
@@ -58,12 +58,9 @@ class Model:
     """The sections of a file, with its faults, settings and default classes."""
 
     def __init__(self, file: Path):
-        self.found, self.folder, self.count = Findings(), file.resolve().parent, 0
-        root = read_xml(file)
-        if root.tag != "mujoco":
-            hint = "MJCF files begin with <mujoco>; files that begin with <robot> are URDF"
-            self.found.add(root, root.tag or "file", "the root element is not <mujoco>", hint)
-            self.found.end()
+        hint = "MJCF files begin with <mujoco>; files that begin with <robot> are URDF"
+        root, self.found = read_root(file, "mujoco", hint)
+        self.folder, self.count = file.resolve().parent, 0
         self.name = root.get("model")
         self._expand(root, file.resolve().parent, (file.resolve(),))
         self.root = root
@@ -77,6 +74,10 @@ class Model:
         return self.root.all(tag)
 
     # -- files --------------------------------------------------------------------------------------------------------------
+
+    def entries(self, tag: str) -> list[Element]:
+        """The elements inside all sections with this tag."""
+        return [e for section in self.sections(tag) for e in section.children]
 
     def _expand(self, e: Element, folder: Path, files: tuple[Path, ...]) -> None:
         """Replace each <include> by the content of its file."""

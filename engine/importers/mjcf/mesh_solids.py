@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from trunnion.importers.pose_matrices import Pose
 
 WAYS = ("legacy", "exact", "convex")
 """Supported methods for the volume and inertia of a mesh (MJCF attribute ``inertia``)."""
 
 
-@dataclass(frozen=True)
-class Solid:
-    """Volume, m³; centre (3), m; inertia about the centre divided by the density (3×3), m⁵."""
+@dataclass
+class Mass:
+    """Mass, mass centre (3), and inertia about the mass centre (3×3)."""
 
-    volume: float
-    center: np.ndarray
-    inertia: np.ndarray
+    mass: float = 0.0
+    center: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def placed(self, at: Pose) -> Mass:
+        """This mass in a frame in which its own frame has the pose ``at``."""
+        R = at[:3, :3]
+        return Mass(self.mass, at[:3, 3] + R @ self.center, R @ self.inertia @ R.T)
 
 
-def solid(corners: np.ndarray, way: str) -> Solid:
-    """The solid inside triangles (n×3×3). The method ``way`` is one of:
+def solid(corners: np.ndarray, way: str) -> Mass:
+    """The solid of density 1 inside triangles (n×3×3). The method ``way`` is one of:
 
     exact   signed volumes of tetrahedra
     legacy  absolute volumes of tetrahedra with their apex at the surface's centroid
@@ -36,7 +43,7 @@ def solid(corners: np.ndarray, way: str) -> Solid:
     arms = corners - center  # the legacy method repeats the computation with the apex at this centre, which changes the volume
     parts, total = _volumes(arms, way), arms.sum(axis=1)
     second = (np.einsum("nki,nkj,n->ij", arms, arms, parts) + np.einsum("ni,nj,n->ij", total, total, parts)) / 20
-    return Solid(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)
+    return Mass(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)
 
 
 def _volumes(corners: np.ndarray, way: str) -> np.ndarray:

@@ -62,7 +62,7 @@ def _gravity(model: Model) -> tuple[float, float, float]:
 
 def _actuators(model: Model, bodies: Bodies) -> None:
     """Add rotor inertias and damping of actuators to their joints, and a note that the actuators are omitted."""
-    every = [e for section in model.sections("actuator") for e in section.children]
+    every = model.entries("actuator")
     by_name = {j.get("name"): f for j, f in zip(bodies.elements, bodies.freedoms, strict=True)}
     for e in every:
         said = model.attributes(e, "")
@@ -80,7 +80,7 @@ def _actuators(model: Model, bodies: Bodies) -> None:
 
 def _keyframe(model: Model, bodies: Bodies) -> None:
     """Set the start values to the first keyframe with coordinates, if there is one."""
-    key = next((k for section in model.sections("keyframe") for k in section.all("key") if k.get("qpos")), None)
+    key = next((k for k in model.entries("keyframe") if k.tag == "key" and k.get("qpos")), None)
     if key is None:
         return
     total = sum(f.kind.nq for f in bodies.freedoms)

@@ -41,11 +41,9 @@ def pitch_of(found: Findings, joint: Element) -> dict[str, Any]:
     """The scene key for the pitch of a screw (travel per turn, m); empty for other joints."""
     if joint.get("type") != "screw":
         return {}
-    modern, old = joint.first("screw_thread_pitch"), joint.first("thread_pitch")
-    if modern is not None:
-        return {"pitch": found.number(modern, "text", modern.text, 1.0)}
-    turned = found.number(old, "text", old.text, 1.0) if old is not None else 1.0
-    return {"pitch": -2 * np.pi / turned}
+    if joint.first("screw_thread_pitch") is not None:
+        return {"pitch": found.child(joint, "screw_thread_pitch", 1.0)}
+    return {"pitch": -2 * np.pi / found.child(joint, "thread_pitch", 1.0)}
 
 
 def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str, Any]:
@@ -54,8 +52,7 @@ def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str
     dynamics = [a.first("dynamics") if a is not None else None for a in axes]
 
     def each(key: str) -> list[float]:
-        entries = [d.first(key) if d is not None else None for d in dynamics]
-        return [found.number(e, "text", e.text, 0.0) if e is not None else 0.0 for e in entries]
+        return [found.child(d, key, 0.0) for d in dynamics]
 
     more: dict[str, Any] = {}
     damping, stiffness, rest = each("damping"), each("spring_stiffness"), each("spring_reference")

@@ -56,12 +56,9 @@ class Models:
                 holder = self.frames.full(scope, c.get("attached_to") or OWN)
                 self.frames.add(c, scope, holder, holder)
             elif c.tag == "joint":
-                self._joint_frame(c, scope)
+                child = self.frames.full(scope, c.text_of("child"))
+                self.frames.add(c, scope, child, child)
                 self.joints.append(Held(c, scope, still))
-
-    def _joint_frame(self, c: Element, scope: str) -> None:
-        child = self.frames.full(scope, c.text_of("child"))
-        self.frames.add(c, scope, child, child)
 
     def _add_model(self, e: Element, scope: str, still: bool, placed: Element | None = None) -> None:
         """Add a model. ``placed`` is the <include> that names the model; pose, name and static flag of the <include> override those

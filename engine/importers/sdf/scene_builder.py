@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, Names, Tie, plain_name, tensor
-from trunnion.importers.pose_matrices import Pose, along, inverse, pose
+from trunnion.importers.pose_matrices import Pose, along, inverse
 from trunnion.importers.sdf.frames import WORLD
 from trunnion.importers.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
 from trunnion.importers.sdf.model_tree import Held, Models
 from trunnion.importers.visual_meshes import Pictures
 from trunnion.importers.visual_shapes import Solid, drawn
-from trunnion.importers.xml_reader import Element, Findings, existing, read_xml
+from trunnion.importers.xml_reader import Element, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
 
 SOLIDS = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
@@ -26,10 +26,7 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
 
     SceneError lists everything that a scene cannot represent, each with its line."""
     path = existing(file)
-    root, found = read_xml(path), Findings()
-    if root.tag != "sdf":
-        found.add(root, root.tag, "the root element is not <sdf>", "SDF files begin with <sdf>")
-        found.end()
+    root, found = read_root(path, "sdf", "SDF files begin with <sdf>")
     folder = path.resolve().parent
     reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
     scene = reader.linkage(path.stem).scene(stops)
@@ -46,6 +43,7 @@ class SdfReader:
         self.links, self.joints = models.links, models.joints
         self.names, self.place = Names(), {WORLD: GROUND}
         self.made: dict[str, str] = {}
+        self.added: dict[str, Pose] = {}
 
     # -- the linkage --------------------------------------------------------------------------------------------------------
 
@@ -69,7 +67,8 @@ class SdfReader:
         for j in self.joints:
             self._couple(j, out)
         for n, held in moving.items():
-            self._cancel_gravity(self.place[n], held.element, out)
+            if held.element.text_of("gravity") in ("false", "0") and any(out.gravity):
+                out.lift(self.names.new(f"{self.place[n]}_lift", "force"), self.place[n], 1.0)
         if not out.links:
             self.found.add(self.root, "sdf", "nothing in it moves")
         return out
@@ -77,13 +76,9 @@ class SdfReader:
     def _couple(self, j: Held, out: Linkage) -> None:
         """Add the mimic constraints of a joint: q = multiplier · (q of the leader − reference) + offset."""
         for m in (m for a in j.element.all("axis", "axis2") for m in a.all("mimic")):
-            ratio, offset, ref = (self._number(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
+            ratio, offset, ref = (self.found.child(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
             follower, leader = (self.made.get(self.frames.full(j.scope, n), "") for n in (j.element.get("name"), m.get("joint")))
             out.follow(j.element, follower, leader, ratio, offset - ratio * ref)
-
-    def _cancel_gravity(self, name: str, e: Element, out: Linkage) -> None:
-        if e.text_of("gravity") in ("false", "0") and any(out.gravity):
-            out.lift(self.names.new(f"{name}_lift", "force"), name, 1.0)
 
     def _link(self, e: Element) -> Link:
         given = e.first("inertial")
@@ -94,15 +89,9 @@ class SdfReader:
         if given.get("auto") == "true" or given.first("fluid_added_mass") is not None:
             what = "inertial is computed from collisions" if given.get("auto") == "true" else "a fluid adds to its mass"
             self.found.add(given, e.get("name"), what, "give mass and inertia")
-        mass, at = given.first("mass"), self.frames.read(given)
-        moments = given.first("inertia")
-        inertia = tensor([self._number(moments, k, 1.0 if k[1] == k[2] else 0.0) for k in MOMENTS], at)
-        weight = self.found.number(mass, "text", mass.text, 1.0) if mass is not None else 1.0
-        return Link(weight, at[:3, 3], inertia, drawn(self._solids(e), at[:3, 3]))
-
-    def _number(self, moments: Element | None, key: str, default: float) -> float:
-        e = moments.first(key) if moments is not None else None
-        return self.found.number(e, "text", e.text, default) if e is not None else default
+        at, moments = self.frames.read(given), given.first("inertia")
+        inertia = tensor([self.found.child(moments, k, 1.0 if k[1] == k[2] else 0.0) for k in MOMENTS], at)
+        return Link(self.found.child(given, "mass", 1.0), at[:3, 3], inertia, drawn(self._solids(e), at[:3, 3]))
 
     def _solids(self, link: Element) -> list[Solid]:
         """The solids of a link's visuals."""
@@ -153,7 +142,7 @@ class SdfReader:
         axis = e.first(tag)
         limit = axis.first("limit") if axis is not None else None
         if limit is not None and e.get("type") != "continuous":
-            out.limits[made] = (self._number(limit, "lower", -np.inf), self._number(limit, "upper", np.inf))
+            out.limits[made] = (self.found.child(limit, "lower", -np.inf), self.found.child(limit, "upper", np.inf))
 
     def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
         """Pose of a frame whose first direction is the axis, relative to the joint's frame."""
@@ -176,22 +165,21 @@ class SdfReader:
         middle = self.names.new(f"{name}_middle", "link")
         out.links[middle] = Link(light, np.zeros(3), np.zeros((3, 3)))
         self.place[middle] = middle
-        where = at @ pose()
-        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out, {middle: where})
+        self.added[middle] = at
+        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out)
         last = at @ self._axis(j, at, "axis2")
-        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out, {middle: where})
+        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out)
         self._store_limit(j.element, "axis", one, out)
         self._store_limit(j.element, "axis2", two, out)
 
-    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage,
-             given: dict[str, Pose] | None = None) -> str:  # fmt: skip
-        """Add a joint whose frame is given in the world, and return its name. ``given`` holds the poses of added links, which are
-        not in the file."""
-        at = [(given or {}).get(n) if n in (given or {}) else self._link_pose(n) for n in ends]
-        sides = [inverse(where if where is not None else np.eye(4)) @ frame for where in at]
+    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage) -> str:
+        """Add a joint whose frame is given in the world, and return its name."""
+        sides = [inverse(self._link_pose(n)) @ frame for n in ends]
         made = self.names.new(name, "joint")
         out.ties[made] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
         return made
 
     def _link_pose(self, name: str) -> Pose:
+        if name in self.added:
+            return self.added[name]
         return np.eye(4) if self.place[name] == GROUND else self.frames.place(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from trunnion.elements.joints import REGISTRY, JointKind
-from trunnion.scene.data_classes.scene import Drive, EndStops, Joint, Scene, Signal
+from trunnion.scene.data_classes.scene import Drive, Joint, Scene, Signal
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import each, entries, signals
 from trunnion.scene.signals import limit
@@ -27,8 +27,9 @@ def check(scene: Scene) -> Iterator[Finding]:
         yield from _rotations(name, j, kind)
         yield from _spun(name, j, kind)
         for path, stops in entries(j.end_stops, ("joints", name, "end_stops")):
-            if kind.follows != "curve":  # end stops on a curve take their positions from the ends of the curve
-                yield from _stops(path, stops)
+            along_curve = kind.follows == "curve"  # end stops on a curve take their positions from the ends of the curve
+            if stops.lower is None and stops.upper is None and not along_curve:
+                yield Finding(path, "end stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
     for path, s in signals(scene):
         yield from _signal(path, s)
 
@@ -61,11 +62,6 @@ def _spun(name: str, j: Joint, kind: JointKind) -> Iterator[Finding]:
     if len({v or 0.0 for v in about}) > 1:
         what = f"the three rotations of a {kind.name} joint must have the same rotor inertia"
         yield Finding(("joints", name, "rotor_inertia"), what, "give all three the same, or build the joint from revolutes")
-
-
-def _stops(path: Path, s: EndStops) -> Iterator[Finding]:
-    if s.lower is None and s.upper is None:
-        yield Finding(path, "end stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
 
 
 def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:

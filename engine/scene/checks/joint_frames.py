@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import AxisAngle, Direction, Joint, Scene, Side
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.body_poses import vector
+from trunnion.scene.queries.body_poses import cross, unit, vector
 from trunnion.scene.queries.body_references import axes_of
 
 PARALLEL = 1e-6
@@ -61,22 +61,11 @@ def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]
         return
     if reference is None or not any(vector(axis)) or not any(vector(reference)):
         return
-    if _sine(vector(axis), vector(reference)) < PARALLEL:
+    if math.hypot(*cross(unit(vector(axis)), unit(vector(reference)))) < PARALLEL:
         at = (*path, key, "reference") if own.reference is not None else (*path, "reference")
         second = REGISTRY[j.type].second_axis
         role = f"; its e{second + 1} is the second axis of the {j.type} joint" if second >= 0 else ""
         yield Finding(at, f"the reference is parallel to the axis{role}", "choose a direction across the axis")
-
-
-def _sine(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
-    a, b = _scaled(a), _scaled(b)
-    cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    return math.hypot(*cross) / (math.hypot(*a) * math.hypot(*b))
-
-
-def _scaled(a: tuple[float, float, float]) -> tuple[float, float, float]:
-    big = max(abs(v) for v in a)
-    return a[0] / big, a[1] / big, a[2] / big
 
 
 def _pitch(path: Path, j: Joint) -> Iterator[Finding]:

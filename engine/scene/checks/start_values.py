@@ -26,9 +26,9 @@ def check(scene: Scene) -> Iterator[Finding]:
 def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Finding]:
     if isinstance(q, AxisAngle):
         if kind.quaternion < 0:
-            yield Finding(
-                path, f"axis and angle are for {_turning_freely()} joints, not for a {kind.name} joint", "give its coordinates"
-            )
+            balls = sorted((k for k in REGISTRY.values() if k.quaternion >= 0), key=lambda k: k.nv)
+            able = " and ".join(k.name for k in balls)
+            yield Finding(path, f"axis and angle are for {able} joints, not for a {kind.name} joint", "give its coordinates")
         return
     values = q if isinstance(q, tuple) else (q,)
     if len(values) != kind.nq:
@@ -36,11 +36,6 @@ def _coordinates(path: Path, q: Coordinates, kind: JointKind) -> Iterator[Findin
         yield Finding(path, f"a {kind.name} joint has {_count(kind.nq, 'coordinate')}, not {len(values)}", hint)
     elif kind.quaternion >= 0 and not any(values[kind.quaternion :]):
         yield Finding(path, "a quaternion of four zeros is no rotation", "the identity is [1, 0, 0, 0]")
-
-
-def _turning_freely() -> str:
-    balls = [k for k in REGISTRY.values() if k.quaternion >= 0]
-    return " and ".join(k.name for k in sorted(balls, key=lambda k: k.nv))
 
 
 def _count(n: int, word: str) -> str:

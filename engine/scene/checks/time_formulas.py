@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_evaluation import dimension
-from trunnion.scene.expressions.formula_parser import TIME, Call, Node, Number, parse_formula
+from trunnion.scene.expressions.formula_parser import TIME, Call, Node, Number, nodes, parse_formula
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import signals
 from trunnion.scene.queries.number_units import unit_of
@@ -34,7 +34,8 @@ def _formula(scene: Scene, path: Path, text: str, known: Mapping[str, Dimension]
         formula = parse_formula(text, timed=True)
         if formula.names - set(known) - {TIME}:
             return  # the constant part with this name has no value, which is reported there
-        if any(_counts_cycles(node, known) and not _has_pi(node) for node in _angles(formula.root)):
+        periodic = (n for n in nodes(formula.root) if isinstance(n, Call) and n.function in PERIODIC)
+        if any(_counts_cycles(n.arguments[0], known) and Number(math.pi) not in nodes(n.arguments[0]) for n in periodic):
             yield Finding(path, "Hz counts cycles, but sin and cos need an angle", "such as sin(2*pi*3 Hz*t)")
         measured = dimension(_uncounted(formula.root), {n: _without_cycles(d) for n, d in {**known, TIME: SECOND}.items()})
         agree(Computed(0.0, measured, text, formula.names, False), unit_of(scene, path))
@@ -42,22 +43,9 @@ def _formula(scene: Scene, path: Path, text: str, known: Mapping[str, Dimension]
         yield Finding(path, e.what, e.hint)
 
 
-def _angles(node: Node) -> Iterator[Node]:
-    """The operands of all sines and cosines."""
-    if isinstance(node, Call):
-        yield from node.arguments if node.function in PERIODIC else ()
-        for a in node.arguments:
-            yield from _angles(a)
-
-
 def _counts_cycles(node: Node, known: Mapping[str, Dimension]) -> bool:
-    if isinstance(node, Call):
-        return any(_counts_cycles(a, known) for a in node.arguments)
-    return bool((node.dimension if isinstance(node, Number) else known.get(node.name, NONE))[4])
-
-
-def _has_pi(node: Node) -> bool:
-    return node == Number(math.pi) or (isinstance(node, Call) and any(map(_has_pi, node.arguments)))
+    single = (n for n in nodes(node) if not isinstance(n, Call))
+    return any((n.dimension if isinstance(n, Number) else known.get(n.name, NONE))[4] for n in single)
 
 
 def _without_cycles(d: Dimension) -> Dimension:

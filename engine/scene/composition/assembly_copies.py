@@ -75,15 +75,11 @@ def turn_about(axis: str, angle: Term, through: Any) -> Move:
     sine: Term
     known = Parameters().computed(angle) if is_expression(angle) else None
     if known is None or isinstance(known, Computed):
-        whole = float(known) if known is not None else float(_angle(angle))
+        whole = float(known) if known is not None else Per("rad")(angle)
         cosine, sine = (0.0 if abs(f(whole)) < 1e-15 else f(whole) for f in (math.cos, math.sin))
     else:  # the angle depends on parameters
         cosine, sine = f"{{cos{source(angle)}}}", f"{{sin{source(angle)}}}"
     return move_about(_matrix(AXES.index(axis), cosine, sine), through, (axis, angle))
-
-
-def _angle(text: Any) -> float:
-    return Per("rad")(text)
 
 
 def _matrix(k: int, cosine: Term, sine: Term) -> tuple[tuple[Term, ...], ...]:

@@ -84,8 +84,8 @@ def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: L
         level.add_problem((*path, "copies") if "copies" in spec else path, f"{'.'.join(map(str, at))}: {what}", hint)
     own = {s: {n: f"{prefix}_{n}" for n in _group(data, s)} for s in (*SECTIONS, "parameters")}
     ground = {n: f"{prefix}_{n}" for n in _group(_group(data, "ground"), "points")}
-    _add_parameters(level, path, spec, data, part, own["parameters"], copy)
-    more = {"i": str(copy.number)} if copy.number and "i" not in own["parameters"] else {}
+    names = ({"i": str(copy.number)} if copy.number else {}) | own["parameters"]
+    _add_parameters(level, path, spec, data, part, own["parameters"], names, copy)
 
     def rename(text: str, at: Path) -> str:
         body, dot, point = text.partition(".")
@@ -99,10 +99,10 @@ def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: L
             if section == "joints":
                 value = reference_renaming.rename_leading_joint(value, lambda leader: own["joints"].get(leader, leader))
             value = reference_renaming.rename_inputs(value, own["inputs"]) if section in ("joints", "forces") else value
-            value = reference_renaming.rename_parameters(value, own["parameters"] | more)
+            value = reference_renaming.rename_parameters(value, names)
             _add_value(level, path, (section, own[section][n]), value, part, (section, n), bool(copy.number))
     for n, value in _group(_group(data, "ground"), "points").items():
-        place = reference_renaming.rename_parameters(value, own["parameters"] | more)
+        place = reference_renaming.rename_parameters(value, names)
         _add_value(level, path, ("ground", "points", ground[n]), place, part, ("ground", "points", n), bool(copy.number))
     points = _group(data, "points")
     offered[prefix] = {n: rename(p, ()) for n, p in points.items() if isinstance(p, str)}
@@ -146,9 +146,11 @@ def _add_value(level: Level, path: Path, where: Path, value: Any, part: Level, a
 
 
 def _add_parameters(
-    level: Level, path: Path, spec: dict[str, Any], data: dict[str, Any], part: Level, own: dict[str, str], copy: Copy
-) -> None:
-    """Add the parameters of a copy to its level; values under ``with`` replace the part's own."""
+    level: Level, path: Path, spec: dict[str, Any], data: dict[str, Any], part: Level, own: dict[str, str], names: dict[str, str],
+    copy: Copy,
+) -> None:  # fmt: skip
+    """Add the parameters of a copy to its level; values under ``with`` replace the part's own. own: new names of the part's
+    parameters; names: these, and the number of the copy as i."""
     given = _group(spec, "with")
     for name in given:
         if name not in own:
@@ -160,8 +162,7 @@ def _add_parameters(
             value = reference_renaming.rename_parameters(given[name], number)
             _add_value(level, path, ("parameters", own[name]), value, level, (*path, "with", name), bool(copy.number))
         else:
-            more = number if "i" not in own else {}
-            value = reference_renaming.rename_parameters(value, own | more)
+            value = reference_renaming.rename_parameters(value, names)
             _add_value(level, path, ("parameters", own[name]), value, part, ("parameters", name), bool(copy.number))
 
 

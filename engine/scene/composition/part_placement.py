@@ -96,7 +96,8 @@ def _move_point(name: str, p: Any, move: Move, notes: list[Note]) -> Any:
 
 
 def _mirror_vector(p: Any, k: int) -> Any:
-    """A point or direction in the frame of a body that is reflected along its axis k; other values stay unchanged."""
+    """A point or direction in the frame of a body that is reflected along its axis k (−1: not reflected); other values stay
+    unchanged."""
     return [times(-1.0, c) if i == k else c for i, c in enumerate(p)] if isinstance(p, list) and len(p) == 3 else p
 
 
@@ -195,7 +196,7 @@ def _move_joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
         given = dict(given)
         on_ground = given.get("body") == "ground"
         if isinstance(given.get("point"), list):
-            given["point"] = move.place(three(given["point"])) if on_ground else _move_in_body(given["point"], move)
+            given["point"] = move.place(three(given["point"])) if on_ground else _mirror_vector(given["point"], move.mirror)
         if on_ground and move.turns:
             _turn_frame(given, move, sign)
         elif move.mirror >= 0:
@@ -203,10 +204,6 @@ def _move_joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
                 given[key] = _mirror_direction(given[key], move.mirror, sign)
         out[side] = given
     return out
-
-
-def _move_in_body(p: Any, move: Move) -> Any:
-    return _mirror_vector(p, move.mirror) if move.mirror >= 0 else p
 
 
 def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trunnion.scene.file_format.yaml_reader import MOST
-from trunnion.scene.findings.findings_and_paths import Finding, Line, Path
+from trunnion.scene.findings.findings_and_paths import Finding, Line, Path, line_of
 
 
 class TooMuch(Exception):
@@ -54,9 +54,7 @@ class Level:
 
     def line(self, path: Path) -> int:
         """Line (with its file) of a path. If the path has no line: that of the nearest enclosing part with a line."""
-        while path and path not in self.lines:
-            path = path[:-1]
-        found = self.lines.get(path, 0)
+        found = line_of(path, self.lines)
         return found if isinstance(found, Line) or not self.file else Line(found, self.file)
 
     def below(self, path: Path, data: dict[str, Any]) -> Level:

@@ -6,7 +6,7 @@ Hints ("known keys: …"), units of parameters and the published schema use this
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache, lru_cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
@@ -73,14 +73,24 @@ def classes_at(path: Path) -> list[type]:
     return [a for annotation in at(path) for a, _ in members(annotation) if isinstance(a, type) and is_dataclass(a)]
 
 
+def fields_by_key(cls: type) -> dict[str, Field[Any]]:
+    """The fields of a scene class, by the keys that scenes use for them."""
+    return {getattr(cls, "__key_names__", {}).get(f.name, f.name): f for f in fields(cls)}
+
+
+def required_fields(cls: type) -> list[str]:
+    """Names of the fields of a scene class that have no default."""
+    return [f.name for f in fields(cls) if f.default is MISSING and f.default_factory is MISSING]
+
+
 def keys_at(path: Path) -> list[str]:
     """Allowed keys of the group at a path, in order and without repetition; empty for groups whose names the user chooses."""
-    return list(dict.fromkeys(getattr(c, "__key_names__", {}).get(f.name, f.name) for c in classes_at(path) for f in fields(c)))
+    return list(dict.fromkeys(key for c in classes_at(path) for key in fields_by_key(c)))
 
 
 def required_at(path: Path) -> list[str]:
     """Required keys of the group at a path."""
-    return [f.name for c in classes_at(path) for f in fields(c) if f.default is MISSING and f.default_factory is MISSING]
+    return [name for c in classes_at(path) for name in required_fields(c)]
 
 
 @lru_cache(maxsize=4096)  # cached like ``at``: the checks need the unit and the bound of every number

@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 
-from trunnion.scene.expressions.formula_parser import WHATEVER, Call, Name, Node, Number
+from trunnion.scene.expressions.formula_parser import WHATEVER, Call, Name, Node, Number, has_names
 from trunnion.scene.units.dimension_names import described
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 ANGLE: Dimension = (0, 0, 0, 1, 0)
+INVERSE = ("asin", "acos", "atan")
 LARGEST_POWER = 20
 """Largest magnitude of an exponent whose base has a unit."""
 Gradient = dict[str, float]
@@ -59,7 +60,7 @@ def _power(node: Call, given: list[Dimension]) -> Dimension:
         raise UnitError(f"an exponent is a plain number, not {described(exponent)}")
     if base == NONE:
         return NONE
-    if _named(node.arguments[1]):
+    if has_names(node.arguments[1]):
         raise UnitError("the exponent of something with a unit cannot depend on a parameter", "write the exponent as a number")
     power = Fraction(value(node.arguments[1], {})).limit_denominator(12)
     if abs(power) > LARGEST_POWER or not math.isclose(power, value(node.arguments[1], {}), rel_tol=1e-12):
@@ -72,10 +73,6 @@ def _scaled(d: Dimension, power: Fraction) -> Dimension:
     return a, b, c, e, f  # type: ignore[return-value]
 
 
-def _named(node: Node) -> bool:
-    return isinstance(node, Name) or (isinstance(node, Call) and any(map(_named, node.arguments)))
-
-
 def _of_angle(node: Call, given: list[Dimension]) -> Dimension:
     if given[0] not in (ANGLE, NONE):
         raise UnitError(f"{node.function} needs an angle, not {described(given[0])}", f"such as {node.function}(30 deg)")
@@ -85,13 +82,7 @@ def _of_angle(node: Call, given: list[Dimension]) -> Dimension:
 def _of_ratio(node: Call, given: list[Dimension]) -> Dimension:
     if given[0] != NONE:
         raise UnitError(f"{node.function} needs a plain number, not {described(given[0])}", f"such as {node.function}(a/b)")
-    return ANGLE
-
-
-def _plain(node: Call, given: list[Dimension]) -> Dimension:
-    if given[0] != NONE:
-        raise UnitError(f"{node.function} needs a plain number, not {described(given[0])}", f"such as {node.function}(a/b)")
-    return NONE
+    return ANGLE if node.function in INVERSE else NONE
 
 
 def _atan2(node: Call, given: list[Dimension]) -> Dimension:
@@ -99,19 +90,14 @@ def _atan2(node: Call, given: list[Dimension]) -> Dimension:
     return ANGLE
 
 
-def _kept(node: Call, given: list[Dimension]) -> Dimension:
-    return given[0]
-
-
 _RULES: dict[str, Callable[[Call, list[Dimension]], Dimension]] = {
-    "+": _same, "-": _same, "min": _same, "max": _same, "*": _product, "/": _product, "^": _power, "neg": _kept, "abs": _kept,
+    "+": _same, "-": _same, "min": _same, "max": _same, "*": _product, "/": _product, "^": _power, "neg": _same, "abs": _same,
     "sqrt": lambda node, given: _scaled(given[0], Fraction(1, 2)), "atan2": _atan2,
-    **dict.fromkeys(("sin", "cos", "tan"), _of_angle), **dict.fromkeys(("asin", "acos", "atan"), _of_ratio),
-    **dict.fromkeys(("exp", "log", "tanh"), _plain),
+    **dict.fromkeys(("sin", "cos", "tan"), _of_angle), **dict.fromkeys((*INVERSE, "exp", "log", "tanh"), _of_ratio),
 }  # fmt: skip
 
 _OF_WHATEVER = {
-    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "tanh"), NONE), **dict.fromkeys(("asin", "acos", "atan", "atan2"), ANGLE),
+    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "tanh"), NONE), **dict.fromkeys((*INVERSE, "atan2"), ANGLE),
 }
 """Dimension of a function whose argument is marked "SI". For a function that is not listed here, the result is marked "SI" too
 (``WHATEVER``)."""

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -76,6 +77,18 @@ class Call:
 Node = Number | Name | Call
 
 
+def nodes(node: Node) -> Iterator[Node]:
+    """A node and all nodes inside it."""
+    yield node
+    for inner in node.arguments if isinstance(node, Call) else ():
+        yield from nodes(inner)
+
+
+def has_names(node: Node) -> bool:
+    """Whether a node contains names."""
+    return any(isinstance(n, Name) for n in nodes(node))
+
+
 @dataclass(frozen=True)
 class Formula:
     """A parsed expression. ``names`` are its parameters. ``plain``: whether the expression has neither parameters nor units; such
@@ -134,18 +147,18 @@ class _Reader:
 
     def sum(self) -> Node:
         """Products added and subtracted, from left to right."""
-        node = self.product()
-        while (sign := self.sign()) in ("+", "-"):
-            self.take(sign)
-            node = Call(sign, (node, self.product()))
-        return node
+        return self.chain(("+", "-"), self.product)
 
     def product(self) -> Node:
         """Factors multiplied and divided, from left to right."""
-        node = self.signed()
-        while (sign := self.sign()) in ("*", "/"):
+        return self.chain(("*", "/"), self.signed)
+
+    def chain(self, signs: tuple[str, str], operand: Callable[[], Node]) -> Node:
+        """Operands joined by these signs, from left to right."""
+        node = operand()
+        while (sign := self.sign()) in signs:
             self.take(sign)
-            node = Call(sign, (node, self.signed()))
+            node = Call(sign, (node, operand()))
         return node
 
     def signed(self) -> Node:

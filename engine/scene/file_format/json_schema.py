@@ -6,14 +6,14 @@ import ast
 import inspect
 import math
 import sys
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, Field, is_dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import Says
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.data_classes.type_tree import hints, members
+from trunnion.scene.data_classes.type_tree import fields_by_key, hints, members, required_fields
 from trunnion.scene.units.dimension_names import QUANTITIES
 from trunnion.scene.units.quantities import AnyUnit
 
@@ -36,15 +36,14 @@ def _class(cls: type, defs: dict[str, Any]) -> dict[str, Any]:
     """A reference to the schema of a class; the definition is added to ``defs``."""
     if cls.__name__ not in defs:
         defs[cls.__name__] = {}
-        docs = _field_docs(cls)
-        keys = getattr(cls, "__key_names__", {})
-        properties = {keys.get(f.name, f.name): _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for f in fields(cls)}
-        required = [f.name for f in fields(cls) if f.default is MISSING and f.default_factory is MISSING]
+        docs = _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
+        every = fields_by_key(cls).items()
+        properties = {key: _property(f, hints(cls)[f.name], docs.get(f.name, ""), defs) for key, f in every}
         defs[cls.__name__] = {
             "type": "object",
             "description": _line(inspect.cleandoc(cls.__doc__ or "")),
             "properties": properties,
-            "required": required,
+            "required": required_fields(cls),
             "additionalProperties": False,
         }
     return {"$ref": f"#/$defs/{cls.__name__}"}
@@ -130,11 +129,6 @@ def _module_docs(module: str) -> dict[str, dict[str, str]]:
             if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(text, ast.Constant):
                 docs[field.target.id] = _line(inspect.cleandoc(str(text.value)))
     return out
-
-
-def _field_docs(cls: type) -> dict[str, str]:
-    """Descriptions of a class's fields: the strings in its source, and ``__field_docs__`` of generated fields."""
-    return _module_docs(cls.__module__).get(cls.__name__, {}) | getattr(cls, "__field_docs__", {})
 
 
 def _line(text: str) -> str:

@@ -38,8 +38,3 @@ def whole_text(text: str) -> str:
     if text.isascii() or not any("\ud800" <= c <= "\udfff" for c in text):
         return text
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
-
-
-def is_text(text: str) -> bool:
-    """Whether an unquoted scalar would be read as text."""
-    return isinstance(plain(text), str)

@@ -9,7 +9,7 @@ from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.file_format.yaml_scalars import is_text
+from trunnion.scene.file_format.yaml_scalars import plain
 from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.quantities import Computed, Quantity
 
@@ -98,7 +98,7 @@ def flow(value: Any) -> str:
 
 def _text(value: str) -> str:
     """A text as YAML, with quotes if YAML would read the bare text differently."""
-    bare = _BARE.fullmatch(value) and is_text(value) and value == value.strip()
+    bare = _BARE.fullmatch(value) and isinstance(plain(value), str) and value == value.strip()
     if not bare and '"' in value and "'" not in value and value.isprintable():
         return f"'{value}'"
     return value if bare else json.dumps(value, ensure_ascii=False)

@@ -48,9 +48,7 @@ def did_you_mean(word: str, known: Iterable[str], what: str = "known") -> str:
     best = closest(word, names)
     if best:
         return f'did you mean "{best}"?'
-    if not names:
-        return ""
-    return f"{what}: {listed(names)}"
+    return f"{what}: {listed(names)}" if names else ""
 
 
 def listed(names: Iterable[str]) -> str:
@@ -66,19 +64,15 @@ def shown(value: object, limit: int = 40) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        text = value if len(value) <= limit else value[: limit - 1] + "…"
-        return f'"{text}"'
+        return f'"{_cut(value, limit)}"'
     if isinstance(value, dict):
         return "a group of keys"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
     if isinstance(value, int | float):
-        return _cut(repr(value) if isinstance(value, float) else _integer(value), limit)
+        whole = isinstance(value, int) and value.bit_length() >= 200
+        return "a number of more than 60 digits" if whole else _cut(repr(value), limit)
     return "a value of another kind"
-
-
-def _integer(value: int) -> str:
-    return str(value) if value.bit_length() < 200 else "a number of more than 60 digits"
 
 
 def _cut(text: str, limit: int) -> str:

@@ -79,18 +79,18 @@ def pose_of(scene: Scene, body: str) -> Pose | None:
 
 def _rotation(t: Turn, before: Rotation) -> Rotation:
     """The rotation matrix of a turn; ``before`` is the orientation of the body before the turn."""
-    axis = _unit(vector(t.axis))
+    axis = unit(vector(t.axis))
     if t.towards is None:
         angle = float(t.angle or 0.0)
         return _about(axis, _clean(math.cos(angle)), _clean(math.sin(angle)))
     now = tuple(_sum(*(r * a for r, a in zip(row, axis, strict=True))) for row in before)
-    goal = _unit(vector(t.towards))
-    cosine, across = _sum(*(a * b for a, b in zip(now, goal, strict=True))), _cross(now, goal)
+    goal = unit(vector(t.towards))
+    cosine, across = _sum(*(a * b for a, b in zip(now, goal, strict=True))), cross(now, goal)
     sine = math.hypot(*across)
     if sine == 0.0:  # the axis is parallel: no rotation, or half a turn about any normal axis
-        across = _cross(now, min(NAMES.values(), key=lambda e: abs(sum(a * b for a, b in zip(now, e, strict=True)))))
-        return UPRIGHT if cosine > 0.0 else _about(_unit(across), -1.0, 0.0)
-    return _about(_unit(across), cosine, sine)
+        across = cross(now, min(NAMES.values(), key=lambda e: abs(sum(a * b for a, b in zip(now, e, strict=True)))))
+        return UPRIGHT if cosine > 0.0 else _about(unit(across), -1.0, 0.0)
+    return _about(unit(across), cosine, sine)
 
 
 def _about(n: Triple, cosine: float, sine: float) -> Rotation:
@@ -113,11 +113,11 @@ def _product(a: Rotation, b: Rotation) -> Rotation:
     return (rows[0][0], rows[0][1], rows[0][2]), (rows[1][0], rows[1][1], rows[1][2]), (rows[2][0], rows[2][1], rows[2][2])
 
 
-def _cross(a: Sequence[float], b: Sequence[float]) -> Triple:
+def cross(a: Sequence[float], b: Sequence[float]) -> Triple:
     return _sum(a[1] * b[2], -a[2] * b[1]), _sum(a[2] * b[0], -a[0] * b[2]), _sum(a[0] * b[1], -a[1] * b[0])
 
 
-def _unit(v: Sequence[float]) -> Triple:
+def unit(v: Sequence[float]) -> Triple:
     big = max(abs(c) for c in v)
     x, y, z = (c / big for c in v) if big else (1.0, 0.0, 0.0)
     size = math.hypot(x, y, z)

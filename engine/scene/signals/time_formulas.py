@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.scene.expressions.formula_evaluation import LARGEST_POWER, value
-from trunnion.scene.expressions.formula_parser import TIME, Call, Name, Node, Number, parse_formula
+from trunnion.scene.expressions.formula_parser import TIME, Call, Name, Node, Number, has_names, nodes, parse_formula
 from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.unit_parser import NONE, UnitError
 
@@ -62,7 +62,7 @@ def rates_of_angles(tree: Tree) -> Iterator[int]:
 
 
 def _depends_on_time(node: Node) -> bool:
-    return node == Name(TIME) or (isinstance(node, Call) and any(map(_depends_on_time, node.arguments)))
+    return Name(TIME) in nodes(node)
 
 
 def _separate(node: Node, numbers: list[Node]) -> Tree:
@@ -174,13 +174,9 @@ def _text(node: Node) -> str:
         return f"-{_operand(node.arguments[0], own)}"
     first, second = node.arguments
     strict = node.function == "^"
-    exponent = f"{value(second, {})!r}" if strict and not _names(second) else _operand(second, own + 1)
+    exponent = f"{value(second, {})!r}" if strict and not has_names(second) else _operand(second, own + 1)
     base = f"({_text(first)})" if strict else _operand(first, own)
     return f"{base}{node.function}{exponent}"
-
-
-def _names(node: Node) -> bool:
-    return isinstance(node, Name) or (isinstance(node, Call) and any(map(_names, node.arguments)))
 
 
 def _operand(node: Node, least: int) -> str:

@@ -20,15 +20,12 @@ def assembly_notes(built: Built, block: Block) -> list[str]:
     if q.tobytes() == n.q.tobytes() and v.tobytes() == n.v.tobytes():
         return notes
     for j in system.tree:
-        states = state_coordinates(j)
-        was, now = n.q[j.q0 : j.q0 + len(states)], q[j.q0 : j.q0 + len(states)]
-        given = n.q_given[j.q0 : j.q0 + len(states)] != 0.0
-        if given.any() and np.abs(was - now).max() > NOTICE * max(1.0, n.length):
-            notes.append(f"{j.name}: start q moved from {_list(was)} to {_list(now)} so that the loops close")
-        was, now = n.v[j.v0 : j.v0 + len(j.free)], v[j.v0 : j.v0 + len(j.free)]
-        given = n.v_given[j.v0 : j.v0 + len(j.free)] != 0.0
-        if given.any() and np.abs(was - now).max() > NOTICE * n.rate * max(1.0, n.length):
-            notes.append(f"{j.name}: start qd moved from {_list(was)} to {_list(now)} so that the loops close")
+        places, rates = slice(j.q0, j.q0 + len(state_coordinates(j))), slice(j.v0, j.v0 + len(j.free))
+        both = ("q", n.q, q, n.q_given, places, 1.0), ("qd", n.v, v, n.v_given, rates, n.rate)
+        for key, start, found, given, own, scale in both:
+            was, now = start[own], found[own]
+            if given[own].any() and np.abs(was - now).max() > NOTICE * scale * max(1.0, n.length):
+                notes.append(f"{j.name}: start {key} moved from {_list(was)} to {_list(now)} so that the loops close")
     return notes
 
 

@@ -9,10 +9,11 @@ import numpy as np
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.runtime.abi import Status, Why
+from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import DEAD_CENTRE, OVERLAP_LOST, Outcome, from_status
 from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
-from trunnion.system.structure.bodies_and_joints import Joint, System
+from trunnion.system.structure.bodies_and_joints import Joint, System, way_to_ground
 from trunnion.system.structure.parameter_table import Param
 
 LOOPS = (Status.FAIL_CLOSURE, Status.FAIL_GIMBAL)
@@ -40,8 +41,6 @@ def diagnose(model: Model, status: int) -> Outcome:
             numbers = {"part": part, "friction": float(np.abs(z).max()) if z.size else 0.0}
             return Outcome.named(WHY[why], block.time, name, numbers)
     if status == Status.FAIL_NOT_FINITE and block.time == 0.0 and np.isfinite(block.y).all():
-        from trunnion.simulation.execution.missing_inertia import missing_inertia
-
         return missing_inertia(model) or from_status(status, block.time, suspect(model, status))
     if status in LOOPS:
         return _loop_outcome(model, from_status(status, block.time, ""))
@@ -98,13 +97,7 @@ def loop_joints(system: System, cut: Joint) -> list[Joint]:
     part, then the cut joint. For a coupling: leader and follower."""
     if cut.mimic:
         return [system.tree[cut.mimic.leader], system.tree[cut.mimic.follower]]
-    ways = []
-    for body in (cut.inb, cut.out):
-        way = []
-        while body >= 0:
-            way.append(system.tree[body])
-            body = system.bodies[body].parent
-        ways.append(way)
+    ways = [[system.tree[body] for body in way_to_ground(system.bodies, end)] for end in (cut.inb, cut.out)]
     first, second = ([j for j in a if j not in b] for a, b in (ways, ways[::-1]))
     return [*first, *second[::-1], cut]
 
@@ -116,8 +109,9 @@ def suspect(model: Model, status: int) -> str:
     finite, it is the fastest joint; at rest, the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
-        names = [j.name for j in system.frictional]
-        return names[0] if len(names) == 1 else _largest(model, names)
+        z = model.block.multipliers()
+        sizes = [max(abs(z[e]) for e in j.friction.eta) for j in system.frictional if j.friction]
+        return system.frictional[int(np.argmax(sizes))].name
     if status == Status.FAIL_NOT_FINITE:
         return _fastest(model)
     return ""
@@ -134,14 +128,3 @@ def _fastest(model: Model) -> str:
             if rate > best:
                 best, name = rate, j.name
     return name
-
-
-def _largest(model: Model, names: list[str]) -> str:
-    """The joint among ``names`` with the largest friction multiplier in the last row."""
-    sizes = []
-    z = model.block.multipliers()
-    for name in names:
-        j = next(j for j in model.system.frictional if j.name == name)
-        assert j.friction is not None
-        sizes.append(max(abs(z[e]) for e in j.friction.eta))
-    return names[int(np.argmax(sizes))]

@@ -98,7 +98,8 @@ def read_bound(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...
     except UnitError as e:
         raise SceneError([Problem("accuracy", e.what, e.hint)]) from e
     units = [u for u in {c.unit for c in columns} if (u in MOTION if unit is None else parse_unit(u).dimension == unit.dimension)]
-    chosen = {c.name for c in select(columns, patterns) if _errs(c) and (unit is not None or c.quantity.name in SMOOTH)}
+    able = (c for c in select(columns, patterns) if not (c.quantity.steps or c.quantity.runtime))
+    chosen = {c.name for c in able if (unit is not None or c.quantity.name in SMOOTH)}
     places = tuple(i for i, c in enumerate(columns) if c.unit in units and c.name in chosen)
     if value <= 0.0:
         raise SceneError([Problem("accuracy", f"{text} is not positive", "such as 1e-6, or '1e-6 m'")])
@@ -107,11 +108,6 @@ def read_bound(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...
         known = ", ".join(sorted({c.unit for c in columns} - {"1"}))
         raise SceneError([Problem("accuracy", what, f"units of the outputs: {known}")])
     return Bound(value, text, places)
-
-
-def _errs(c: Column) -> bool:
-    q = c.quantity
-    return not (q.steps or q.runtime)
 
 
 def _cancelled(r: Result) -> bool:

@@ -93,14 +93,8 @@ def save(result: ResultData, path: str | os.PathLike[str]) -> Path:
         if work.suffix.lower() == ".csv":
             _write_csv(result, work)
         else:
-            _write_parquet(result, work)
+            brought("pyarrow.parquet", "tables", "saving Parquet").write_table(to_arrow(result), work, compression="zstd")
     return Path(path)
-
-
-def _write_parquet(result: ResultData, path: Path) -> None:
-    import pyarrow.parquet as pq
-
-    pq.write_table(to_arrow(result), path, compression="zstd")
 
 
 def _write_csv(result: ResultData, path: Path) -> None:

@@ -22,12 +22,6 @@ def columns_of(file: str, where: str) -> tuple[list[str], np.ndarray]:
         try:
             with path.open(encoding="utf-8") as lines:
                 names = [n.strip() for n in next(x for x in lines if x.strip() and not x.startswith("#")).split(",")]
-            return names, np.atleast_2d(np.loadtxt(path, delimiter=",", skiprows=_head(path), comments="#"))
+                return names, np.atleast_2d(np.loadtxt(lines, delimiter=",", comments="#"))
         except (OSError, ValueError, StopIteration) as e:
             raise SceneError([Problem(where, f"cannot read {file!r}: {e}", "give a CSV file: names, then numbers")]) from refused
-
-
-def _head(path: Path) -> int:
-    """Number of lines up to and including the line of names."""
-    with path.open(encoding="utf-8") as lines:
-        return 1 + next(i for i, x in enumerate(lines) if x.strip() and not x.startswith("#"))

@@ -21,6 +21,8 @@ ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
 """Default limit of Newton iterations in a step: a constant, plus a number for each freedom with friction. In examples 8.1 to 8.3 of
 the paper, a step with an event takes 40 to 50 iterations with one such freedom. With three freedoms it takes 45 to 60, with four 60
 to 75."""
+STEPPED = " or ".join(name for name, law in LAWS.items() if law.steps)
+"""The friction laws that fixed steps resolve."""
 WHOLE = 1e-9
 """Largest allowed deviation of (spacing of rows / step) from a whole number, relative to the whole number."""
 COUNTERS = {Overrun.BY_IMPULSES: "by_impulses", Overrun.RELAXED: "relaxed"}
@@ -42,17 +44,20 @@ def method_of(scene: Scene, method: str) -> str:
     return AUTO.loose.name if scene.simulation.realtime is not None and method == METHODS[0] else method
 
 
+def stiff_laws(scene: Scene) -> list[str]:
+    """The friction laws of the scene that fixed steps do not resolve."""
+    return sorted({law for j in scene.joints.values() if j.friction if not LAWS[law := scene.law_of(j.friction)].steps})
+
+
 def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
     """Contradictions between a scene's bounded steps and a request. every: spacing of rows, s; 0: a row at each step. step:
     requested step, s, or 0."""
     asked = scene.simulation.realtime
     if asked is None:
         return
-    laws = sorted({law for j in scene.joints.values() if j.friction if not LAWS[law := scene.law_of(j.friction)].steps})
-    if laws:
-        able = " or ".join(name for name, law in LAWS.items() if law.steps)
+    if laws := stiff_laws(scene):
         why = f"the friction law {laws[0]} is stiff near rest, and fixed steps do not resolve this"
-        yield Problem("simulation.realtime", why, f"use law {able}")
+        yield Problem("simulation.realtime", why, f"use law {STEPPED}")
     if method in {m.name for m in INTEGRATORS if isinstance(m, Rosenbrock)}:
         able = ", ".join(m.name for m in INTEGRATORS if not isinstance(m, Rosenbrock))
         yield Problem("method", f"the work of a step of {method} has no upper bound", f"use {able}, or auto")

@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.runtime.integrators import REGISTRY as METHODS
 from trunnion.runtime.integrators import Impulses
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.memory_limits import NEVER_MANY, expected_rows, row_problems
+from trunnion.simulation.settings.realtime_steps import STEPPED, stiff_laws
 from trunnion.simulation.settings.realtime_steps import problems as bounded
 from trunnion.simulation.settings.run_settings import settings_read
 from trunnion.system.construction.system_builder import build
@@ -30,10 +30,8 @@ def check_settings(
     if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
         problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))
     if stiff := unsuitable_laws(scene, s.method):
-        able = " or ".join(name for name, law in LAWS.items() if law.steps)
-        problems.append(
-            Problem("method", f"{s.method} cannot integrate the friction law {stiff[0]}", f"use law {able}, or method auto")
-        )
+        what = f"{s.method} cannot integrate the friction law {stiff[0]}"
+        problems.append(Problem("method", what, f"use law {STEPPED}, or method auto"))
     problems += bounded(scene, s.method, every, step)
     if problems:
         raise SceneError(problems)
@@ -41,10 +39,7 @@ def check_settings(
 
 def unsuitable_laws(scene: Scene, method: str) -> list[str]:
     """The friction laws of the scene that the method cannot integrate."""
-    if method not in {m.name for m in METHODS if isinstance(m, Impulses)}:
-        return []
-    laws = {scene.law_of(j.friction) for j in scene.joints.values() if j.friction}
-    return sorted(law for law in laws if not LAWS[law].steps)
+    return stiff_laws(scene) if method in {m.name for m in METHODS if isinstance(m, Impulses)} else []
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:

@@ -29,20 +29,24 @@ def profile(given: Given, roller: Leaf) -> Profile:
     angle, radius = np.array(given.angle, float), np.array(given.radius, float)
     if closed(given):
         angle[-1], radius[-1] = angle[0] + TURN, radius[0]
-        moments = periodic_moments(angle, radius)
-    else:
-        moments = spline_moments(angle, radius)
     middle = 0.5 * (angle[0] + angle[-1])
-    h, bend = np.diff(angle), np.diff(moments)
-    slope = np.diff(radius) / h - h * (2 * moments[:-1] + moments[1:]) / 6
-    pieces = np.column_stack([radius[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)])
+    pieces, moments = spline_pieces(angle, radius, closed(given))
     starts = angle[:-1] - middle
     if not closed(given):  # add a linear piece beyond each end
-        end = slope[-1] + h[-1] * (0.5 * moments[-2] + 0.5 * moments[-1])
-        before = [radius[0], slope[0], 0.0, 0.0]
+        end = pieces[-1, 1] + (angle[-1] - angle[-2]) * (0.5 * moments[-2] + 0.5 * moments[-1])
+        before = [radius[0], pieces[0, 1], 0.0, 0.0]
         pieces = np.vstack([before, pieces, [radius[-1], end, 0.0, 0.0]])
         starts = np.array([starts[0], *starts, angle[-1] - middle])
     return Profile((math.cos(middle), math.sin(middle)), roller, tuple(map(float, starts)), tuple(map(tuple, pieces.tolist())))
+
+
+def spline_pieces(x: np.ndarray, y: np.ndarray, around: bool) -> tuple[np.ndarray, np.ndarray]:
+    """The cubic spline through n points: the coefficients of its pieces (n − 1 × 4), and its second derivatives at the points. The
+    spline is periodic (``around``), or has no curvature at its ends."""
+    moments = periodic_moments(x, y) if around else spline_moments(x, y)
+    h, bend = np.diff(x), np.diff(moments)
+    slope = np.diff(y) / h - h * (2 * moments[:-1] + moments[1:]) / 6
+    return np.column_stack([y[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)]), moments
 
 
 def periodic_moments(angle: np.ndarray, radius: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from trunnion.basics.problems import Problem
 from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.mass_properties import mass_properties
-from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, way_to_ground
 from trunnion.system.structure.joint_couplings import LightFreedom
 from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTable
 
@@ -91,22 +91,12 @@ def _largest_outboard(bodies: Sequence[Body], sizes: Sequence[float]) -> list[fl
     return out
 
 
-def _path(bodies: Sequence[Body], body: int) -> list[int]:
-    """A body and all its inboard bodies."""
-    out = []
-    while body != GROUND:
-        out.append(body)
-        body = bodies[body].parent
-    return out
-
-
 def _bodies_on_loops(bodies: Sequence[Body], cuts: Sequence[Joint]) -> list[int]:
     """Bodies on the tree paths between the bodies of each cut joint or coupling."""
     found: set[int] = set()
     for c in cuts:
-        ends = [_path(bodies, b) for b in c.ends]
-        common = set(ends[0]).intersection(*map(set, ends[1:]))
-        found |= set().union(*map(set, ends)) - common
+        ends = [set(way_to_ground(bodies, b)) for b in c.ends]
+        found |= set.union(*ends) - set.intersection(*ends)
     return sorted(found)
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.scene.data_classes.joint_couplings import Curve as Given
-from trunnion.system.construction.cam_profile_spline import periodic_moments
-from trunnion.system.signals.signal_tables import spline_moments
+from trunnion.system.construction.cam_profile_spline import spline_pieces
 from trunnion.system.structure.joint_couplings import ENDLESS, Curve, Piece, gauss_points
 
 
@@ -17,7 +16,7 @@ def curve(given: Given) -> Curve:
     if given.closed:
         points = np.vstack([points, points[:1]])
     u = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    both = [_pieces(u, x, given.closed) for x in points.T]
+    both = [spline_pieces(u, x, given.closed)[0] for x in points.T]
     ways = np.concatenate([[0.0], np.cumsum([_length(p, q, h) for p, q, h in zip(*both, np.diff(u), strict=True)])])
     pieces = [
         Piece(float(a), float(b), float(w), tuple(map(float, p)), tuple(map(float, q)))
@@ -26,14 +25,6 @@ def curve(given: Given) -> Curve:
     if given.closed:
         return Curve(tuple(pieces), float(u[-1]))
     return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])), 0.0)
-
-
-def _pieces(u: np.ndarray, x: np.ndarray, closed: bool) -> np.ndarray:
-    """Coefficients (n × 4) of the n pieces of the cubic spline through (u, x)."""
-    moments = periodic_moments(u, x) if closed else spline_moments(u, x)
-    h, bend = np.diff(u), np.diff(moments)
-    slope = np.diff(x) / h - h * (2 * moments[:-1] + moments[1:]) / 6
-    return np.column_stack([x[:-1], slope, 0.5 * moments[:-1], bend / (6 * h)])
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> Piece:

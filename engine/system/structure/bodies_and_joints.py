@@ -3,6 +3,7 @@ kernel's key."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -270,6 +271,15 @@ class System:
     def external(self) -> External:
         """Layout of the external values x."""
         return External(self.tables, self.stops, len(self.sliders))
+
+
+def way_to_ground(bodies: Sequence[Body], body: int) -> list[int]:
+    """A body and all its inboard bodies, the body first."""
+    way = []
+    while body != GROUND:
+        way.append(body)
+        body = bodies[body].parent
+    return way
 
 
 def state_coordinates(j: Joint) -> tuple[int, ...]:

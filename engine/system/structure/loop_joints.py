@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement
-from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System, way_to_ground
 from trunnion.system.structure.friction_joint_indices import Element, elements
 
 USUAL = 1e8
@@ -18,14 +18,8 @@ of the quotients stay finite."""
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
     """Bodies whose tree joints are on the loop of a cut joint: the path between its two bodies, ascending."""
-    paths: list[set[int]] = []
-    for body in (c.inb, c.out):
-        path = set()
-        while body != GROUND:
-            path.add(body)
-            body = system.bodies[body].parent
-        paths.append(path)
-    return sorted(paths[0] ^ paths[1])
+    inboard, outboard = (set(way_to_ground(system.bodies, body)) for body in (c.inb, c.out))
+    return sorted(inboard ^ outboard)
 
 
 def loop_joints(system: System) -> list[Joint]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
-from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System
+from trunnion.system.structure.bodies_and_joints import Joint, System, way_to_ground
 
 MANY_ROWS = 16
 """Smallest number of rows for which sparsity is used. A dense factorisation of fewer rows takes less than a microsecond."""
@@ -45,12 +45,7 @@ class Fill:
 
 def path(system: System, c: Joint) -> tuple[int, ...]:
     """Bodies on the paths from the bodies of a cut joint to the ground, inboard bodies first."""
-    found: set[int] = set()
-    for i in c.ends:
-        while i != GROUND and i not in found:
-            found.add(i)
-            i = system.bodies[i].parent
-    return tuple(sorted(found))
+    return tuple(sorted({body for end in c.ends for body in way_to_ground(system.bodies, end)}))
 
 
 def rows_by_loop(system: System, active: Sequence[int]) -> list[tuple[Joint, list[int]]]:

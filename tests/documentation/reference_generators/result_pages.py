@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 COLUMNS = """# Columns
 
@@ -107,8 +108,29 @@ def cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
+def law_table() -> str:
+    """The friction laws as a Markdown table."""
+    from trunnion.elements.friction import DEFAULT
+    from trunnion.elements.friction import REGISTRY as LAWS
+
+    lines = ["| law | k while sliding | at rest | numbers |", "|---|---|---|---|"]
+    for name, law in LAWS.items():
+        called = f"`{name}`" + (" (default)" if name == DEFAULT else "")
+        formula, at_rest = map(cell, (law.formula, law.at_rest))
+        lines.append(f"| {called} | {formula} | {at_rest} | {', '.join(map(_number_cell, law.numbers))} |")
+    return "\n".join(lines)
+
+
+def _number_cell(n: Any) -> str:
+    """A number in the table: symbol, unit, default, and whether it is required."""
+    letter = n.symbol if n.symbol != n.name else ""
+    unit = "" if n.unit == "1" else n.unit
+    default = f"default {n.default:g}" if n.default is not None else ""
+    about = ", ".join(x for x in (letter, unit, default, n.needed_with and f"with `{n.needed_with}`") if x)
+    optional = "optional " if not n.needed and not n.needed_with else ""
+    return f"{optional}`{n.name}`" + (f" ({about})" if about else "")
+
+
 def notation_text(page: Path) -> str:
     """The page of notation with the table of friction laws that their declarations give."""
-    from trunnion.elements.friction.registry import table
-
-    return re.sub(r"(?m)^\| law \|.*\n(?:\|.*\n)+", lambda _: table() + "\n", page.read_text(encoding="utf-8"), count=1)
+    return re.sub(r"(?m)^\| law \|.*\n(?:\|.*\n)+", lambda _: law_table() + "\n", page.read_text(encoding="utf-8"), count=1)
