@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection, and_, bindparam, func, insert, or_, select, update
@@ -36,7 +36,6 @@ class Done:
     build_seconds: float
     bytes: int
     worker: str = ""
-    extra: dict[str, Any] = field(default_factory=dict)
     reached: int | None = None
 
 

@@ -38,11 +38,6 @@ class Job:
     asked: int | None = None
     ends: str = ""
 
-    @property
-    def known(self) -> int:
-        """The number of known cases. For a study, it is the number of cases that were requested."""
-        return self.cases if self.asked is None else self.asked
-
 
 @dataclass(frozen=True)
 class Chunk:
