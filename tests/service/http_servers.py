@@ -121,7 +121,7 @@ class Served(Talk):
 
     def start(self) -> Served:
         """Start the server, and wait until it answers."""
-        words = [sys.executable, "-m", "trunnion.service", "--data", str(self.data), "--port", str(self.port)]
+        words = [sys.executable, "-m", "trunnion", "serve", "--data", str(self.data), "--port", str(self.port)]
         words += [word for name, most in LONG_LIMITS.items() for word in ("--limit", f"{name}={most}")]
         words += self.options
         env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), *self.paths, os.environ.get("PYTHONPATH", "")]))

@@ -182,7 +182,7 @@ def test_a_folder_that_cannot_be_written_is_named_not_trunnion(tmp_path: Path) -
             create_service(settings)
         assert e.value.problems[0].where == where
         assert "cannot be written" in e.value.problems[0].what
-    words = [sys.executable, "-m", "trunnion.service", "--data", str(tmp_path / "file" / "data")]
+    words = [sys.executable, "-m", "trunnion", "serve", "--data", str(tmp_path / "file" / "data")]
     done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, check=False)
     assert (done.returncode, "report" in done.stderr) == (2, False)
 
