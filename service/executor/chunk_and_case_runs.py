@@ -8,7 +8,6 @@ import os
 import socket
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite
@@ -21,6 +20,7 @@ from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.basics.interrupts import watched
 from trunnion.batch.plan import Runner, Stopped
 from trunnion.service.basics.json_text import text_of
+from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts, outcomes
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
@@ -153,9 +153,8 @@ class RequestMonitor:
 
 def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
     """The runner of a job in this thread. Raises CorruptPart when the stored document of the job does not have this digest."""
-    kept: OrderedDict[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", OrderedDict())
-    key = (parts.url, job, digest)
-    if key not in kept:
+
+    def made() -> Runner | FitRunner:
         try:
             data = parts.read(parts.job_file(job))
         except FileNotFoundError:
@@ -163,15 +162,10 @@ def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
         if digest_of(data) != digest:
             raise CorruptPart("the job's document beside its parts is damaged")
         plan = plan_of_document(json.loads(data))
-        kept[key] = FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
-    kept.move_to_end(key)
-    while len(kept) > CACHED_RUNNERS:
-        kept.popitem(last=False)
-    return kept[key]
+        return FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
 
-
-def drop_runners() -> None:
-    _local.__dict__.pop("runners", None)
+    kept: RecentItems[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", RecentItems(CACHED_RUNNERS))
+    return kept.of((parts.url, job, digest), made)
 
 
 def run_trajectory(

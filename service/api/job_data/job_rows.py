@@ -11,7 +11,7 @@ from typing import Any
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
-from trunnion.service.api.server_state.answer_caches import CACHED_JOBS, JobContents
+from trunnion.service.api.server_state.answer_caches import JobContents
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
 from trunnion.service.request_models.job_request import plan_of_document
@@ -27,19 +27,13 @@ parts."""
 
 def job_contents(s: Service, job: str) -> JobContents:
     """The contents of an existing job, from the cache or the store."""
-    with s.job_cache.lock:
-        if job in s.job_cache.jobs:
-            s.job_cache.jobs.move_to_end(job)
-            return s.job_cache.jobs[job]
-    document = s.store.document(job)
-    plan = plan_of_document(document)
-    text = document_bytes(document)
-    made = JobContents(plan, plan.schema, digest_of(text), text.decode())
-    with s.job_cache.lock:
-        s.job_cache.jobs[job] = made
-        while len(s.job_cache.jobs) > CACHED_JOBS:
-            s.job_cache.jobs.popitem(last=False)
-    return made
+
+    def made() -> JobContents:
+        document = s.store.document(job)
+        plan, text = plan_of_document(document), document_bytes(document)
+        return JobContents(plan, plan.schema, digest_of(text), text.decode())
+
+    return s.contents.of(job, made)
 
 
 def case_numbers(s: Service, job: str, case: int) -> dict[str, float]:

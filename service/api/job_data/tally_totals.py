@@ -34,7 +34,7 @@ def job_tally(s: Service, job: str) -> Tally | None:
     there = job_contents(s, job)
     if not is_tallied(there.plan):
         return None
-    kept = s.tallies.of(job)
+    kept = s.tallies.of(job, JobTally)
     with kept.lock:
         chunks = s.store.finished(job)
         spans = {(c.start, c.stop): c for c in chunks}

@@ -14,7 +14,7 @@ from trunnion.service.api.job_data.job_rows import job_contents, result_rows
 from trunnion.service.api.routes.jobs import PLACE, keep
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import ServerState, Submitter
-from trunnion.service.api.transport.request_bodies import body_media_type, body_schema, read_body, run_in_worker
+from trunnion.service.api.transport.request_bodies import body_schema, check_body
 from trunnion.service.request_workers.rerun_and_extend_plans import ExtendRequest, RerunRequest
 from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.table_definitions import ENDED
@@ -37,13 +37,11 @@ ANSWERS: dict[int | str, dict[str, Any]] = {202: {"description": "The new job.",
 async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
     """Run the failed cases of a job again as a new job, with changed settings. The new job has the tag ``of:ID``, where ID is the
     id of the first job."""
-    body, about = await read_body(request), (body_media_type(request), s.settings.limits)
     there = await run_in_threadpool(_ended, s, job)
-    seconds = s.settings.limits.check_seconds
-    wanted = await run_in_worker(s.checks, caller, "rerun_outcomes", body, *about, seconds=seconds)
+    wanted = await check_body(s, request, caller, "rerun_outcomes")
     numbers = await s.reads.run(caller.id, lambda: _failed(s, there, wanted))
     document = await run_in_threadpool(s.store.document, job)
-    made = await run_in_worker(s.checks, caller, "plan_rerun", body, *about, document, numbers, seconds=seconds)
+    made = await check_body(s, request, caller, "plan_rerun", document, numbers)
     return await run_in_threadpool(_follows, s, caller, there, made)
 
 
@@ -53,11 +51,9 @@ async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerStat
 async def extend_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
     """Run more cases of the same scene as a new job with the same settings. Cases of the first job are skipped. The new job has the
     tag ``of:ID``, where ID is the id of the first job."""
-    body, limits = await read_body(request), s.settings.limits
     there = await run_in_threadpool(find_job, s, job)
     document = await run_in_threadpool(s.store.document, job)
-    given = (body, body_media_type(request), limits, document)
-    made = await run_in_worker(s.checks, caller, "plan_extension", *given, seconds=limits.check_seconds)
+    made = await check_body(s, request, caller, "plan_extension", document)
     return await run_in_threadpool(_follows, s, caller, there, made)
 
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from trunnion.service.api.documents.problem_documents import error_responses
 from trunnion.service.api.transport.api_keys_and_rates import ServerState, Submitter
-from trunnion.service.api.transport.cluster_calls import ClusterCall, call_cluster
+from trunnion.service.api.transport.cluster_calls import call_cluster
 from trunnion.service.api.transport.request_bodies import body_schema, check_body
 from trunnion.service.executor.sensitivity_run import run_sensitivity
 from trunnion.service.request_models.sensitivity_and_fmu_requests import SensitivityRequest
@@ -90,6 +90,5 @@ async def compute_sensitivities(caller: Submitter, s: ServerState, request: Requ
     computation ends if the client closes the connection."""
     document, seconds = await check_body(s, request, caller, "plan_sensitivity")
     half = max(1, s.cluster.counted // 2)  # the other workers are needed for jobs and for views of results
-    call = ClusterCall(run_sensitivity, (document, seconds), s.derivatives, half)
-    answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, call)
+    answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, s.derivatives, half, run_sensitivity, document, seconds)
     return Response(answer, media_type="application/json")

@@ -70,7 +70,7 @@ def forget(s: Service, caller: Caller, job: str) -> None:
     there = find_job(s, job)
     if not s.retention.delete(there, caller.id):
         raise Refusal(409, "the job has not ended: cancel it first")
-    s.job_cache.jobs.pop(job, None)
+    s.contents.pop(job, None)
 
 
 @router.patch("/jobs/{job}", response_model=JobDocument, responses=error_responses(404, 413))

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
+import threading
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 from fastapi import Request
 
+from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.service.api.documents.job_document import job_document
-from trunnion.service.api.server_state.answer_caches import AnswerLengths, JobCache, TallyCache
+from trunnion.service.api.server_state.answer_caches import CACHED_JOBS, CACHED_LENGTHS, CACHED_TALLIES, JobContents, JobTally
 from trunnion.service.api.server_state.read_turns import ReadTurns
 from trunnion.service.basics.prometheus_metrics import Metrics
+from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.dask_cluster import Cluster
@@ -57,7 +61,8 @@ class DatabaseProbe:
 
 @dataclass
 class Service:
-    """The components of a server."""
+    """The components of a server. contents, studies, tallies: caches by job. lengths: cache of the lengths of responses, by entity
+    tag."""
 
     settings: Settings
     store: WorkStore
@@ -73,9 +78,11 @@ class Service:
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
-    job_cache: JobCache = field(default_factory=JobCache)
-    tallies: TallyCache = field(default_factory=TallyCache)
-    lengths: AnswerLengths = field(default_factory=AnswerLengths)
+    contents: RecentItems[str, JobContents] = field(default_factory=partial(RecentItems, CACHED_JOBS))
+    studies: RecentItems[str, StudyProgress] = field(default_factory=partial(RecentItems, CACHED_JOBS))
+    study_lock: threading.Lock = field(default_factory=threading.Lock)
+    tallies: RecentItems[str, JobTally] = field(default_factory=partial(RecentItems, CACHED_TALLIES))
+    lengths: RecentItems[str, int] = field(default_factory=partial(RecentItems, CACHED_LENGTHS))
     reads: ReadTurns = field(default_factory=ReadTurns)
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ async def respond(request: Request, who: str, s: Service, answer: Callable[[], A
         return Response(status_code=304, headers=said)
     if asked is None or request.headers.get("if-range", strong) != strong:
         return await sending(whole_answer(make, said, plain), headers=said)
-    length = await s.reads.run(who, lambda: s.lengths.of(tag, make))
+    length = await s.reads.run(who, lambda: s.lengths.of(tag, lambda: sum(map(len, make()))))
     ends = range_ends(asked[1], asked[2], length)
     if ends is None:
         return problem_response(416, f"the content has {length} bytes", headers={"Content-Range": f"bytes */{length}"})
