@@ -39,6 +39,7 @@ from trunnion.service.request_models.base_model_and_studies import (
 )
 from trunnion.service.request_models.fit_request import Fit, fit_of_document, fit_of_request
 from trunnion.service.request_models.limit_checks import (
+    HIGHER,
     budget_problems,
     case_limit_problems,
     kept_row_problems,
@@ -146,15 +147,8 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
     if source.overrides:
         scene = apply(scene, source.overrides)
     if len(scene.bodies) > limits.bodies:
-        raise SceneError(
-            [
-                Problem(
-                    "bodies",
-                    f"{len(scene.bodies)} bodies are more than the {limits.bodies} allowed",
-                    "ask the operator for a higher limit",
-                )
-            ]
-        )
+        what = f"{len(scene.bodies)} bodies are more than the {limits.bodies} allowed"
+        raise SceneError([Problem("bodies", what, HIGHER)])
     return scene
 
 
@@ -206,9 +200,7 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
             if asked.get(name):
                 wrong.append(Problem(name, f"{what} of a study's cases are not stored", "fetch single cases"))
         if most is not None and wanted.cases > most:
-            wrong.append(
-                Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask the operator for a higher limit")
-            )
+            wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", HIGHER))
         made, planned = make_study(scene, wanted, asked["reductions"], run, wrong)
         return set_values(made, planned, ReportedCases())
     sample = asked["sample"] or {}

@@ -10,6 +10,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.service.basics.server_settings import Limits
 
 END, SPACING = "simulation.until", "simulation.every"
+HIGHER = "ask the operator for a higher limit"
 
 
 def budget_problems(budget: float | None, limits: Limits) -> list[Problem]:
@@ -33,31 +34,14 @@ def kept_row_problems(made: Plan, limits: Limits) -> list[Problem]:
 def case_limit_problems(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
     """Problems for violated limits of the time, steps and rows of a case."""
     until, every, _ = run.of(scene)
+    asked = {"cpu_limit": run.cpu_limit or 0.0, "max_steps": run.max_steps or 0.0}
     problems = [
-        Problem(
-            n,
-            f"{asked:g} is more than the {most:g} allowed to a case",
-            "request a smaller number, or ask the operator for a higher limit",
-        )
-        for n, asked, most in (
-            ("cpu_limit", run.cpu_limit or 0.0, limits.cpu_limit),
-            ("max_steps", run.max_steps or 0.0, limits.max_steps),
-        )
-        if asked > most
+        Problem(n, f"{x:g} is more than the {getattr(limits, n):g} allowed to a case", f"request a smaller number, or {HIGHER}")
+        for n, x in asked.items()
+        if x > getattr(limits, n)
     ]
-    if until > limits.duration:
-        problems.append(
-            Problem(
-                "until",
-                f"{until:g} s is longer than the {limits.duration:g} s allowed",
-                "request a shorter time, or ask the operator for a higher limit",
-            )
-        )
-    if every > 0.0 and until / every > limits.rows:
-        problems.append(
-            Problem("every", f"{until / every:.3g} rows a case are more than the {limits.rows} allowed", "a larger spacing")
-        )
-    return problems
+    rows = until / every if every > 0.0 else 0.0
+    return problems + _long_run_problems("until", until, "every", rows, limits)
 
 
 def varied_limit_problems(made: Plan, limits: Limits) -> list[Problem]:
@@ -69,13 +53,18 @@ def varied_limit_problems(made: Plan, limits: Limits) -> list[Problem]:
     until, every, _ = run.of(made.scene)
     ends = values[:, paths.index(END)] if END in paths and run.until is None else np.array([until])
     spacings = values[:, paths.index(SPACING)] if SPACING in paths and run.every is None else np.array([every])
-    problems = []
-    if (ends > limits.duration).any():
-        what = f"{ends.max():g} s is longer than the {limits.duration:g} s allowed"
-        problems.append(Problem(END, what, "request a shorter time, or ask the operator for a higher limit"))
     with np.errstate(divide="ignore", invalid="ignore"):
         rows = np.where(spacings > 0.0, ends / spacings, 0.0)
-    if (rows > limits.rows).any():
-        what = f"{rows.max():.3g} rows a case are more than the {limits.rows} allowed"
-        problems.append(Problem(SPACING, what, "a larger spacing"))
+    return _long_run_problems(END, ends.max(), SPACING, rows.max(), limits)
+
+
+def _long_run_problems(end: str, until: float, spacing: str, rows: float, limits: Limits) -> list[Problem]:
+    """Problems for a too long time and too many rows of a case. end, spacing: places of the two numbers in the request."""
+    problems = []
+    if until > limits.duration:
+        what = f"{until:g} s is longer than the {limits.duration:g} s allowed"
+        problems.append(Problem(end, what, f"request a shorter time, or {HIGHER}"))
+    if rows > limits.rows:
+        what = f"{rows:.3g} rows a case are more than the {limits.rows} allowed"
+        problems.append(Problem(spacing, what, "a larger spacing"))
     return problems
