@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
-from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
+from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from trunnion.fmu.c_source.layout_sizes import sizes_of
 from trunnion.fmu.c_source.source_files import texts
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.simulation.run import Model
 
-HEAD = b'<?xml version="1.0" encoding="UTF-8"?>\n'
 INTERFACES = ("ModelExchange", "CoSimulation")
 
 
@@ -42,7 +42,7 @@ def listing_sources(description: bytes, files: Sequence[str]) -> bytes:
         for file in files:
             SubElement(named, "File", {"name": file})
         interface.insert(0, named)
-    return _written(root)
+    return xml_bytes(root)
 
 
 def build_description(identifier: str, files: Sequence[str]) -> bytes:
@@ -55,9 +55,4 @@ def build_description(identifier: str, files: Sequence[str]) -> bytes:
     alone = {"name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "value": "1", "optional": "true"}
     SubElement(together, "PreprocessorDefinition", alone | {"description": "for a shared library: names without a prefix"})
     SubElement(how, "Library", {"name": "m", "external": "false"})
-    return _written(root)
-
-
-def _written(root: Element) -> bytes:
-    indent(root, " ")
-    return HEAD + tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)

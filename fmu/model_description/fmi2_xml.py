@@ -5,15 +5,16 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.version import version
+from trunnion.fmu.model_description.parameter_set_ssv import base_of
 from trunnion.fmu.variables.model_exchange_states import Exchanged, does
 from trunnion.fmu.variables.output_dependencies import Depends
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
 from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.units.unit_parser import parse_unit
 
 DISPLAY = {
     "rad": (("deg", 57.29577951308232),),
@@ -80,8 +81,7 @@ def model_description(scene: Scene, whole: Whole, identifier: str, guid: str, st
     experiment(root, scene, step)
     _variables(root, whole.variables)
     _structure(root, whole)
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)
 
 
 def about(scene: Scene) -> dict[str, str]:
@@ -114,9 +114,7 @@ def add_units(root: Element, listed: list[Variable], extra: tuple[str, ...] = ()
     units = SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in listed if not v.type} | set(extra)):
         node = SubElement(units, "Unit", {"name": unit})
-        dimension = parse_unit("" if unit == "1" else unit).dimension
-        exponents = dict(zip(("kg", "m", "s", "rad"), dimension, strict=False))
-        SubElement(node, "BaseUnit", {k: str(e) for k, e in exponents.items() if e})
+        SubElement(node, "BaseUnit", base_of(unit))
         for name, factor in DISPLAY.get(unit, ()):
             SubElement(node, "DisplayUnit", {"name": name, "factor": repr(factor)})
 

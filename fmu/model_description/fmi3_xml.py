@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, experiment, real
 from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Face
@@ -13,6 +13,7 @@ from trunnion.fmu.variables.model_exchange_states import Exchanged, does
 from trunnion.fmu.variables.output_dependencies import Depends
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE
 from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene.data_classes.scene import Scene
 
 STATES = ("canGetAndSetFMUState", "canSerializeFMUState")
@@ -78,8 +79,7 @@ def model_description3(scene: Scene, given: Described, identifier: str, token: s
     _own_variables(parent, given)
     _exchanged(parent, given)
     _structure(root, given)
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)
 
 
 def _types(root: Element, given: Described) -> None:
