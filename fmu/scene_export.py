@@ -18,12 +18,12 @@ from trunnion.fmu.c_source.model_tables import model_text
 from trunnion.fmu.c_source.sources_in_fmu import with_sources
 from trunnion.fmu.export_option_checks import STANDARDS, apart, check
 from trunnion.fmu.model_description import documentation_page
-from trunnion.fmu.model_description.fmi2_xml import Whole, model_description
-from trunnion.fmu.model_description.fmi3_xml import Described, model_description3
+from trunnion.fmu.model_description.fmi2_xml import model_description
+from trunnion.fmu.model_description.fmi3_xml import model_description3
 from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
 from trunnion.fmu.model_description.terminals_and_icons import icons, terminals
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
-from trunnion.fmu.variables.fmi3_event_clocks import LAST, clock_table, clocks
+from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
 from trunnion.fmu.variables.output_dependencies import dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable, variables
@@ -184,12 +184,12 @@ class Made:
 
     def described(self, guid: str, flavour: str) -> bytes:
         """``modelDescription.xml``."""
-        if self.standard == "2.0":
-            whole = Whole(self.listed, self.depends, self.exchanged, self.kind)
-            return model_description(self.scene, whole, self.identifier, guid, self.step, flavour)
-        named = any(c.key == LAST for c in self.model.columns)
-        given = Described(self.faces, self.depends, self.clocks, named, self.exchanged, self.kind)
-        return model_description3(self.scene, given, self.identifier, guid, self.step)
+        return model_description(self, guid, flavour) if self.standard == "2.0" else model_description3(self, guid)
+
+    @property
+    def scalars(self) -> list[Variable]:
+        """The variables of FMI 2.0; those of model exchange come last."""
+        return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
 
     def _units(self) -> dict[str, str]:
         """The C texts of the generated units, by name."""
@@ -243,7 +243,7 @@ class Made:
     def titled(self) -> list[tuple[str, Variable]]:
         """The variables with their displayed names."""
         if self.standard == "2.0":
-            return [(v.name, v) for v in (*self.listed, *self.exchanged.states, *self.exchanged.rates)]
+            return [(v.name, v) for v in self.scalars]
         whole = [replace(f.first, description=f.description) for f in self.faces]
         ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
         return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks),

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from trunnion.fmu.c_source.layout_sizes import sizes_of
 from trunnion.fmu.c_source.source_files import texts
 from trunnion.fmu.xml_document import xml_bytes
-from trunnion.simulation.run import Model
+
+if TYPE_CHECKING:
+    from trunnion.fmu.scene_export import Made
 
 INTERFACES = ("ModelExchange", "CoSimulation")
 
 
-class Exported(Protocol):
-    """An exported model (``trunnion.fmu.scene_export.Made``)."""
-
-    sources: dict[str, str]
-    model: Model
-    standard: str
-    identifier: str
-
-
-def with_sources(documents: Mapping[str, bytes], made: Exported) -> dict[str, bytes]:
+def with_sources(documents: Mapping[str, bytes], made: Made) -> dict[str, bytes]:
     """The documents of an FMU and its C sources. The sources are listed in the file that the standard requires."""
     files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
     out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}
