@@ -10,7 +10,7 @@ from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES
 from trunnion.fmu.c_source.layout_sizes import Sizes
 from trunnion.fmu.c_text.constant_length_arrays import fixed
 from trunnion.fmu.c_text.dead_code_and_ascii import ascii_only, definitions, nothing_unused, renamed, used_only
-from trunnion.fmu.c_text.include_expansion import in_folders, one_file
+from trunnion.fmu.c_text.include_expansion import one_file
 from trunnion.kernel.c_code.code_generator import MATH
 from trunnion.kernel.shared_libraries import RUNTIME
 from trunnion.runtime.abi.c_header import header
@@ -57,7 +57,7 @@ def finished(start: str, shell: str = "", checked: bool = False) -> str:
     """A C text with its project includes expanded, as C99 for any compiler. shell: the macro that selects the parts of
     ``native/shell.c`` (a value of SHELL_NAMES)."""
     given = {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
-    text = one_file(start, in_folders([RUNTIME, NATIVE], given, LEFT), shell)
+    text = one_file(start, [RUNTIME, NATIVE], given, LEFT, shell)
     text = EXPORT.sub("#define FMU_EXPORT\n", re.sub(r"\brestrict\b", "TR_RESTRICT", text))
     return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))
 

@@ -33,10 +33,6 @@ class _TimedMonitor(RequestMonitor):
 
     def check(self) -> None:
         if time.monotonic() > self.end:
-            raise SceneError([budget_problem(self.seconds)])
+            hint = "request a shorter run, larger rtol, fewer parameters or a larger budget; a second request is faster"
+            raise SceneError([Problem("budget", f"the time budget of {self.seconds:g} s is used up", hint)])
         super().check()
-
-
-def budget_problem(seconds: float) -> Problem:
-    hint = "request a shorter run, larger rtol, fewer parameters or a larger budget; a second request is faster"
-    return Problem("budget", f"the time budget of {seconds:g} s is used up", hint)

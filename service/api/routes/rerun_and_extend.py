@@ -37,7 +37,9 @@ ANSWERS: dict[int | str, dict[str, Any]] = {202: {"description": "The new job.",
 async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
     """Run the failed cases of a job again as a new job, with changed settings. The new job has the tag ``of:ID``, where ID is the
     id of the first job."""
-    there = await run_in_threadpool(_ended, s, job)
+    there = await run_in_threadpool(find_job, s, job)
+    if there.state not in ENDED:
+        raise Refusal(409, "the job has not ended")
     wanted = await check_body(s, request, caller, "rerun_outcomes")
     numbers = await s.reads.run(caller.id, lambda: _failed(s, there, wanted))
     document = await run_in_threadpool(s.store.document, job)
@@ -55,13 +57,6 @@ async def extend_job(job: str, request: Request, caller: Submitter, s: ServerSta
     document = await run_in_threadpool(s.store.document, job)
     made = await check_body(s, request, caller, "plan_extension", document)
     return await run_in_threadpool(_follows, s, caller, there, made)
-
-
-def _ended(s: Service, job: str) -> Job:
-    there = find_job(s, job)
-    if there.state not in ENDED:
-        raise Refusal(409, "the job has not ended")
-    return there
 
 
 def _failed(s: Service, there: Job, wanted: list[str] | None) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query
@@ -14,9 +15,7 @@ from trunnion.service.api.documents.problem_documents import Json, Refusal, erro
 from trunnion.service.api.job_data.job_access import find_job, find_own_job
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Admin, Caller, Reader, ServerState, Submitter
-from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import PlainText, RequestModel, Tag
-from trunnion.service.store.usage_tags_audit import Usage
 
 router = APIRouter(prefix="/v1", tags=["housekeeping"])
 LABEL_EXAMPLES: Any = {"tags": {"summary": "Label and tags", "value": {"label": "guide, second try", "tags": ["guide", "2026-03"]}}}
@@ -86,12 +85,9 @@ def mark_job(
 @router.get("/usage", response_model=UsageDocument, responses=error_responses())
 def get_usage(caller: Reader, s: ServerState) -> Response:
     """Return the usage and the quotas of your key."""
-    return Json(usage_document(s.store.usage(caller.id), s.settings.limits))
-
-
-def usage_document(has: Usage, limits: Limits) -> dict[str, Any]:
+    limits = s.settings.limits
     most = {"jobs": limits.key_jobs, "bytes": limits.key_bytes, "cases": limits.key_cases}
-    return {"jobs": has.jobs, "bytes": has.bytes, "cases": has.cases, "most": most}
+    return Json(asdict(s.store.usage(caller.id)) | {"most": most})
 
 
 @router.get("/audit", response_model=list[AuditRecordDocument], responses=error_responses())

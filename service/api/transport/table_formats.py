@@ -117,20 +117,20 @@ def _parquet(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterato
     import pyarrow.parquet as pq
 
     sink = io.BytesIO()
-    writer = pq.ParquetWriter(sink, schema, compression="zstd")
-    for table in tables:
-        writer.write_table(table)
-        yield _take(sink)
-    writer.close()
-    yield _take(sink)
+    yield from _written(sink, pq.ParquetWriter(sink, schema, compression="zstd"), tables)
 
 
 def _arrow(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
     import pyarrow as pa
 
     sink = io.BytesIO()
-    with pa.ipc.new_stream(sink, schema) as writer:
-        for table in tables:
-            writer.write_table(table)
-            yield _take(sink)
+    yield from _written(sink, pa.ipc.new_stream(sink, schema), tables)
+
+
+def _written(sink: io.BytesIO, writer: Any, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
+    """The bytes that a writer of Arrow writes into the sink, after each table and at the end."""
+    for table in tables:
+        writer.write_table(table)
+        yield _take(sink)
+    writer.close()
     yield _take(sink)
