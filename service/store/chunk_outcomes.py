@@ -200,4 +200,5 @@ class ChunkOutcomeStore(WebhookStore):
     def attempts(self, job: str) -> list[dict[str, Any]]:
         """All attempts at chunks of a job, in order."""
         query = select(attempts).where(attempts.c.job == job).order_by(attempts.c.id)
-        return self._all(query, dict)
+        with transaction(self.engine) as c:
+            return [dict(row) for row in c.execute(query).mappings()]

@@ -8,14 +8,14 @@ import binascii
 import json
 import secrets
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from sqlalchemy import Connection, and_, func, insert, or_, select, update
 from sqlalchemy.exc import IntegrityError
 
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
-from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, event_of, job_of, key_of
+from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, record_of
 from trunnion.service.store.table_definitions import ACTIVE, STATES, events, jobs, keys
 
 T = TypeVar("T")
@@ -53,10 +53,10 @@ class Store:
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
 
-    def _all(self, query: Any, record: Callable[[Any], T]) -> list[T]:
+    def _all(self, query: Any, kind: type[T]) -> list[T]:
         """The records of the rows that a query selects."""
         with transaction(self.engine) as c:
-            return [record(row) for row in c.execute(query).mappings()]
+            return [record_of(kind, row) for row in c.execute(query).mappings()]
 
     # -- jobs ---------------------------------------------------------------------------------------------------------------
 
@@ -86,18 +86,18 @@ class Store:
             with transaction(self.engine, writing=True) as c:
                 c.execute(insert(jobs).values(values | {"created": self.now(c)}))
                 self._event(c, values["id"], "submitted", {"cases": cases})
-                return job_of(c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
+                return record_of(Job, c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
         except IntegrityError:
             with transaction(self.engine) as c:
                 same = and_(jobs.c.owner == owner, jobs.c.idempotency_key == key)
-                earlier = job_of(c.execute(select(jobs).where(same)).mappings().one())
+                earlier = record_of(Job, c.execute(select(jobs).where(same)).mappings().one())
             if earlier.digest != digest:
                 raise Conflict(f"the idempotency key belongs to job {earlier.id}, whose request differs: use a new key") from None
             return earlier, False
 
     def job(self, job: str) -> Job | None:
         """The job with this id, or None."""
-        return next(iter(self._all(select(jobs).where(jobs.c.id == job), job_of)), None)
+        return next(iter(self._all(select(jobs).where(jobs.c.id == job), Job)), None)
 
     def document(self, job: str) -> dict[str, Any]:
         """The stored request of a job."""
@@ -128,7 +128,7 @@ class Store:
         if cursor is not None:
             created, last = _decoded(cursor)
             query = query.where(or_(jobs.c.created < created, and_(jobs.c.created == created, jobs.c.id < last)))
-        found = self._all(query, job_of)
+        found = self._all(query, Job)
         more = len(found) > limit
         found = found[:limit]
         return found, _encoded(found[-1]) if more else None
@@ -148,7 +148,7 @@ class Store:
             ).rowcount:
                 self._event(c, job, "cancelling", {})
             row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
-            return job_of(row) if row else None
+            return record_of(Job, row) if row else None
 
     def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
         """Queue a webhook for the end of a job. This class does nothing; ``WebhookStore`` overrides the method."""
@@ -171,7 +171,7 @@ class Store:
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """The events of a job with ids above ``after``, in order."""
         query = select(events).where(events.c.job == job, events.c.id > after).order_by(events.c.id).limit(limit)
-        return self._all(query, event_of)
+        return self._all(query, StoredEvent)
 
     # -- keys ---------------------------------------------------------------------------------------------------------------
 
@@ -182,11 +182,11 @@ class Store:
 
     def key(self, key: str) -> Key | None:
         """The key with this id, even if it is revoked, or None."""
-        return next(iter(self._all(select(keys).where(keys.c.id == key), key_of)), None)
+        return next(iter(self._all(select(keys).where(keys.c.id == key), Key)), None)
 
     def all_keys(self) -> Sequence[Key]:
         """All keys, oldest first."""
-        return self._all(select(keys).order_by(keys.c.created, keys.c.id), key_of)
+        return self._all(select(keys).order_by(keys.c.created, keys.c.id), Key)
 
     def revoke(self, key: str) -> bool:
         """Revoke a key. False when no active key has this id."""

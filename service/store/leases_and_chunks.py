@@ -13,7 +13,7 @@ from sqlalchemy import Connection, and_, case, insert, or_, select, update
 
 from trunnion.service.store.chunk_outcomes import OVERRAN, ChunkOutcomeStore
 from trunnion.service.store.database_connection import transaction
-from trunnion.service.store.job_and_chunk_records import Chunk, Job, chunk_of, job_of
+from trunnion.service.store.job_and_chunk_records import Chunk, Job, record_of
 from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, jobs
 
 
@@ -37,7 +37,7 @@ class WorkStore(ChunkOutcomeStore):
             renewed = {"lease_owner": server, "lease_until": now + lease, "beat": jobs.c.beat + 1, "lease": lease}
             c.execute(update(jobs).where(jobs.c.state.in_(ACTIVE), mine).values(renewed))
             held = select(jobs).where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner == server).order_by(jobs.c.created, jobs.c.id)
-            return [job_of(row) for row in c.execute(held).mappings()]
+            return [record_of(Job, row) for row in c.execute(held).mappings()]
 
     def _stale(self, c: Connection, server: str) -> list[str]:
         """The jobs of other servers whose leases were not renewed for longer than their duration, as observed by this server."""
@@ -74,13 +74,13 @@ class WorkStore(ChunkOutcomeStore):
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
             due = self._due(c, job, now, pause, len(sizes))
-            again = [chunk_of(x) for x in due if x["error"] != OVERRAN]
+            again = [x for x in due if x.error != OVERRAN]
             fresh, start, known = [], row["planned"], row["cases"] if row["asked"] is None else row["asked"]
             for size in sizes[len(again) :]:
                 if start < known:
                     fresh.append(Chunk(job, start, min(start + size, known), "running", 1, 0.0, ""))
                     start = fresh[-1].stop
-            last = [chunk_of(x) for x in due if x["error"] == OVERRAN and start >= known][: len(sizes) - len(again) - len(fresh)]
+            last = [x for x in due if x.error == OVERRAN and start >= known][: len(sizes) - len(again) - len(fresh)]
             if again or last:
                 those = and_(chunks.c.job == job, chunks.c.start.in_([x.start for x in again + last]))
                 c.execute(update(chunks).where(those).values(state="running", attempts=chunks.c.attempts + 1))
@@ -95,28 +95,28 @@ class WorkStore(ChunkOutcomeStore):
             return cut
 
     @staticmethod
-    def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Any]:
+    def _due(c: Connection, job: str, now: float, pause: float, most: int) -> list[Chunk]:
         """The waiting chunks that are due; chunks with cases that overran come last. A chunk whose ``not_before`` is more than
         ``pause`` seconds ahead is also due, because the clock must have been set back."""
         over = or_(chunks.c.not_before <= now, chunks.c.not_before > now + pause)
         last = case((chunks.c.error == OVERRAN, 1), else_=0)
         due = select(chunks).where(chunks.c.job == job, chunks.c.state == "waiting", over).order_by(last, chunks.c.start)
-        return list(c.execute(due.limit(most)).mappings())
+        return [record_of(Chunk, row) for row in c.execute(due.limit(most)).mappings()]
 
     def running(self, job: str) -> list[Chunk]:
         """The chunks that are stored as running. After a restart of the server, they do not actually run."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
-        return self._all(query, chunk_of)
+        return self._all(query, Chunk)
 
     def ended(self, job: str, start: int, stop: int) -> list[Chunk]:
         """The chunks that contain any of the cases start … stop − 1 and are done or have failed in all attempts."""
         here = and_(chunks.c.job == job, chunks.c.start < stop, chunks.c.stop > start, chunks.c.state.in_(("done", "failed")))
-        return self._all(select(chunks).where(here).order_by(chunks.c.start), chunk_of)
+        return self._all(select(chunks).where(here).order_by(chunks.c.start), Chunk)
 
     def finished(self, job: str, first: int = 0, stop: int | None = None) -> list[Chunk]:
         """The finished chunks, in order, that contain any of the cases first … stop − 1. stop: None means the end of the job."""
         query = select(chunks).where(chunks.c.job == job, chunks.c.state == "done", chunks.c.stop > first).order_by(chunks.c.start)
-        return self._all(query if stop is None else query.where(chunks.c.start < stop), chunk_of)
+        return self._all(query if stop is None else query.where(chunks.c.start < stop), Chunk)
 
     def ends(self, job: str) -> str:
         """The digest (SHA-256) of the list of ends of the finished chunks, in order."""

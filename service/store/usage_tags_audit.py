@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import Connection, delete, func, insert, select, update
 
 from trunnion.service.store.database_connection import transaction
-from trunnion.service.store.job_and_chunk_records import Job, job_of
+from trunnion.service.store.job_and_chunk_records import Job, record_of
 from trunnion.service.store.jobs_events_keys import Store
 from trunnion.service.store.table_definitions import ACTIVE, ENDED, audit, jobs
 
@@ -70,7 +70,7 @@ class HousekeepingStore(Store):
         """The first ``most`` jobs that ended more than ``seconds`` ago, oldest first."""
         with transaction(self.engine) as c:
             old = select(jobs).where(jobs.c.state.in_(ENDED), jobs.c.finished < self.now(c) - seconds)
-            return [job_of(row) for row in c.execute(old.order_by(jobs.c.finished).limit(most)).mappings()]
+            return [record_of(Job, row) for row in c.execute(old.order_by(jobs.c.finished).limit(most)).mappings()]
 
     def mark(self, job: str, label: str | None, tags: list[str] | None) -> None:
         """Change the label or the tags of a job; None changes nothing."""
@@ -96,4 +96,4 @@ class HousekeepingStore(Store):
         for column, wanted in ((audit.c.who, who), (audit.c.about, about)):
             if wanted is not None:
                 query = query.where(column == wanted)
-        return self._all(query, lambda row: AuditRecord(**{**row, "data": json.loads(row["data"])}))
+        return self._all(query, AuditRecord)

@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import insert, or_, select, update
 
 from trunnion.service.store.database_connection import transaction
-from trunnion.service.store.job_and_chunk_records import Job, job_of
+from trunnion.service.store.job_and_chunk_records import Job, record_of
 from trunnion.service.store.table_definitions import hooks, jobs
 from trunnion.service.store.usage_tags_audit import DAY, HousekeepingStore
 
@@ -48,7 +48,7 @@ class WebhookStore(HousekeepingStore):
             again = {"attempts": hooks.c.attempts + 1, "not_before": now + CLAIM_SECONDS}
             c.execute(update(hooks).where(hooks.c.id == row["id"]).values(again))
             job = c.execute(select(jobs).where(jobs.c.id == row["job"])).mappings().one()
-            return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, job_of(job))
+            return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, record_of(Job, job))
 
     def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:
         """Store the result of an attempt. delay: time until the next attempt, s; None if the webhook was delivered (``result``
