@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
@@ -187,7 +188,10 @@ def _structure(root: Element, made: Made) -> None:
 def _unknown(node: Element, index: int, places: tuple[int, ...] | None) -> None:
     """Write an unknown with its dependencies. places: indices of the variables on which it depends; None means all known
     variables."""
-    depends = "" if places is None else " ".join(map(str, places))
-    kinds = "" if places is None else " ".join(["dependent"] * len(places))
-    said = {} if places is None else {"dependencies": depends, "dependenciesKind": kinds}
-    SubElement(node, "Unknown", {"index": str(index), **said})
+    SubElement(node, "Unknown", {"index": str(index), **({} if places is None else depends_on(places))})
+
+
+def depends_on(places: Iterable[int]) -> dict[str, str]:
+    """XML attributes that list the dependencies of an unknown."""
+    found = list(places)
+    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
-from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, experiment, real
+from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, depends_on, experiment, real
 from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Face
 from trunnion.fmu.variables.fmi3_event_clocks import LAST, NAME
 from trunnion.fmu.variables.model_exchange_states import does
@@ -175,11 +175,11 @@ def _structure(root: Element, made: Made) -> None:
         for f in outputs:
             found = {place[p] for p in _of_parts(f, made, name == "Output")}
             found |= set(states) if name == "Output" and f.first.variability == "continuous" else set()
-            SubElement(structure, name, {"valueReference": str(f.reference)} | _said(found))
+            SubElement(structure, name, {"valueReference": str(f.reference)} | depends_on(sorted(found)))
         for i in range((3 if name == "Output" else 1) * len(made.clocks)):
-            SubElement(structure, name, {"valueReference": str(_own(made) + 1 + i)} | _said(()))
+            SubElement(structure, name, {"valueReference": str(_own(made) + 1 + i)} | depends_on(()))
         for i in states if name == "InitialUnknown" else ():
-            SubElement(structure, name, {"valueReference": str(i)} | _said(parameters))
+            SubElement(structure, name, {"valueReference": str(i)} | depends_on(parameters))
         for i in rates:
             SubElement(structure, "ContinuousStateDerivative" if name == "Output" else name, {"valueReference": str(i)})
     for i in told:
@@ -191,9 +191,3 @@ def _of_parts(f: Face, made: Made, now: bool) -> Iterator[int]:
     for i in range(len(f.parts)):
         d = made.depends[f.reference + i]
         yield from d.now if now else d.start
-
-
-def _said(references: Iterable[int]) -> dict[str, str]:
-    """XML attributes that list the dependencies of an unknown."""
-    found = sorted(references)
-    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -62,7 +62,11 @@ class Dispatcher(ChunkIngestion):
             except (Unreachable, NoCluster, OSError) as e:
                 if not isinstance(e, NoCluster):
                     self._mark_uncertain()
-                self._in_trouble(e)
+                text = str(e) or type(e).__name__
+                if text != self.trouble:
+                    log.warning("dispatcher: %s", text)
+                self.trouble = text
+                self.stopping.wait(0.5)
                 busy = False
             except Exception:
                 log.exception("dispatcher")
@@ -76,13 +80,6 @@ class Dispatcher(ChunkIngestion):
             self.store.release(self.name)
         except Unreachable as e:
             log.warning("leases not released: %s", e)
-
-    def _in_trouble(self, e: Exception) -> None:
-        text = str(e) or type(e).__name__
-        if text != self.trouble:
-            log.warning("dispatcher: %s", text)
-        self.trouble = text
-        self.stopping.wait(0.5)
 
     # -- one turn -----------------------------------------------------------------------------------------------------------
 

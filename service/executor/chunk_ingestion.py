@@ -79,7 +79,7 @@ class ChunkIngestion(LeasedJobs):
             self._learn_cost(active, start, used)
             chunk = active.flying.pop(start)[0]
             if start in lost:
-                self.metrics.chunk_lost(states[start])
+                self.metrics.chunks.labels(states[start]).inc()
                 told = (chunk.job, start, chunk.stop - 1, lost[start].error, states[start])
                 log.warning("job %s, cases %d to %d: %s (%s)", *told)
         self.dispatch_cost.record(len(reports), time.perf_counter() - began)

@@ -16,7 +16,7 @@ from sqlalchemy.exc import IntegrityError
 
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
 from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, record_of
-from trunnion.service.store.table_definitions import ACTIVE, STATES, events, jobs, keys
+from trunnion.service.store.table_definitions import ACTIVE, STATES, events, hooks, jobs, keys
 
 T = TypeVar("T")
 
@@ -151,7 +151,10 @@ class Store:
             return record_of(Job, row) if row else None
 
     def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
-        """Queue a webhook for the end of a job. This class does nothing; ``WebhookStore`` overrides the method."""
+        """In a transaction, queue a webhook for the end of a job, if the request of the job names an address."""
+        if c.execute(select(jobs.c.notify).where(jobs.c.id == job)).scalar_one():
+            values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
+            c.execute(insert(hooks).values(values))
 
     def states(self) -> dict[str, int]:
         """The number of jobs in each state."""

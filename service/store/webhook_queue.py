@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from sqlalchemy import insert, or_, select, update
+from sqlalchemy import or_, select, update
 
 from trunnion.service.store.database_connection import transaction
 from trunnion.service.store.job_and_chunk_records import Job, record_of
@@ -29,12 +28,6 @@ class Webhook:
 
 class WebhookStore(HousekeepingStore):
     """The part of the store for webhooks."""
-
-    def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
-        """In a transaction, queue a webhook for the end of a job, if the request of the job names an address."""
-        if c.execute(select(jobs.c.notify).where(jobs.c.id == job)).scalar_one():
-            values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
-            c.execute(insert(hooks).values(values))
 
     def next_webhook(self) -> Webhook | None:
         """Claim the next webhook that is due; None if no webhook is due."""

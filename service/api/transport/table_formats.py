@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -95,14 +94,13 @@ def _json(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[b
 def _csv(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
     from pyarrow import csv as arrow_csv
 
-    head = io.StringIO()
-    csv.writer(head, quoting=csv.QUOTE_ALL, lineterminator="\n").writerow(schema.names)
-    yield head.getvalue().encode()
+    sink = io.BytesIO()
+    arrow_csv.write_csv(schema.empty_table(), sink)  # the header
+    yield _take(sink)
     for table in tables:
         for batch in table.to_batches(max_chunksize=20000):
-            sink = io.BytesIO()
             arrow_csv.write_csv(batch, sink, arrow_csv.WriteOptions(include_header=False))
-            yield sink.getvalue()
+            yield _take(sink)
 
 
 def _take(sink: io.BytesIO) -> bytes:
