@@ -1,5 +1,5 @@
-"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet part, or run one case again. Runners
-are cached between chunks."""
+"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet part, run one case again, or compute
+a run with derivatives. Runners are cached between chunks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ import numpy as np
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.basics.interrupts import watched
+from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Runner, Stopped
+from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
@@ -134,15 +136,19 @@ class ChunkMonitor:
 
 
 class RequestMonitor:
-    """Raises Cancelled when the client of the current task has disconnected."""
+    """Raises Cancelled when the client of the current task has disconnected, and SceneError when the time, s, is used up."""
 
-    def __init__(self) -> None:
-        self.looked = time.monotonic()
+    def __init__(self, seconds: float = inf) -> None:
+        self.seconds, self.looked = seconds, time.monotonic()
+        self.end = self.looked + seconds
 
     def check(self) -> None:
         from distributed import get_worker
 
         now = time.monotonic()
+        if now > self.end:
+            hint = "request a shorter run, larger rtol, fewer parameters or a larger budget; a second request is faster"
+            raise SceneError([Problem("budget", f"the time budget of {self.seconds:g} s is used up", hint)])
         if now - self.looked > MARKER_SECONDS:
             self.looked = now
             worker = get_worker()
@@ -184,6 +190,17 @@ def run_trajectory(
         if kind == "events":
             return events_bytes(trajectory(plan, case, outputs, changes))
         return arrow_bytes(trajectory(plan, case, outputs, changes, kind == "certified").to_arrow())
+
+
+def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
+    """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
+    Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has disconnected."""
+    from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+
+    scene = scene_from_dict(asked.pop("scene"))
+    check = RequestMonitor(seconds).check
+    with watched(check):
+        return text_of(sensitivity(scene, **asked, tick=check).document())
 
 
 def events_bytes(result: Result) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection, delete, func, insert, select, update
@@ -16,32 +15,12 @@ from trunnion.service.store.table_definitions import ACTIVE, ENDED, audit, jobs
 DAY = 86_400.0
 
 
-@dataclass(frozen=True)
-class Usage:
-    """The usage of an owner: number of active jobs, bytes of results, number of cases submitted within a day."""
-
-    jobs: int
-    bytes: int
-    cases: int
-
-
-@dataclass(frozen=True)
-class AuditRecord:
-    """An entry of the audit log. who: id of the key. what: the action. about: id of the job or key."""
-
-    id: int
-    time: float
-    who: str
-    what: str
-    about: str
-    data: dict[str, Any]
-
-
 class HousekeepingStore(Store):
     """The part of the store for usage, deletion, tags and the audit log."""
 
-    def usage(self, owner: str) -> Usage:
-        """The present usage of an owner. Cases of deleted jobs still count for a day after their submission."""
+    def usage(self, owner: str) -> dict[str, int]:
+        """The present usage of an owner: number of active ``jobs``, ``bytes`` of results, ``cases`` submitted within a day. Cases
+        of deleted jobs still count for a day after their submission."""
         with transaction(self.engine) as c:
             own, now = jobs.c.owner == owner, self.now(c)
             active = c.execute(select(func.count()).select_from(jobs).where(own, jobs.c.state.in_(ACTIVE))).scalar_one()
@@ -49,7 +28,7 @@ class HousekeepingStore(Store):
             today = c.execute(select(func.coalesce(func.sum(jobs.c.cases), 0)).where(own, jobs.c.created > now - DAY)).scalar_one()
             gone = c.execute(select(audit.c.data).where(audit.c.what == "deleted", audit.c.time > now - DAY)).scalars()
             deleted = [d for d in map(json.loads, gone) if d.get("owner") == owner and d.get("created", 0.0) > now - DAY]
-        return Usage(int(active), int(kept), int(today) + sum(d["cases"] for d in deleted))
+        return {"jobs": int(active), "bytes": int(kept), "cases": int(today) + sum(d["cases"] for d in deleted)}
 
     def delete(self, job: str, who: str, **data: Any) -> bool:
         """Delete an ended job with its chunks and events, and add the deletion to the audit log. Returns False if the job has not
@@ -90,10 +69,11 @@ class HousekeepingStore(Store):
 
     def audit_records(
         self, after: int = 0, limit: int = 100, who: str | None = None, about: str | None = None
-    ) -> list[AuditRecord]:
+    ) -> list[dict[str, Any]]:
         """The entries of the audit log with ids above ``after``, in order. who, about: only entries with this value."""
         query = select(audit).where(audit.c.id > after).order_by(audit.c.id).limit(limit)
         for column, wanted in ((audit.c.who, who), (audit.c.about, about)):
             if wanted is not None:
                 query = query.where(column == wanted)
-        return self._all(query, AuditRecord)
+        with transaction(self.engine) as c:
+            return [{**row, "data": json.loads(row["data"])} for row in c.execute(query).mappings()]

@@ -11,7 +11,7 @@ from trunnion.service.api.documents.problem_documents import error_responses
 from trunnion.service.api.transport.api_keys_and_rates import ServerState, Submitter
 from trunnion.service.api.transport.cluster_calls import call_cluster
 from trunnion.service.api.transport.request_bodies import body_schema, check_body
-from trunnion.service.executor.sensitivity_run import run_sensitivity
+from trunnion.service.executor.chunk_and_case_runs import run_sensitivity
 from trunnion.service.request_models.sensitivity_and_fmu_requests import SensitivityRequest
 
 router = APIRouter(prefix="/v1", tags=["sensitivities"])

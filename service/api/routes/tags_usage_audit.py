@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query
@@ -54,9 +53,9 @@ def check_quota(s: Service, caller: Caller, cases: int) -> None:
     over = [
         Problem(f"quota.{name}", f"{now:.6g} {what} and {more:.6g} more exceed the {most:.6g} allowed for a key", hint)
         for name, now, more, most, what, hint in (
-            ("jobs", has.jobs, 1, limits.key_jobs, "jobs queued or running", "wait until one has ended, or cancel one"),
-            ("bytes", has.bytes, 0, limits.key_bytes, "bytes of results", "delete jobs"),
-            ("cases", has.cases, cases, limits.key_cases, "cases a day", "submit them tomorrow"),
+            ("jobs", has["jobs"], 1, limits.key_jobs, "jobs queued or running", "wait until one has ended, or cancel one"),
+            ("bytes", has["bytes"], 0, limits.key_bytes, "bytes of results", "delete jobs"),
+            ("cases", has["cases"], cases, limits.key_cases, "cases a day", "submit them tomorrow"),
         )
         if now + more > most
     ]
@@ -87,7 +86,7 @@ def get_usage(caller: Reader, s: ServerState) -> Response:
     """Return the usage and the quotas of your key."""
     limits = s.settings.limits
     most = {"jobs": limits.key_jobs, "bytes": limits.key_bytes, "cases": limits.key_cases}
-    return Json(asdict(s.store.usage(caller.id)) | {"most": most})
+    return Json(s.store.usage(caller.id) | {"most": most})
 
 
 @router.get("/audit", response_model=list[AuditRecordDocument], responses=error_responses())
@@ -102,4 +101,4 @@ def list_audit(
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Response:
     """List the audit log, oldest record first: jobs submitted, cancelled and deleted, keys made and revoked."""
-    return Json([d.__dict__ | {"time": rfc3339(d.time)} for d in s.store.audit_records(after, limit, who, about)])
+    return Json([d | {"time": rfc3339(d["time"])} for d in s.store.audit_records(after, limit, who, about)])

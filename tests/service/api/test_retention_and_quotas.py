@@ -124,7 +124,7 @@ def test_what_is_too_old_goes_and_what_was_left_behind_with_it(tmp_path: Path, m
     assert retention.delete_expired() == 2
     assert [store.job(j.id) is None for j in jobs] == [True, True, False]
     assert sorted(p.name for p in (tmp_path / "parts").iterdir()) == sorted([jobs[2].id, "mine"])
-    assert [d.who for d in store.audit_records()] == ["me", "server", "server"]
+    assert [d["who"] for d in store.audit_records()] == ["me", "server", "server"]
     store.close()
 
 
