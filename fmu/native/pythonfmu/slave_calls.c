@@ -29,11 +29,9 @@ static void bridge_log(void *environment, fmi2String name, fmi2Status status, fm
 /* The worse of two statuses: pythonfmu's `status` and that of the slave. */
 static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return (int)status > b->status ? status : (fmi2Status)b->status; }
 
-#define EXPORT(result) \
-  BRIDGE_EXPORT result
 /* Define a function that pythonfmu passes on to the slave. */
 #define SLAVE(name, parameters, arguments) \
-  EXPORT(fmi2Status) name parameters { \
+  BRIDGE_EXPORT fmi2Status name parameters { \
     fmu_bridge *b = c; \
     if (!b) return fmi2Error; \
     name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
@@ -42,7 +40,7 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
   }
 /* Define a function that pythonfmu does not pass on to the slave. It calls the model directly. */
 #define MODEL(name, parameters, arguments) \
-  EXPORT(fmi2Status) name parameters { \
+  BRIDGE_EXPORT fmi2Status name parameters { \
     fmu_bridge *b = c; \
     name##TYPE *f = b && b->model ? (name##TYPE *)bridge_find(b->library, #name) : 0; \
     return f ? f arguments : fmi2Error; \
@@ -50,10 +48,10 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
 #define PLAIN(name) SLAVE(name, (fmi2Component c), (b->slave))
 #define VALUES fmi2Component c, const fmi2ValueReference r[], size_t n
 
-EXPORT(const char *) fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
-EXPORT(const char *) fmi2GetVersion(void) { return fmi2Version; }
+BRIDGE_EXPORT const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+BRIDGE_EXPORT const char *fmi2GetVersion(void) { return fmi2Version; }
 
-EXPORT(void) fmi2FreeInstance(fmi2Component c) {
+BRIDGE_EXPORT void fmi2FreeInstance(fmi2Component c) {
   fmu_bridge *b = c;
   if (!b) return;
   fmi2FreeInstanceTYPE *f = (fmi2FreeInstanceTYPE *)bridge_find(b->above, "fmi2FreeInstance");
@@ -75,7 +73,7 @@ static const char *bridge_begin(fmu_bridge *b, fmi2String resources, fmi2Boolean
   return b->slave ? NULL : "pythonfmu could not load the slave";
 }
 
-EXPORT(fmi2Component) fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *host,
+BRIDGE_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *host,
                                       fmi2Boolean visible, fmi2Boolean logging) {
   char text[PATH_MOST] = "";
   if (!host) return NULL;
@@ -126,7 +124,7 @@ PLAIN(fmi2Reset)
 
 MODEL(fmi2CancelStep, (fmi2Component c), (b->model))
 
-EXPORT(fmi2Status) fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
+BRIDGE_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
   fmu_bridge *b = c;
   fmi2SetDebugLoggingTYPE *f = b && b->model ? (fmi2SetDebugLoggingTYPE *)bridge_find(b->library, "fmi2SetDebugLogging") : 0;
   if (b) b->logging = on != fmi2False;
@@ -134,7 +132,7 @@ EXPORT(fmi2Status) fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n
 }
 
 /* The model first verifies the bytes, because pythonfmu accepts any bytes. */
-EXPORT(fmi2Status) fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
+BRIDGE_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
   fmu_bridge *b = c;
   fmi2FMUstate read = NULL;
   if (!b || !b->model) return fmi2Error;
