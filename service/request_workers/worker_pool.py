@@ -9,7 +9,7 @@ from typing import Any
 
 from trunnion.basics.renamed_words import add_note
 from trunnion.service.request_workers.fair_queue import FairQueue
-from trunnion.service.request_workers.worker_process import WorkerProcess
+from trunnion.service.request_workers.worker_process import Task, WorkerProcess
 
 
 class WorkerPool(FairQueue[WorkerProcess]):
@@ -31,12 +31,12 @@ class WorkerPool(FairQueue[WorkerProcess]):
 
         threading.Thread(target=started, daemon=True).start()
 
-    async def ask(self, who: str, name: str, *arguments: Any, seconds: float) -> Any:
+    async def ask(self, who: str, task: Task, *arguments: Any, seconds: float) -> Any:
         """The result of a task for the caller ``who``. Deprecated words in the request become notes. Raises QueueFull, TookTooLong,
         NotReady, Ended, or the error that the task raised."""
         worker = await self.take(who)
         try:
-            answer, notes = await asyncio.get_running_loop().run_in_executor(self.pool, worker.run_task, name, arguments, seconds)
+            answer, notes = await asyncio.get_running_loop().run_in_executor(self.pool, worker.run_task, task, arguments, seconds)
         except asyncio.CancelledError:
             worker.end()
             raise

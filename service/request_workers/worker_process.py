@@ -9,6 +9,7 @@ import signal
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
@@ -17,6 +18,7 @@ from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.basics.renamed_words import deprecation_notes
 
 log = logging.getLogger("trunnion.service")
+Task = Callable[..., Any]
 ORPHAN_SECONDS = 1.0
 START_SECONDS = 60.0
 """Longest time until a process is ready, s, even on a busy machine. It does not count as time of the request."""
@@ -45,22 +47,21 @@ class Defect(RuntimeError):
 
 
 def serve_tasks(connection: Connection, memory: int, parent: int) -> None:
-    """The main function of the process. It sends READY. For each message (task name, arguments), it then returns (success, result
+    """The main function of the process. It sends READY. For each message (task, arguments), it then returns (success, result
     or error, notes about deprecated words), until the connection closes."""
     _isolate(parent)
     _limit_memory(memory)
-    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # registers its tasks
-    from trunnion.service.request_workers.worker_tasks import TASKS
+    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # with all tasks, before the first request
 
     connection.send(READY)
     while True:
         try:
-            name, arguments = connection.recv()
+            task, arguments = connection.recv()
         except (EOFError, OSError):
             return
         try:
             with deprecation_notes() as notes:
-                answer = True, TASKS[name](*arguments)
+                answer = True, task(*arguments)
         except ANSWER_ERRORS as e:
             answer = False, e
         except MemoryError:
@@ -129,14 +130,14 @@ class WorkerProcess:
         self.process.start()
         theirs.close()
 
-    def run_task(self, name: str, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
+    def run_task(self, task: Task, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
         """The result of a task, and notes about deprecated words. Raises the error that the task raised; TookTooLong when the task
         exceeded ``seconds``; Ended when the process ended; NotReady when the process did not start in time."""
         self.start()
         connection = self.connection
         try:
             self._wait_until_ready(connection)
-            connection.send((name, arguments))
+            connection.send((task, arguments))
             if not connection.poll(seconds):
                 raise TookTooLong(f"the request took longer than the {seconds:g} s allowed")
             good, answer, notes = connection.recv()

@@ -24,6 +24,7 @@ from trunnion.service.api.transport.request_bodies import body_schema, check_bod
 from trunnion.service.executor.build_stage import read_stage
 from trunnion.service.executor.webhooks import is_allowed
 from trunnion.service.request_models.job_request import JobRequest, current_document
+from trunnion.service.request_workers import worker_tasks
 from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.table_definitions import ACTIVE, ENDED
 
@@ -65,7 +66,7 @@ async def submit_job(
     ] = None,
 ) -> Response:
     """Submit a batch. The header ``Location`` is the address of the job."""
-    made = await check_body(s, request, caller, "plan_job")
+    made = await check_body(s, request, caller, worker_tasks.plan_job)
     job, new = await run_in_threadpool(keep, s, caller, made, idempotency_key)
     return Json(job_document(job), 202 if new else 200, {"Location": f"/v1/jobs/{job.id}"})
 
@@ -119,7 +120,7 @@ class JobFacts(BaseModel):
 @router.post("/check", response_model=JobFacts, responses=error_responses(413), openapi_extra=body_schema(JobRequest, EXAMPLES))
 async def check_job(request: Request, caller: Reader, s: ServerState) -> Response:
     """Check a request without submitting it. Return facts about the planned job, or all problems."""
-    return Response(await check_body(s, request, caller, "check_job"), media_type="application/json")
+    return Response(await check_body(s, request, caller, worker_tasks.check_job), media_type="application/json")
 
 
 @router.get("/{job}", response_model=JobDocument, responses=error_responses(404))

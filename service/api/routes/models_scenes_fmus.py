@@ -23,6 +23,7 @@ from trunnion.service.api.transport.request_bodies import body_schema, check_bod
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.request_models.job_request import SceneSource
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest
+from trunnion.service.request_workers import worker_tasks
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
 YAML = """schema: 1
@@ -125,7 +126,7 @@ def _schema() -> bytes:
 )
 async def check_scene(request: Request, caller: Reader, s: ServerState) -> Response:
     """Check a scene. Return its parameters and columns, or (422) all problems with their lines."""
-    return Response(await check_body(s, request, caller, "check_scene"), media_type="application/json")
+    return Response(await check_body(s, request, caller, worker_tasks.check_scene), media_type="application/json")
 
 
 @router.post(
@@ -145,7 +146,7 @@ async def view_scene(
 ) -> Response:
     """Return an interactive view of the assembled start of a scene (bodies, pins, contact points, forces), or (422) all
     problems."""
-    return HTMLResponse(await check_body(s, request, caller, "draw_scene", shown))
+    return HTMLResponse(await check_body(s, request, caller, worker_tasks.draw_scene, shown))
 
 
 @router.post(
@@ -163,7 +164,7 @@ async def export_fmu(request: Request, caller: Submitter, s: ServerState) -> Res
     with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"
         try:
-            name = await check_body(s, request, caller, "export_fmu", str(file), pool=s.exports, seconds=seconds)
+            name = await check_body(s, request, caller, worker_tasks.export_fmu, str(file), pool=s.exports, seconds=seconds)
         except ImportError as e:
             hint = "pip install 'trunnion[fmu]' on the server"
             raise Refusal(501, "FMU export is not installed", [Problem("fmu", str(e), hint)]) from e

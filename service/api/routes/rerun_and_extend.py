@@ -15,7 +15,7 @@ from trunnion.service.api.routes.jobs import PLACE, keep
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import ServerState, Submitter
 from trunnion.service.api.transport.request_bodies import body_schema, check_body
-from trunnion.service.request_workers.rerun_and_extend_plans import ExtendRequest, RerunRequest
+from trunnion.service.request_workers import rerun_and_extend_plans as plans
 from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.table_definitions import ENDED
 
@@ -28,34 +28,34 @@ AGAIN: Any = {
     "all": {"summary": "All failed cases, with a method for stiff equations", "value": {"method": "rosenbrock"}},
 }
 MORE: Any = {"grid": {"summary": "More friction coefficients", "value": {"vary": {"joints.ball.friction.mu": "0.6:0.9:16"}}}}
-ANSWERS: dict[int | str, dict[str, Any]] = {202: {"description": "The new job.", **PLACE}, **error_responses(404, 409, 413)}
+NEW_JOB: dict[str, Any] = {
+    "status_code": 202,
+    "response_model": JobDocument,
+    "responses": {202: {"description": "The new job.", **PLACE}, **error_responses(404, 409, 413)},
+}
 
 
-@router.post(
-    "/{job}/rerun", status_code=202, response_model=JobDocument, responses=ANSWERS, openapi_extra=body_schema(RerunRequest, AGAIN)
-)
+@router.post("/{job}/rerun", **NEW_JOB, openapi_extra=body_schema(plans.RerunRequest, AGAIN))
 async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
     """Run the failed cases of a job again as a new job, with changed settings. The new job has the tag ``of:ID``, where ID is the
     id of the first job."""
     there = await run_in_threadpool(find_job, s, job)
     if there.state not in ENDED:
         raise Refusal(409, "the job has not ended")
-    wanted = await check_body(s, request, caller, "rerun_outcomes")
+    wanted = await check_body(s, request, caller, plans.rerun_outcomes)
     numbers = await s.reads.run(caller.id, lambda: _failed(s, there, wanted))
     document = await run_in_threadpool(s.store.document, job)
-    made = await check_body(s, request, caller, "plan_rerun", document, numbers)
+    made = await check_body(s, request, caller, plans.plan_rerun, document, numbers)
     return await run_in_threadpool(_follows, s, caller, there, made)
 
 
-@router.post(
-    "/{job}/extend", status_code=202, response_model=JobDocument, responses=ANSWERS, openapi_extra=body_schema(ExtendRequest, MORE)
-)
+@router.post("/{job}/extend", **NEW_JOB, openapi_extra=body_schema(plans.ExtendRequest, MORE))
 async def extend_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
     """Run more cases of the same scene as a new job with the same settings. Cases of the first job are skipped. The new job has the
     tag ``of:ID``, where ID is the id of the first job."""
     there = await run_in_threadpool(find_job, s, job)
     document = await run_in_threadpool(s.store.document, job)
-    made = await check_body(s, request, caller, "plan_extension", document)
+    made = await check_body(s, request, caller, plans.plan_extension, document)
     return await run_in_threadpool(_follows, s, caller, there, made)
 
 

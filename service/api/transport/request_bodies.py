@@ -13,6 +13,7 @@ from trunnion.service.api.documents.problem_documents import ProblemDocument, Re
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller
 from trunnion.service.request_workers.worker_pool import WorkerPool
+from trunnion.service.request_workers.worker_process import Task
 
 BODY_MODELS: dict[str, type[BaseModel]] = {"ProblemDocument": ProblemDocument}
 """The problem document and the request models in the OpenAPI document, by name."""
@@ -36,7 +37,7 @@ def body_schemas() -> dict[str, Any]:
 
 
 async def check_body(
-    s: Service, request: Request, caller: Caller, task: str, *more: Any, pool: WorkerPool | None = None, seconds: float = 0.0
+    s: Service, request: Request, caller: Caller, task: Task, *more: Any, pool: WorkerPool | None = None, seconds: float = 0.0
 ) -> Any:
     """The result of a worker pool task for the body of a request; SceneError with all problems of the body. more: further arguments
     of the task. pool, seconds: by default, the pool that checks requests, and its time limit."""
