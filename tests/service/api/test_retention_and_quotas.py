@@ -14,7 +14,7 @@ from tests.service.store.test_store_contract import ME, submitted, taken
 from trunnion.basics.problems import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
-from trunnion.service.cli.serve_options import kept_for
+from trunnion.service.cli.serve import kept_for
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.store.leases_and_chunks import WorkStore
