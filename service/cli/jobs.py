@@ -11,10 +11,15 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.cli.options.option_declarations import Json, repeatable
 from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, print_json
 from trunnion.cli.output.printed_output import print_lines
-from trunnion.service.cli.job_options import ApiKey, JobId, Url, given
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
 from trunnion.service.client.remote_jobs import Connection, Job
 
+Url = Annotated[str, typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="Address of the server.")]
+ApiKey = Annotated[
+    str,
+    typer.Option("--key", metavar="KEY", envvar="TRUNNION_KEY", help="API key; the environment variable is safer than the option."),
+]
+JobId = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
 FORMATS = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "json"}
 
 
@@ -145,3 +150,8 @@ def answer_lines(job: Job) -> list[str]:
     fit = read_fit(found["fit"])
     evidence = read_comparison(found["compared"]) if found["compared"] else None
     return [*lines(job.document["scene"], fit, evidence), *proposal_lines(read_ranking(found["experiments"]), fit)]
+
+
+def given(**values: Any) -> dict[str, Any]:
+    """The values that are neither empty nor None."""
+    return {name: value for name, value in values.items() if value}

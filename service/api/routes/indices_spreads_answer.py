@@ -14,9 +14,8 @@ from trunnion.basics.problems import SceneError
 from trunnion.batch.sample_statistics.mergeable_statistics import indices_in
 from trunnion.batch.sample_statistics.quantiles import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
-from trunnion.service.api.documents.fit_answer import fit_answer
+from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer, fit_answer
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
-from trunnion.service.api.documents.study_answer import StudyAnswer
 from trunnion.service.api.job_data.job_access import find_job
 from trunnion.service.api.job_data.job_rows import job_contents, result_rows
 from trunnion.service.api.job_data.tally_totals import (
