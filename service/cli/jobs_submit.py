@@ -17,7 +17,6 @@ from trunnion.service.cli.jobs import ApiKey, Url, answer_lines, follow, given, 
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
 from trunnion.service.client.remote_jobs import Connection
 
-
 Label = Annotated[str, typer.Option("--label", metavar="TEXT", help="Text that describes the job.")]
 Tags = Annotated[list[str], repeatable("--tag", metavar="TAG", help="Word by which the list of jobs can be searched.")]
 IdempotencyKey = Annotated[

@@ -11,7 +11,7 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_and_chunk_records import Job
-from trunnion.service.store.usage_tags_audit import HousekeepingStore
+from trunnion.service.store.usage_audit_webhooks import HousekeepingStore
 
 log = logging.getLogger("trunnion.service")
 PAUSE_SECONDS = 600.0

@@ -13,7 +13,7 @@ from sqlalchemy import Connection, and_, bindparam, func, insert, or_, select, u
 
 from trunnion.service.store.database_connection import transaction
 from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, jobs
-from trunnion.service.store.webhook_queue import WebhookStore
+from trunnion.service.store.usage_audit_webhooks import HousekeepingStore
 
 RECENT = 0.25
 """Smallest weight of the newest rows in the pace of a job, which is a weighted mean."""
@@ -48,7 +48,7 @@ class Lost:
     blame: bool = True
 
 
-class ChunkOutcomeStore(WebhookStore):
+class ChunkOutcomeStore(HousekeepingStore):
     """The part of the store for outcomes of chunks."""
 
     def _locked_job(self, c: Connection, server: str, job: str) -> Any:

@@ -1,4 +1,4 @@
-"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics and others."""
+"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics, caches and others."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ import asyncio
 import tempfile
 import threading
 from collections import Counter
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 from fastapi import Request
 
 from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.batch.plan import Plan
+from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.service.api.documents.job_document import job_document
-from trunnion.service.api.server_state.answer_caches import CACHED_JOBS, CACHED_LENGTHS, CACHED_TALLIES, JobContents, JobTally
 from trunnion.service.api.server_state.read_turns import ReadTurns
 from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.basics.recent_items import RecentItems
@@ -29,10 +32,34 @@ from trunnion.service.request_workers.worker_pool import WorkerPool
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 
+CACHED_JOBS, CACHED_LENGTHS = 64, 256
+CACHED_TALLIES = 4
+"""Largest number of jobs whose tallies are cached. The tallies of one job need up to some hundred megabytes."""
+Make = Callable[[], Iterator[bytes]]
+"""A function that creates the bytes of a response."""
 CHECK_PROCESSES, EXPORT_PROCESSES = 2, 2
 """Numbers of processes that check requests and that export FMUs."""
 PROBE_SECONDS = 5.0
 """The database counts as not ready if it needs more time than this for a probe, s."""
+
+
+@dataclass(frozen=True)
+class JobContents:
+    """The immutable contents of a job's document: plan, schema of the result table, digest and text of the document."""
+
+    plan: Plan
+    schema: Any
+    digest: str
+    text: str
+
+
+@dataclass
+class JobTally:
+    """The total of the tallies of a job. pieces: the case ranges (start, stop) that the total includes."""
+
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    pieces: set[tuple[int, int]] = field(default_factory=set)
+    tally: Tally | None = None
 
 
 @dataclass
