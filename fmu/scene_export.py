@@ -15,7 +15,7 @@ from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
 from trunnion.fmu.c_source.model_tables import model_text
-from trunnion.fmu.c_source.sources_in_fmu import with_sources
+from trunnion.fmu.c_source.source_files import with_sources
 from trunnion.fmu.export_option_checks import STANDARDS, apart, check
 from trunnion.fmu.model_description import documentation_page
 from trunnion.fmu.model_description.fmi2_xml import model_description

@@ -20,7 +20,7 @@ from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.part_checksum import CorruptPart
 from trunnion.service.request_workers.fair_queue import QueueFull
-from trunnion.service.request_workers.worker_process import Ended, NotReady, TookTooLong
+from trunnion.service.request_workers.worker_processes import Ended, NotReady, TookTooLong
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.jobs_events_keys import BadCursor, Conflict
 

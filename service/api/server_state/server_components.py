@@ -28,7 +28,7 @@ from trunnion.service.executor.dask_cluster import Cluster
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.webhooks import WebhookSender
-from trunnion.service.request_workers.worker_pool import WorkerPool
+from trunnion.service.request_workers.worker_processes import WorkerPool
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 

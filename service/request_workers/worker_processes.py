@@ -1,7 +1,9 @@
-"""A worker process that reads and checks requests one after another, within limits of time and memory."""
+"""Worker processes that read and check requests one after another, within limits of time and memory, and a pool of them, to which a
+fair queue distributes the requests."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import multiprocessing
 import os
@@ -10,12 +12,14 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
 from trunnion.basics.problems import SceneError, SimulationError
-from trunnion.basics.renamed_words import deprecation_notes
+from trunnion.basics.renamed_words import add_note, deprecation_notes
+from trunnion.service.request_workers.fair_queue import FairQueue
 
 log = logging.getLogger("trunnion.service")
 Task = Callable[..., Any]
@@ -166,3 +170,45 @@ class WorkerProcess:
             _end_group(self.process.pid)
             self.process.kill()
             self.process.join(1)
+
+
+class WorkerPool(FairQueue[WorkerProcess]):
+    """Worker processes, and the requests that wait for a worker. lasting: whether a worker serves several requests. Otherwise the
+    worker ends after a request, which frees its memory. Only for use in the event loop."""
+
+    def __init__(self, workers: int, memory: float, lasting: bool = True):
+        self.workers = [WorkerProcess(int(memory)) for _ in range(workers)]
+        self.lasting = lasting
+        super().__init__(self.workers)
+        self.pool = ThreadPoolExecutor(workers, thread_name_prefix="worker-pool")
+
+    def start(self) -> None:
+        """Start the workers on a thread, so that the first request does not wait for them."""
+
+        def started() -> None:
+            for worker in self.workers:
+                worker.start()
+
+        threading.Thread(target=started, daemon=True).start()
+
+    async def ask(self, who: str, task: Task, *arguments: Any, seconds: float) -> Any:
+        """The result of a task for the caller ``who``. Deprecated words in the request become notes. Raises QueueFull, TookTooLong,
+        NotReady, Ended, or the error that the task raised."""
+        worker = await self.take(who)
+        try:
+            answer, notes = await asyncio.get_running_loop().run_in_executor(self.pool, worker.run_task, task, arguments, seconds)
+        except asyncio.CancelledError:
+            worker.end()
+            raise
+        finally:
+            if not self.lasting:
+                worker.end()
+            self.release(who, worker)
+        for note in notes:
+            add_note(note)
+        return answer
+
+    def close(self) -> None:
+        for worker in self.workers:
+            worker.end()
+        self.pool.shutdown(wait=False, cancel_futures=True)
