@@ -19,7 +19,7 @@ import httpx
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_and_chunk_records import Job
-from trunnion.service.store.usage_audit_webhooks import Webhook, HousekeepingStore
+from trunnion.service.store.usage_audit_webhooks import HousekeepingStore, Webhook
 
 log = logging.getLogger("trunnion.service")
 ATTEMPTS, FIRST_DELAY = 10, 5.0

@@ -11,8 +11,7 @@ from typing import Any
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
-from trunnion.service.api.server_state.server_components import JobContents
-from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.server_state.server_components import JobContents, Service
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
 from trunnion.service.request_models.job_request import plan_of_document
 from trunnion.service.store.job_and_chunk_records import Chunk

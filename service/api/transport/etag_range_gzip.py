@@ -13,9 +13,8 @@ from fastapi import Request
 from starlette.responses import Response, StreamingResponse
 
 from trunnion.service.api.documents.problem_documents import header_schema, problem_response
-from trunnion.service.api.server_state.server_components import Make
 from trunnion.service.api.server_state.read_turns import ReadTurns
-from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.server_state.server_components import Make, Service
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.part_checksum import digest_of
 

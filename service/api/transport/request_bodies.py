@@ -12,8 +12,7 @@ from starlette.requests import ClientDisconnect
 from trunnion.service.api.documents.problem_documents import ProblemDocument, Refusal, shutting_down
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller
-from trunnion.service.request_workers.worker_processes import WorkerPool
-from trunnion.service.request_workers.worker_processes import Task
+from trunnion.service.request_workers.worker_processes import Task, WorkerPool
 
 BODY_MODELS: dict[str, type[BaseModel]] = {"ProblemDocument": ProblemDocument}
 """The problem document and the request models in the OpenAPI document, by name."""

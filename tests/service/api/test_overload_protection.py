@@ -30,8 +30,15 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.cli.serve import END_SECONDS
 from trunnion.service.request_models.job_request import SceneSource, scene_of
 from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
-from trunnion.service.request_workers.worker_processes import WorkerPool
-from trunnion.service.request_workers.worker_processes import READY, START_SECONDS, Ended, NotReady, TookTooLong, WorkerProcess
+from trunnion.service.request_workers.worker_processes import (
+    READY,
+    START_SECONDS,
+    Ended,
+    NotReady,
+    TookTooLong,
+    WorkerPool,
+    WorkerProcess,
+)
 from trunnion.service.request_workers.worker_tasks import check_job, check_scene
 
 MEMORY = 4e9
