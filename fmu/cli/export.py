@@ -40,7 +40,7 @@ def read_export(
     return loaded, {"overrides": values, "step": length or 0.0}, folder
 
 
-def c(
+def export_c(
     ctx: typer.Context,
     scene: Scene = None,
     *,
@@ -69,7 +69,7 @@ def c(
     return print_result(as_json, DONE, document, [*lines, f"  cd {folder} && cc -std=c99 -O2 *.c -lm -o example && ./example"])
 
 
-def web(
+def export_web(
     ctx: typer.Context,
     scene: Scene = None,
     *,
@@ -83,12 +83,12 @@ def web(
     from trunnion.cli.output.printed_output import print_result
     from trunnion.cli.output.progress_bars import ProgressBar
     from trunnion.fmu.c_library.library_files import write_files
-    from trunnion.fmu.c_library.wasm_page import web as page_files
+    from trunnion.fmu.c_library.wasm_page import web
 
     loaded, how, folder = read_export(ctx, scene, save, "web", changes, step)
     with ProgressBar(f"WebAssembly of {loaded.name}") as bar:
         bar.show_part("compiling for wasm32", 0, 1)
-        files = page_files(loaded, how["overrides"], how["step"])
+        files = web(loaded, how["overrides"], how["step"])
     write_files(folder, files)
     page, module = sorted(files)
     document = {"folder": str(folder), "files": [page, module], "bytes": sum(map(len, files.values()))}

@@ -12,7 +12,7 @@ from trunnion.cli.options.option_declarations import Json, repeatable
 from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, print_json
 from trunnion.cli.output.printed_output import print_lines
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
-from trunnion.service.client.remote_jobs import Connection, Job
+from trunnion.service.client.remote_jobs import Job, connect
 
 Url = Annotated[str, typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="Address of the server.")]
 ApiKey = Annotated[
@@ -25,12 +25,12 @@ FORMATS = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "j
 
 def show(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
     """Print the state, progress, outcomes and problems of a job."""
-    return print_job(Connection(Server(server, key)).job(job).document, as_json, DONE)
+    return print_job(connect(server, key).job(job).document, as_json, DONE)
 
 
 def watch(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
     """Show the progress of a job until it ends; the exit code is 1 if the job failed."""
-    end = follow(Connection(Server(server, key)).job(job))
+    end = follow(connect(server, key).job(job))
     return print_job(end, as_json, DONE if end["state"] == "done" else FAILED)
 
 
@@ -77,7 +77,7 @@ def results(
 
 def answer(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
     """Print the present results of a fit or a study."""
-    there = Connection(Server(server, key)).job(job)
+    there = connect(server, key).job(job)
     found = there.answer
     print_json(found or {}) if as_json or (found and found["kind"] != "fit") else print_lines(answer_lines(there))
     return DONE

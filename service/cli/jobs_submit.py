@@ -14,8 +14,8 @@ from trunnion.cli.requests.fit_request import Column, Compare, Data, Level, Nois
 from trunnion.cli.requests.trajectory_request import Certify, Spacing, Trajectories, trajectory_arguments
 from trunnion.cli.requests.varied_numbers import Sample, Sampling, Seed, Vary, spreads_by_path, values_by_path
 from trunnion.service.cli.jobs import ApiKey, Url, answer_lines, follow, given, job_line
-from trunnion.service.client.http_requests import DEFAULT_URL, Server
-from trunnion.service.client.remote_jobs import Connection
+from trunnion.service.client.http_requests import DEFAULT_URL
+from trunnion.service.client.remote_jobs import connect
 
 Label = Annotated[str, typer.Option("--label", metavar="TEXT", help="Text that describes the job.")]
 Tags = Annotated[list[str], repeatable("--tag", metavar="TAG", help="Word by which the list of jobs can be searched.")]
@@ -60,7 +60,7 @@ def submit(
     loaded = reader.checked(reader.scene(scene, ctx, changes))
     body |= given(vary={p: v if ":" in v else v.split(",") for p, v in axes.items()})
     body |= {"sample": {"ranges": samples, "count": count, "seed": seed, "method": sampling}} if samples else {}
-    job = Connection(Server(server, key)).submit(
+    job = connect(server, key).submit(
         loaded, reductions=reduce, label=label, tags=tag, idempotency_key=idempotency_key, **body
     )
     end = follow(job) if wait else job.document
@@ -99,7 +99,7 @@ def fit(
         loaded, reader, data=data, vary=vary, own=own, column=column, noise=noise, level=level, compare=compare, trials=trials
     )
     loaded = reader.checked(loaded)
-    job = Connection(Server(server, key)).fit(
+    job = connect(server, key).fit(
         loaded, request.shared, **request.arguments(), candidates=request.candidates, trials=request.trials, budget=budget,
         label=label, tags=tag, idempotency_key=idempotency_key,
     )  # fmt: skip
