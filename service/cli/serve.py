@@ -192,7 +192,7 @@ def make_key(settings: Settings, text: str) -> int:
     """Create an API key, print it, and return the exit code. text: NAME:ROLE."""
     from trunnion.service.api.server_state.server_components import make_data_folder
     from trunnion.service.api.transport.api_keys_and_rates import ROLES, new_key
-    from trunnion.service.store.jobs_events_keys import Store
+    from trunnion.service.store.job_store import Store
 
     name, _, role = text.rpartition(":")
     if not name or role not in ROLES:

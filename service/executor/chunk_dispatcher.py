@@ -19,10 +19,9 @@ from trunnion.service.executor.dask_cluster import Cluster, NoCluster
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, document_bytes
-from trunnion.service.store.chunk_outcomes import Done, LeaseLost, Lost
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_and_chunk_records import Chunk
-from trunnion.service.store.leases_and_chunks import WorkStore
+from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
 
 log = logging.getLogger("trunnion.service")
 AHEAD = 1

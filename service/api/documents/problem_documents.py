@@ -22,7 +22,7 @@ from trunnion.service.executor.part_checksum import CorruptPart
 from trunnion.service.request_workers.fair_queue import QueueFull
 from trunnion.service.request_workers.worker_processes import Ended, NotReady, TookTooLong
 from trunnion.service.store.database_connection import Unreachable
-from trunnion.service.store.jobs_events_keys import BadCursor, Conflict
+from trunnion.service.store.job_store import BadCursor, Conflict
 
 log = logging.getLogger("trunnion.service")
 MEDIA = "application/problem+json"

@@ -31,9 +31,8 @@ from trunnion.service.api.transport import guard_middleware
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.store import leases_and_chunks
-from trunnion.service.store.chunk_outcomes import Done
 from trunnion.service.store.database_connection import alembic_config, transaction
-from trunnion.service.store.leases_and_chunks import WorkStore
+from trunnion.service.store.leases_and_chunks import Done, WorkStore
 from trunnion.service.store.table_definitions import jobs as table
 
 HOUR = 3600.0

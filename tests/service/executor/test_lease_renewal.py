@@ -13,7 +13,7 @@ from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.executor import job_leases
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.job_leases import LeasedJobs
-from trunnion.service.store.chunk_outcomes import Lost
+from trunnion.service.store.leases_and_chunks import Lost
 
 LEASE, PIECES = 6.0, 100
 
