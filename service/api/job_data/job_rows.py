@@ -1,4 +1,4 @@
-"""Reads plans and rows of jobs. The checksum of every part is verified when the part is read."""
+"""Finds jobs by their ids, and reads their plans and rows. The checksum of every part is verified when the part is read."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.server_components import JobContents, Service
+from trunnion.service.api.transport.api_keys_and_rates import Caller
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
 from trunnion.service.request_models.job_request import plan_of_document
-from trunnion.service.store.job_and_chunk_records import Chunk
+from trunnion.service.store.job_and_chunk_records import Chunk, Job
 from trunnion.service.store.table_definitions import ENDED
 
 log = logging.getLogger("trunnion.service")
@@ -22,6 +23,22 @@ POLL_SECONDS = 0.1
 MOST_REPAIRS = 3
 """Largest number of times that the same cases are recomputed during one read. If this is not enough, something keeps damaging the
 parts."""
+
+
+def find_job(s: Service, job: str) -> Job:
+    """The job with this id; Refusal (404) if there is none."""
+    record = s.store.job(job) if job.isalnum() and job.isascii() and len(job) == 24 else None
+    if record is None:
+        raise Refusal(404, "no such job")
+    return record
+
+
+def find_own_job(s: Service, caller: Caller, job: str) -> Job:
+    """The job with this id, if the caller may change it: an owned job, or for the role admin any job. Else Refusal (403, 404)."""
+    record = find_job(s, job)
+    if caller.role != "admin" and record.owner != caller.id:
+        raise Refusal(403, "the job belongs to another key: only its owner or a key with the role admin may change it")
+    return record
 
 
 def job_contents(s: Service, job: str) -> JobContents:

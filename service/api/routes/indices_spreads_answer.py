@@ -16,8 +16,7 @@ from trunnion.batch.sample_statistics.quantiles import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
 from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer, fit_answer
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
-from trunnion.service.api.job_data.job_access import find_job
-from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.job_data.job_rows import find_job, job_contents, result_rows
 from trunnion.service.api.job_data.tally_totals import (
     DRAWN,
     DrawnDocument,

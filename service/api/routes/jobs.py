@@ -17,8 +17,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.service.api.documents.job_document import Attempt, JobDocument, JobList, State, attempt_document, job_document
 from trunnion.service.api.documents.job_request_examples import EXAMPLES
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses, header_schema
-from trunnion.service.api.job_data.job_access import find_job, find_own_job
-from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.job_data.job_rows import find_job, find_own_job, job_contents, result_rows
 from trunnion.service.api.routes.tags_usage_audit import check_quota, forget
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller, Reader, ServerState, Submitter

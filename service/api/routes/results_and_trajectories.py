@@ -15,8 +15,7 @@ from starlette.responses import HTMLResponse, Response, StreamingResponse
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.version import version
 from trunnion.service.api.documents.problem_documents import Refusal, content_schema, error_responses, header_schema
-from trunnion.service.api.job_data.job_access import find_job
-from trunnion.service.api.job_data.job_rows import case_numbers, job_contents, result_rows, trajectory_rows
+from trunnion.service.api.job_data.job_rows import case_numbers, find_job, job_contents, result_rows, trajectory_rows
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
 from trunnion.service.api.transport.cluster_calls import call_cluster

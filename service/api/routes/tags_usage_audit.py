@@ -11,7 +11,7 @@ from starlette.responses import Response
 from trunnion.basics.problems import Problem
 from trunnion.service.api.documents.job_document import JobDocument, job_document, rfc3339
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
-from trunnion.service.api.job_data.job_access import find_job, find_own_job
+from trunnion.service.api.job_data.job_rows import find_job, find_own_job
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Admin, Caller, Reader, ServerState, Submitter
 from trunnion.service.request_models.job_request import PlainText, RequestModel, Tag
