@@ -18,7 +18,7 @@ import typer
 from trunnion.basics.optional_packages import absent
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import SETTINGS, current
-from trunnion.service.basics.server_settings import Certificates, Limits, Settings
+from trunnion.service.basics.server_settings import Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
 """Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
@@ -133,7 +133,7 @@ def command(
         raise SimulationError(f"the database cannot be used: {e}") from e
 
 
-def certificates_of(scheduler: str, *files: Path | None) -> Certificates | None:
+def certificates_of(scheduler: str, *files: Path | None) -> dict[str, str] | None:
     """The certificates for the scheduler; None if no file is given, so that Dask's own configuration applies. SceneError with all
     mistakes."""
     options = ("--scheduler-ca", "--scheduler-cert", "--scheduler-key")
@@ -147,7 +147,7 @@ def certificates_of(scheduler: str, *files: Path | None) -> Certificates | None:
         problems.append(Problem("--scheduler", f"{scheduler!r} is not a tls:// address", "such as tls://host:8786"))
     if problems:
         raise SceneError(problems)
-    return Certificates(*given)
+    return dict(zip(("tls_ca_file", "tls_client_cert", "tls_client_key"), map(str, given), strict=True))
 
 
 def limits_of(rate: str, texts: list[str]) -> Limits:

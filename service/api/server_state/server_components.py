@@ -71,21 +71,6 @@ class Turns:
     busy: int = 0
 
 
-class DatabaseProbe:
-    """Probes the database on a separate thread, so that a high load of requests cannot delay the probe."""
-
-    def __init__(self, store: WorkStore):
-        self.store, self.pool = store, ThreadPoolExecutor(1, thread_name_prefix="pulse")
-
-    async def database(self) -> str:
-        """The state of the database: "ok" or "unreachable"."""
-        try:
-            await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pool, self.store.ping), PROBE_SECONDS)
-        except (Unreachable, TimeoutError):
-            return "unreachable"
-        return "ok"
-
-
 @dataclass
 class Service:
     """The components of a server. contents, studies, tallies: caches by job. lengths: cache of the lengths of responses, by entity
@@ -99,9 +84,9 @@ class Service:
     dispatcher: Dispatcher
     checks: WorkerPool
     exports: WorkerPool
-    probe: DatabaseProbe
     retention: JobRetention
     webhook_sender: WebhookSender
+    pulse: ThreadPoolExecutor = field(default_factory=partial(ThreadPoolExecutor, 1, thread_name_prefix="pulse"))
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
@@ -111,6 +96,15 @@ class Service:
     tallies: RecentItems[str, JobTally] = field(default_factory=partial(RecentItems, CACHED_TALLIES))
     lengths: RecentItems[str, int] = field(default_factory=partial(RecentItems, CACHED_LENGTHS))
     reads: ReadTurns = field(default_factory=ReadTurns)
+
+    async def database_state(self) -> str:
+        """The state of the database: "ok" or "unreachable". It is probed on a thread of its own, so that a high load of requests
+        cannot delay the probe."""
+        try:
+            await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pulse, self.store.ping), PROBE_SECONDS)
+        except (Unreachable, TimeoutError):
+            return "unreachable"
+        return "ok"
 
     def close(self) -> None:
         """End all components. Each component ends before the components that it uses."""
@@ -155,7 +149,7 @@ def create_service(settings: Settings) -> Service:
     memory = settings.limits.memory
     checks, exports = WorkerPool(CHECK_PROCESSES, memory), WorkerPool(EXPORT_PROCESSES, 2 * memory, lasting=False)
     retention, sender = JobRetention(store, parts, settings), WebhookSender(store, settings, job_document)
-    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, DatabaseProbe(store), retention, sender)
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, retention, sender)
 
 
 async def service(request: Request) -> Service:
