@@ -6,7 +6,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES
@@ -14,14 +13,12 @@ from trunnion.fmu.c_source.layout_sizes import Sizes, sizes_of
 from trunnion.fmu.c_text.constant_length_arrays import fixed
 from trunnion.fmu.c_text.dead_code_and_ascii import ascii_only, definitions, nothing_unused, renamed, used_only
 from trunnion.fmu.c_text.include_expansion import one_file
+from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.kernel.c_code.code_generator import MATH
 from trunnion.kernel.shared_libraries import RUNTIME
 from trunnion.runtime.abi.c_header import header
 from trunnion.runtime.integrators.method_c_code import header as tables
-
-if TYPE_CHECKING:
-    from trunnion.fmu.scene_export import Made
 
 INTERFACES = ("ModelExchange", "CoSimulation")
 LEFT = ("fmi2Functions.h", "fmi3Functions.h")
@@ -34,8 +31,8 @@ TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 
 
 def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checked: bool = False) -> dict[str, str]:
-    """The C files by name. units: generated texts (``Made.sources``). kind: a key of SHELL_NAMES. prefix: beginning of all names
-    with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
+    """The C files by name. units: generated texts (``ExportedModel.sources``). kind: a key of SHELL_NAMES. prefix: beginning of
+    all names with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
     shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
     runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
     made = {"runtime": runtime, "shell": shell} | {n: _unit(text) for n, text in units.items()}
@@ -77,7 +74,7 @@ def _seen(made: Mapping[str, str]) -> set[str]:
     return {n for n in functions | tables if not n.startswith(("fmi2", "fmi3", "mechanism_"))}
 
 
-def with_sources(documents: Mapping[str, bytes], made: Made) -> dict[str, bytes]:
+def with_sources(documents: Mapping[str, bytes], made: ExportedModel) -> dict[str, bytes]:
     """The documents of an FMU and its C sources. The sources are listed in the file that the standard requires."""
     files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
     out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}

@@ -5,19 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.version import version
 from trunnion.fmu.model_description.parameter_set_ssv import base_of
+from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.model_exchange_states import does
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
 from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene.data_classes.scene import Scene
-
-if TYPE_CHECKING:
-    from trunnion.fmu.scene_export import Made
 
 DISPLAY = {
     "rad": (("deg", 57.29577951308232),),
@@ -47,7 +44,7 @@ def date(scene: Scene) -> str:
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def model_description(made: Made, guid: str, flavour: str) -> bytes:
+def model_description(made: ExportedModel, guid: str, flavour: str) -> bytes:
     scene = made.scene
     root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": scene.name, "guid": guid, **about(scene)})
     everywhere = {
@@ -163,7 +160,7 @@ def real(v: Variable) -> dict[str, str]:
     return real
 
 
-def _structure(root: Element, made: Made) -> None:
+def _structure(root: Element, made: ExportedModel) -> None:
     """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states,
     which depend on all known variables."""
     structure, first, n = SubElement(root, "ModelStructure"), len(made.listed) + 1, len(made.exchanged.states)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, depends_on, experiment, real
+from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Face
 from trunnion.fmu.variables.fmi3_event_clocks import LAST, NAME
 from trunnion.fmu.variables.model_exchange_states import does
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE
 from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
 from trunnion.fmu.xml_document import xml_bytes
-
-if TYPE_CHECKING:
-    from trunnion.fmu.scene_export import Made
 
 STATES = ("canGetAndSetFMUState", "canSerializeFMUState")
 SLOPES = ("providesDirectionalDerivatives", "providesAdjointDerivatives")
@@ -31,22 +28,22 @@ CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "provides
 TIME = "time"
 
 
-def _own(made: Made) -> int:
+def _own(made: ExportedModel) -> int:
     """The value reference of the time. The next references are those of the clocks, of their times and of their counts."""
     return len(made.listed)
 
 
-def _has_last_joint(made: Made) -> bool:
+def _has_last_joint(made: ExportedModel) -> bool:
     """Whether a column identifies the joint of the last event."""
     return any(c.key == LAST for c in made.model.columns)
 
 
-def _first_state(made: Made) -> int:
+def _first_state(made: ExportedModel) -> int:
     """The value reference of the first state. The references of derivatives and event indicators come after the states."""
     return _own(made) + 1 + 3 * len(made.clocks) + int(_has_last_joint(made))
 
 
-def model_description3(made: Made, token: str) -> bytes:
+def model_description3(made: ExportedModel, token: str) -> bytes:
     """``modelDescription.xml`` as bytes."""
     scene, identifier = made.scene, made.identifier
     given_by = {"modelName": scene.name, "instantiationToken": token, **about(scene)}
@@ -72,7 +69,7 @@ def model_description3(made: Made, token: str) -> bytes:
     return xml_bytes(root)
 
 
-def _types(root: Element, made: Made) -> None:
+def _types(root: Element, made: ExportedModel) -> None:
     """Write TypeDefinitions: quantities of real variables, names of enumeration values."""
     definitions = SubElement(root, "TypeDefinitions")
     scalars = [*(f.first for f in made.faces), *made.exchanged.all]
@@ -84,7 +81,7 @@ def _types(root: Element, made: Made) -> None:
             SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
 
 
-def _variable(parent: Element, f: Face, made: Made) -> None:
+def _variable(parent: Element, f: Face, made: ExportedModel) -> None:
     """Write a variable that exists in FMI 2.0, too."""
     v = f.first
     node = SubElement(parent, f.type, {
@@ -117,7 +114,7 @@ def _whole(f: Face) -> dict[str, str]:
     return least | ({"max": str(int(v.maximum))} if v.maximum < HUGE and f.type == UINT64 else {})
 
 
-def _rate_of(f: Face, made: Made) -> Face | None:
+def _rate_of(f: Face, made: ExportedModel) -> Face | None:
     """The variable whose time derivative f is, component by component; None if there is no such variable."""
     for other in made.faces if f.first.rate_of else ():
         if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
@@ -125,7 +122,7 @@ def _rate_of(f: Face, made: Made) -> Face | None:
     return None
 
 
-def _own_variables(parent: Element, made: Made) -> None:
+def _own_variables(parent: Element, made: ExportedModel) -> None:
     """Write the variables that FMI 2.0 lacks: time, clocks with times and counts, the joint of the last event."""
     at, n = _own(made), len(made.clocks)
     SubElement(parent, FLOAT64, {
@@ -151,7 +148,7 @@ def _own_variables(parent: Element, made: Made) -> None:
             "variability": "discrete", "initial": "calculated"})  # fmt: skip
 
 
-def _exchanged(parent: Element, made: Made) -> None:
+def _exchanged(parent: Element, made: ExportedModel) -> None:
     """Write the states, their derivatives and the event indicators."""
     at = {v.name: _first_state(made) + i for i, v in enumerate(made.exchanged.all)}
     for v in made.exchanged.all:
@@ -162,7 +159,7 @@ def _exchanged(parent: Element, made: Made) -> None:
             node.set("derivative", str(at[v.rate_of]))
 
 
-def _structure(root: Element, made: Made) -> None:
+def _structure(root: Element, made: ExportedModel) -> None:
     """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators."""
     structure = SubElement(root, "ModelStructure")
     place = {f.reference + i + 1: f.reference for f in made.faces for i in range(len(f.parts))}
@@ -186,7 +183,7 @@ def _structure(root: Element, made: Made) -> None:
         SubElement(structure, "EventIndicator", {"valueReference": str(i)})
 
 
-def _of_parts(f: Face, made: Made, now: bool) -> Iterator[int]:
+def _of_parts(f: Face, made: ExportedModel, now: bool) -> Iterator[int]:
     """Positions of the variables on which the components of an output depend. now: during the run; else at the start."""
     for i in range(len(f.parts)):
         d = made.depends[f.reference + i]
