@@ -15,18 +15,19 @@ from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
 from trunnion.fmu.c_source.model_tables import model_text
-from trunnion.fmu.c_source.sources_in_fmu import with_sources
+from trunnion.fmu.c_source.source_files import with_sources
 from trunnion.fmu.export_option_checks import STANDARDS, apart, check
 from trunnion.fmu.model_description import documentation_page
-from trunnion.fmu.model_description.fmi2_xml import Whole, model_description
-from trunnion.fmu.model_description.fmi3_xml import Described, model_description3
+from trunnion.fmu.model_description.fmi2_xml import model_description
+from trunnion.fmu.model_description.fmi3_xml import model_description3
 from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
 from trunnion.fmu.model_description.terminals_and_icons import icons, terminals
+from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
-from trunnion.fmu.variables.fmi3_event_clocks import LAST, clock_table, clocks
+from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
 from trunnion.fmu.variables.output_dependencies import dependencies
-from trunnion.fmu.variables.outputs_inputs_parameters import Variable, variables
+from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.fmu.variables.scene_parameters import arranged, left_out
 from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
 from trunnion.kernel.compilation import c_compiler, library_cache
@@ -155,7 +156,7 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
     return model, result
 
 
-class Made:
+class Made(ExportedModel):
     """The platform-independent parts of an exported model."""
 
     def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
@@ -165,7 +166,7 @@ class Made:
         self.scene = model.built.scene
         sim = self.scene.simulation
         self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify))
-        self.listed: list[Variable] = self.all.listed
+        self.listed = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
         if not self.identifier[:1].isalpha():
@@ -184,12 +185,7 @@ class Made:
 
     def described(self, guid: str, flavour: str) -> bytes:
         """``modelDescription.xml``."""
-        if self.standard == "2.0":
-            whole = Whole(self.listed, self.depends, self.exchanged, self.kind)
-            return model_description(self.scene, whole, self.identifier, guid, self.step, flavour)
-        named = any(c.key == LAST for c in self.model.columns)
-        given = Described(self.faces, self.depends, self.clocks, named, self.exchanged, self.kind)
-        return model_description3(self.scene, given, self.identifier, guid, self.step)
+        return model_description(self, guid, flavour) if self.standard == "2.0" else model_description3(self, guid)
 
     def _units(self) -> dict[str, str]:
         """The C texts of the generated units, by name."""
@@ -239,15 +235,6 @@ class Made:
             **documentation_page.licences(flavour),
         }
         return with_sources(plain, self) if sources else plain
-
-    def titled(self) -> list[tuple[str, Variable]]:
-        """The variables with their displayed names."""
-        if self.standard == "2.0":
-            return [(v.name, v) for v in (*self.listed, *self.exchanged.states, *self.exchanged.rates)]
-        whole = [replace(f.first, description=f.description) for f in self.faces]
-        ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
-        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks),
-                *((v.name, v) for v in self.exchanged.all)]  # fmt: skip
 
 
 def uuid(digest: str) -> str:

@@ -155,24 +155,19 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
 
 
 def _object(target: str, cpu: str, file: str, text: str) -> Path:
-    """The object file of a generated file other than ``model``, from the cache or compiled."""
-    if file in PARTS:
-        return _parts(target, cpu, file, text)
-    return _kept(target, cpu, file, text, c_compiler.optimised_flags(file, text))
-
-
-def _unit(target: str, cpu: str, folder: Path, file: str, text: str, flags: Sequence[str]) -> None:
-    (folder / f"{file}.c").write_text(text)
-    _compile(target, cpu, _constant(target, cpu), [*flags, "-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")])
-
-
-def _kept(target: str, cpu: str, file: str, text: str, flags: Sequence[str]) -> Path:
-    """The object file of a generated file, which FMUs of both standards share."""
+    """The object file of a generated file other than ``model``, from the cache or compiled. FMUs of both standards share this file;
+    models with the same kinds of parts share the object file of the parts."""
+    flags = PARTS[file] if file in PARTS else c_compiler.optimised_flags(file, text)
 
     def make(folder: Path) -> None:
         _unit(target, cpu, folder, file, text, flags)
 
     return _cached("unit", make, target, cpu, file, text, *flags) / f"{file}.o"
+
+
+def _unit(target: str, cpu: str, folder: Path, file: str, text: str, flags: Sequence[str]) -> None:
+    (folder / f"{file}.c").write_text(text)
+    _compile(target, cpu, _constant(target, cpu), [*flags, "-c", str(folder / f"{file}.c"), "-o", str(folder / f"{file}.o")])
 
 
 def _constant(target: str, cpu: str) -> Path:
@@ -219,18 +214,6 @@ def _interpreter(target: str, cpu: str) -> Path:
             _compile(target, cpu, _constant(target, cpu), [f"-I{BYTECODE}", *unit])
 
     return _cached("interpreter", make, *(f.read_bytes() for f in INTERPRETER), target, cpu)
-
-
-def _parts(target: str, cpu: str, file: str, text: str) -> Path:
-    """The object file of a model's parts. Models with the same kinds of parts share this object file."""
-    flags = PARTS[file]
-
-    def make(folder: Path) -> None:
-        (folder / "parts.c").write_text(text)
-        _compile(target, cpu, folder, [*flags, "-c", str(folder / "parts.c"), "-o", str(folder / "parts.o")])
-
-    key = library_cache.digest(text, target, cpu, c_compiler.compiler_version(), *FLAGS, *flags)
-    return library_cache.entry(f"parts-{key}", make)[0] / "parts.o"
 
 
 def _system(target: str) -> str:

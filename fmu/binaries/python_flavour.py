@@ -45,14 +45,12 @@ def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[st
             part.mkdir()
             (part / f"{unique}{NATIVE[platform].suffix}").write_bytes(data)
             parts.append(part)
-        path, modules = list(sys.path), set(sys.modules)
+        path = list(sys.path)
         try:
             built = FmuBuilder.build_FMU(script, folder / "built.fmu", parts)
         finally:
             sys.path[:] = path
-            for module in set(sys.modules) - modules:
-                if module == unique:
-                    del sys.modules[module]
+            sys.modules.pop(unique, None)
         with zipfile.ZipFile(built) as z:
             files = {n: z.read(n) for n in z.namelist() if n != "modelDescription.xml" and not n.endswith("/")}
     files = {n: b for n, b in files.items() if not n.startswith("binaries/") or n.split("/")[1] in libraries}

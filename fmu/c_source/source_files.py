@@ -1,21 +1,26 @@
-"""The C files of an exported model. Each file contains the text of all project headers; it includes only the header ``NAME.h``."""
+"""The C files of an exported model, and their lists in ``modelDescription.xml`` or ``buildDescription.xml`` of an FMU. Each file
+contains the text of all project headers; it includes only the header ``NAME.h``."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES
-from trunnion.fmu.c_source.layout_sizes import Sizes
+from trunnion.fmu.c_source.layout_sizes import Sizes, sizes_of
 from trunnion.fmu.c_text.constant_length_arrays import fixed
 from trunnion.fmu.c_text.dead_code_and_ascii import ascii_only, definitions, nothing_unused, renamed, used_only
-from trunnion.fmu.c_text.include_expansion import in_folders, one_file
+from trunnion.fmu.c_text.include_expansion import one_file
+from trunnion.fmu.variables.exported_model import ExportedModel
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.kernel.c_code.code_generator import MATH
 from trunnion.kernel.shared_libraries import RUNTIME
 from trunnion.runtime.abi.c_header import header
 from trunnion.runtime.integrators.method_c_code import header as tables
 
+INTERFACES = ("ModelExchange", "CoSimulation")
 LEFT = ("fmi2Functions.h", "fmi3Functions.h")
 """Headers of the FMI standards, which are not expanded because the compiling tool provides them (FMI 2.0, section 2.3; FMI 3.0,
 section 2.5.1.2)."""
@@ -26,8 +31,8 @@ TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 
 
 def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checked: bool = False) -> dict[str, str]:
-    """The C files by name. units: generated texts (``Made.sources``). kind: a key of SHELL_NAMES. prefix: beginning of all names
-    with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
+    """The C files by name. units: generated texts (``ExportedModel.sources``). kind: a key of SHELL_NAMES. prefix: beginning of
+    all names with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
     shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
     runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
     made = {"runtime": runtime, "shell": shell} | {n: _unit(text) for n, text in units.items()}
@@ -57,7 +62,7 @@ def finished(start: str, shell: str = "", checked: bool = False) -> str:
     """A C text with its project includes expanded, as C99 for any compiler. shell: the macro that selects the parts of
     ``native/shell.c`` (a value of SHELL_NAMES)."""
     given = {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
-    text = one_file(start, in_folders([RUNTIME, NATIVE], given, LEFT), shell)
+    text = one_file(start, [RUNTIME, NATIVE], given, LEFT, shell)
     text = EXPORT.sub("#define FMU_EXPORT\n", re.sub(r"\brestrict\b", "TR_RESTRICT", text))
     return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))
 
@@ -67,3 +72,38 @@ def _seen(made: Mapping[str, str]) -> set[str]:
     functions = {d.name for text in made.values() for d in definitions(text) if not d.static}
     tables = {t for text in made.values() for t in TABLE.findall(text)}
     return {n for n in functions | tables if not n.startswith(("fmi2", "fmi3", "mechanism_"))}
+
+
+def with_sources(documents: Mapping[str, bytes], made: ExportedModel) -> dict[str, bytes]:
+    """The documents of an FMU and its C sources. The sources are listed in the file that the standard requires."""
+    files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
+    out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}
+    if made.standard == "3.0":
+        out["sources/buildDescription.xml"] = build_description(made.identifier, list(files))
+    else:
+        out["modelDescription.xml"] = listing_sources(documents["modelDescription.xml"], list(files))
+    return out
+
+
+def listing_sources(description: bytes, files: Sequence[str]) -> bytes:
+    """``modelDescription.xml`` of FMI 2.0 with the list of the C files to compile added."""
+    root = fromstring(description)
+    for interface in [e for e in root if e.tag in INTERFACES]:
+        named = Element("SourceFiles")
+        for file in files:
+            SubElement(named, "File", {"name": file})
+        interface.insert(0, named)
+    return xml_bytes(root)
+
+
+def build_description(identifier: str, files: Sequence[str]) -> bytes:
+    """``buildDescription.xml`` of FMI 3.0."""
+    root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    how = SubElement(root, "BuildConfiguration", {"modelIdentifier": identifier})
+    together = SubElement(how, "SourceFileSet", {"language": "C99"})
+    for file in files:
+        SubElement(together, "SourceFile", {"name": file})
+    alone = {"name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "value": "1", "optional": "true"}
+    SubElement(together, "PreprocessorDefinition", alone | {"description": "for a shared library: names without a prefix"})
+    SubElement(how, "Library", {"name": "m", "external": "false"})
+    return xml_bytes(root)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 INCLUDE = re.compile(r'^#include "([^"]+)"\n', re.MULTILINE)
@@ -13,15 +13,16 @@ SHELLS = ("FMU_FMI2", "FMU_FMI3", "FMU_ALONE")
 SYSTEM = re.compile(r"^#include <[^>]+>\n", re.MULTILINE)
 
 
-def one_file(start: str, find: Callable[[str], str | None], shell: str = "") -> str:
-    """The text ``start`` with its includes expanded. find: returns the text of a file by its name, or None to keep the include
-    line. shell: the macro in SHELLS that is defined; "" for none."""
+def one_file(start: str, folders: Sequence[Path], made: Mapping[str, str], left: Sequence[str], shell: str) -> str:
+    """The text ``start`` with its includes expanded. A file is in ``made``, or else in a folder; include lines of other files, and
+    of those named in ``left``, remain. shell: the macro in SHELLS that is defined; "" for none."""
     seen: set[str] = set()
 
     def text_of(found: re.Match[str]) -> str:
         name = found[1]
-        text = find(name)
-        if text is None:
+        file = next((f / name for f in folders if (f / name).is_file()), None)
+        text = made[name] if name in made else file.read_text() if file else None
+        if name in left or text is None:
             return found[0]
         if name in seen:
             return ""
@@ -34,20 +35,6 @@ def one_file(start: str, find: Callable[[str], str | None], shell: str = "") -> 
         return INCLUDE.sub(text_of, text)
 
     return _system_first(expanded(start))
-
-
-def in_folders(folders: Sequence[Path], made: Mapping[str, str], left: Sequence[str] = ()) -> Callable[[str], str | None]:
-    """A function ``find`` for ``one_file``. It searches for a file in ``made``, then in the folders. It returns None for names in
-    ``left``, so that their include lines remain."""
-
-    def find(name: str) -> str | None:
-        if name in left:
-            return None
-        if name in made:
-            return made[name]
-        return next(((f / name).read_text() for f in folders if (f / name).is_file()), None)
-
-    return find
 
 
 def decided(text: str, name: str, defined: bool) -> str:

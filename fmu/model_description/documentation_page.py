@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -48,38 +47,33 @@ def draw(result: Result) -> bytes:
     return out.getvalue()
 
 
-@dataclass(frozen=True)
-class Page:
-    """Texts of the page that differ between FMI versions. picture: path relative to the page. ends: what the FMU returns when a run
-    cannot continue. events: HTML list items about the handling of events."""
-
-    standard: str
-    picture: str
-    ends: str
-    events: str = ""
-
-
 PAGES = {
-    "2.0": Page(
-        "2.0", "../model.png", "returns fmi2Discard with the\ntime reached as fmi2LastSuccessfulTime and fmi2Terminated true"
-    ),
-    "3.0": Page(
-        "3.0", "diagram.png", "returns fmi3Discard with\nterminateSimulation and lastSuccessfulTime",
-        "<li>In hosts that handle events and accept early returns, steps end at each stick, slip, reversal, separation and\n"
-        "impact. The clock for the joint and the kind of event then ticks. Outputs have the values just before the event; after\n"
-        "fmi3UpdateDiscreteStates, they have the values just after the event.</li>",
-    ),
-}  # fmt: skip
+    "2.0": {
+        "picture": "../model.png",
+        "ends": "returns fmi2Discard with the\ntime reached as fmi2LastSuccessfulTime and fmi2Terminated true",
+        "events": "",
+    },
+    "3.0": {
+        "picture": "diagram.png",
+        "ends": "returns fmi3Discard with\nterminateSimulation and lastSuccessfulTime",
+        "events": "<li>In hosts that handle events and accept early returns, steps end at each stick, slip, reversal, separation "
+        "and\nimpact. The clock for the joint and the kind of event then ticks. Outputs have the values just before the event; "
+        "after\nfmi3UpdateDiscreteStates, they have the values just after the event.</li>",
+    },
+}
+"""Texts of the page that differ between FMI versions. picture: path relative to the page. ends: what the FMU returns when a run
+cannot continue. events: HTML list items about the handling of events."""
 
 
 def page(result: Result, listed: Sequence[tuple[str, Variable]], flavour: str, guid: str, standard: str) -> bytes:
     """The page documentation/index.html. listed: the variables with their displayed names."""
-    scene, about = result.scene, PAGES[standard]
+    scene = result.scene
     groups = {"outputs": "output", "locals": "local", "inputs": "input", "parameters": "parameter"}
     tables = {name: _table([(n, v) for n, v in listed if v.causality == c]) for name, c in groups.items()}
     notes = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
     text = Template(PAGE.read_text(encoding="utf-8")).substitute(
-        name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes, **asdict(about),
+        name=escape(scene.name), title=escape(scene.title or scene.name), guid=guid, flavour=flavour, notes=notes,
+        standard=standard, **PAGES[standard],
         law=escape(", ".join(sorted({scene.law_of(f) for j in scene.joints.values() if (f := j.friction)})) or "none"),
         scene=escape(scene_to_yaml(scene)), **tables,
     )

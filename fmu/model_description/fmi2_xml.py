@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Iterable
 from datetime import UTC, datetime
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.version import version
-from trunnion.fmu.variables.model_exchange_states import Exchanged, does
-from trunnion.fmu.variables.output_dependencies import Depends
+from trunnion.fmu.model_description.parameter_set_ssv import base_of
+from trunnion.fmu.variables.exported_model import ExportedModel
+from trunnion.fmu.variables.model_exchange_states import does
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
 from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.units.unit_parser import parse_unit
 
 DISPLAY = {
     "rad": (("deg", 57.29577951308232),),
@@ -34,22 +35,6 @@ CATEGORIES = {
 }
 
 
-@dataclass(frozen=True)
-class Whole:
-    """The contents of the description. listed: all variables except those of model exchange. depends: dependencies of the output
-    columns. exchanged: variables of model exchange. kind: cs, me or both."""
-
-    listed: list[Variable]
-    depends: list[Depends]
-    exchanged: Exchanged
-    kind: str
-
-    @property
-    def variables(self) -> list[Variable]:
-        """All variables; the variables of model exchange come last."""
-        return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
-
-
 def date(scene: Scene) -> str:
     """The generation date: SOURCE_DATE_EPOCH if this is set, else the scene's date, else a constant. The date never is the time of
     the export, so that exports are reproducible."""
@@ -59,29 +44,29 @@ def date(scene: Scene) -> str:
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def model_description(scene: Scene, whole: Whole, identifier: str, guid: str, step: float, flavour: str) -> bytes:
+def model_description(made: ExportedModel, guid: str, flavour: str) -> bytes:
+    scene = made.scene
     root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": scene.name, "guid": guid, **about(scene)})
     everywhere = {
-        "modelIdentifier": identifier, "needsExecutionTool": "false", "canBeInstantiatedOnlyOncePerProcess": "false",
+        "modelIdentifier": made.identifier, "needsExecutionTool": "false", "canBeInstantiatedOnlyOncePerProcess": "false",
         "canNotUseMemoryManagementFunctions": "false" if flavour == "native" else "true",
         "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
     }  # fmt: skip
-    if does(whole.kind, "me"):
-        root.set("numberOfEventIndicators", str(len(whole.exchanged.indicators)))
+    if does(made.kind, "me"):
+        root.set("numberOfEventIndicators", str(len(made.exchanged.indicators)))
         SubElement(root, "ModelExchange", {**everywhere, "completedIntegratorStepNotNeeded": "false",
                                            "providesDirectionalDerivative": "true"})  # fmt: skip
-    if does(whole.kind, "cs"):
+    if does(made.kind, "cs"):
         SubElement(root, "CoSimulation", {
             **everywhere, "canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true",
             "maxOutputDerivativeOrder": "1", "providesDirectionalDerivative": "true"})  # fmt: skip
-    add_units(root, whole.variables)
-    _types(root, whole.variables)
+    add_units(root, made.scalars)
+    _types(root, made.scalars)
     categories(root, "fmi2")
-    experiment(root, scene, step)
-    _variables(root, whole.variables)
-    _structure(root, whole)
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    experiment(root, scene, made.step)
+    _variables(root, made.scalars)
+    _structure(root, made)
+    return xml_bytes(root)
 
 
 def about(scene: Scene) -> dict[str, str]:
@@ -114,9 +99,7 @@ def add_units(root: Element, listed: list[Variable], extra: tuple[str, ...] = ()
     units = SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in listed if not v.type} | set(extra)):
         node = SubElement(units, "Unit", {"name": unit})
-        dimension = parse_unit("" if unit == "1" else unit).dimension
-        exponents = dict(zip(("kg", "m", "s", "rad"), dimension, strict=False))
-        SubElement(node, "BaseUnit", {k: str(e) for k, e in exponents.items() if e})
+        SubElement(node, "BaseUnit", base_of(unit))
         for name, factor in DISPLAY.get(unit, ()):
             SubElement(node, "DisplayUnit", {"name": name, "factor": repr(factor)})
 
@@ -177,11 +160,11 @@ def real(v: Variable) -> dict[str, str]:
     return real
 
 
-def _structure(root: Element, whole: Whole) -> None:
+def _structure(root: Element, made: ExportedModel) -> None:
     """Write ModelStructure: the outputs with their dependencies during the run and at the start, and the derivatives of states,
     which depend on all known variables."""
-    structure, first, n = SubElement(root, "ModelStructure"), len(whole.listed) + 1, len(whole.exchanged.states)
-    outputs = [(i, v, d) for i, (v, d) in enumerate(zip(whole.listed, whole.depends, strict=False)) if v.causality == "output"]
+    structure, first, n = SubElement(root, "ModelStructure"), len(made.listed) + 1, len(made.exchanged.states)
+    outputs = [(i, v, d) for i, (v, d) in enumerate(zip(made.listed, made.depends, strict=False)) if v.causality == "output"]
     states, rates = range(first, first + n), range(first + n, first + 2 * n)
     node = SubElement(structure, "Outputs")
     for i, v, d in outputs:
@@ -192,7 +175,7 @@ def _structure(root: Element, whole: Whole) -> None:
     node = SubElement(structure, "InitialUnknowns")
     for i, _, d in outputs:
         _unknown(node, i + 1, d.start)
-    parameters = tuple(i + 1 for i, v in enumerate(whole.listed) if v.causality == "parameter")
+    parameters = tuple(i + 1 for i, v in enumerate(made.listed) if v.causality == "parameter")
     for i in states:
         _unknown(node, i, parameters)
     for i in rates:
@@ -202,7 +185,10 @@ def _structure(root: Element, whole: Whole) -> None:
 def _unknown(node: Element, index: int, places: tuple[int, ...] | None) -> None:
     """Write an unknown with its dependencies. places: indices of the variables on which it depends; None means all known
     variables."""
-    depends = "" if places is None else " ".join(map(str, places))
-    kinds = "" if places is None else " ".join(["dependent"] * len(places))
-    said = {} if places is None else {"dependencies": depends, "dependenciesKind": kinds}
-    SubElement(node, "Unknown", {"index": str(index), **said})
+    SubElement(node, "Unknown", {"index": str(index), **({} if places is None else depends_on(places))})
+
+
+def depends_on(places: Iterable[int]) -> dict[str, str]:
+    """XML attributes that list the dependencies of an unknown."""
+    found = list(places)
+    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from collections.abc import Iterator
+from xml.etree.ElementTree import Element, SubElement
 
-from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, experiment, real
+from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, depends_on, experiment, real
+from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Face
-from trunnion.fmu.variables.fmi3_event_clocks import NAME, Clock
-from trunnion.fmu.variables.model_exchange_states import Exchanged, does
-from trunnion.fmu.variables.output_dependencies import Depends
+from trunnion.fmu.variables.fmi3_event_clocks import LAST, NAME
+from trunnion.fmu.variables.model_exchange_states import does
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE
 from trunnion.fmu.variables.variable_types import ENUMERATIONS, QUANTITIES
-from trunnion.scene.data_classes.scene import Scene
+from trunnion.fmu.xml_document import xml_bytes
 
 STATES = ("canGetAndSetFMUState", "canSerializeFMUState")
 SLOPES = ("providesDirectionalDerivatives", "providesAdjointDerivatives")
@@ -29,63 +28,51 @@ CANNOT = ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess", "provides
 TIME = "time"
 
 
-@dataclass(frozen=True)
-class Described:
-    """The contents of the description. faces: variables. depends: dependencies of the output columns. named: whether a column
-    identifies the joint of the last event. exchanged: variables of model exchange. kind: cs, me or both."""
-
-    faces: list[Face]
-    depends: list[Depends]
-    clocks: list[Clock]
-    named: bool
-    exchanged: Exchanged
-    kind: str
-
-    @property
-    def own(self) -> int:
-        """The value reference of the time. The next references are those of the clocks, of their times and of their counts."""
-        return sum(len(f.parts) for f in self.faces)
-
-    @property
-    def first_state(self) -> int:
-        """The value reference of the first state. The references of derivatives and event indicators come after the states."""
-        return self.own + 1 + 3 * len(self.clocks) + int(self.named)
-
-    def of_place(self) -> dict[int, int]:
-        """The value references of variables by the position (from 1) of each of their scalars in the list."""
-        return {f.reference + i + 1: f.reference for f in self.faces for i in range(len(f.parts))}
+def _own(made: ExportedModel) -> int:
+    """The value reference of the time. The next references are those of the clocks, of their times and of their counts."""
+    return len(made.listed)
 
 
-def model_description3(scene: Scene, given: Described, identifier: str, token: str, step: float) -> bytes:
+def _has_last_joint(made: ExportedModel) -> bool:
+    """Whether a column identifies the joint of the last event."""
+    return any(c.key == LAST for c in made.model.columns)
+
+
+def _first_state(made: ExportedModel) -> int:
+    """The value reference of the first state. The references of derivatives and event indicators come after the states."""
+    return _own(made) + 1 + 3 * len(made.clocks) + int(_has_last_joint(made))
+
+
+def model_description3(made: ExportedModel, token: str) -> bytes:
     """``modelDescription.xml`` as bytes."""
+    scene, identifier = made.scene, made.identifier
     given_by = {"modelName": scene.name, "instantiationToken": token, **about(scene)}
     root = Element("fmiModelDescription", {"fmiVersion": "3.0", **given_by})
     flags = dict.fromkeys(CANNOT, "false")
-    if does(given.kind, "me"):
+    if does(made.kind, "me"):
         SubElement(root, "ModelExchange", {"modelIdentifier": identifier, **dict.fromkeys(CAN_EXCHANGE, "true"), **flags})
-    if does(given.kind, "cs"):
+    if does(made.kind, "cs"):
         SubElement(root, "CoSimulation", {
             "modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **dict.fromkeys(CAN, "true"), **flags,
             "providesEvaluateDiscreteStates": "false"})  # fmt: skip
-    scalars = [*(f.first for f in given.faces), *given.exchanged.all]
+    scalars = [*(f.first for f in made.faces), *made.exchanged.all]
     add_units(root, scalars, extra=("s",))
-    _types(root, given)
+    _types(root, made)
     categories(root, "fmi3")
-    experiment(root, scene, step)
+    experiment(root, scene, made.step)
     parent = SubElement(root, "ModelVariables")
-    for f in given.faces:
-        _variable(parent, f, given)
-    _own_variables(parent, given)
-    _exchanged(parent, given)
-    _structure(root, given)
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    for f in made.faces:
+        _variable(parent, f, made)
+    _own_variables(parent, made)
+    _exchanged(parent, made)
+    _structure(root, made)
+    return xml_bytes(root)
 
 
-def _types(root: Element, given: Described) -> None:
+def _types(root: Element, made: ExportedModel) -> None:
     """Write TypeDefinitions: quantities of real variables, names of enumeration values."""
     definitions = SubElement(root, "TypeDefinitions")
-    scalars = [*(f.first for f in given.faces), *given.exchanged.all]
+    scalars = [*(f.first for f in made.faces), *made.exchanged.all]
     for unit in sorted({v.unit for v in scalars if not v.type and v.unit in QUANTITIES} | {"s"}):
         SubElement(definitions, "Float64Type", {"name": QUANTITIES[unit], "quantity": QUANTITIES[unit], "unit": unit})
     for name in sorted({v.type for v in scalars} & set(ENUMERATIONS)):
@@ -94,7 +81,7 @@ def _types(root: Element, given: Described) -> None:
             SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
 
 
-def _variable(parent: Element, f: Face, given: Described) -> None:
+def _variable(parent: Element, f: Face, made: ExportedModel) -> None:
     """Write a variable that exists in FMI 2.0, too."""
     v = f.first
     node = SubElement(parent, f.type, {
@@ -108,7 +95,7 @@ def _variable(parent: Element, f: Face, given: Described) -> None:
     node.attrib.pop("start", None)
     if v.start is not None:
         node.set("start", " ".join(_number(f, p.start) for p in f.parts))
-    if (base := _rate_of(f, given)) is not None:
+    if (base := _rate_of(f, made)) is not None:
         node.set("derivative", str(base.reference))
     if len(f.parts) > 1:
         SubElement(node, "Dimension", {"start": str(len(f.parts))})
@@ -127,44 +114,44 @@ def _whole(f: Face) -> dict[str, str]:
     return least | ({"max": str(int(v.maximum))} if v.maximum < HUGE and f.type == UINT64 else {})
 
 
-def _rate_of(f: Face, given: Described) -> Face | None:
+def _rate_of(f: Face, made: ExportedModel) -> Face | None:
     """The variable whose time derivative f is, component by component; None if there is no such variable."""
-    for other in given.faces if f.first.rate_of else ():
+    for other in made.faces if f.first.rate_of else ():
         if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
             return other
     return None
 
 
-def _own_variables(parent: Element, given: Described) -> None:
+def _own_variables(parent: Element, made: ExportedModel) -> None:
     """Write the variables that FMI 2.0 lacks: time, clocks with times and counts, the joint of the last event."""
-    at, n = given.own, len(given.clocks)
+    at, n = _own(made), len(made.clocks)
     SubElement(parent, FLOAT64, {
         "name": TIME, "valueReference": str(at), "description": "time", "causality": "independent", "variability": "continuous",
         "declaredType": QUANTITIES["s"], "unit": "s"})  # fmt: skip
-    for i, c in enumerate(given.clocks):
+    for i, c in enumerate(made.clocks):
         SubElement(parent, "Clock", {
             "name": c.name, "valueReference": str(at + 1 + i), "description": c.description, "causality": "output",
             "variability": "discrete", "intervalVariability": "triggered"})  # fmt: skip
     for k, (name, kind, text) in enumerate(
         (("time", FLOAT64, "time of the last of these events, s"), ("count", UINT64, "number of these events so far"))
     ):
-        for i, c in enumerate(given.clocks):
+        for i, c in enumerate(made.clocks):
             node = SubElement(parent, kind, {
                 "name": f"{c.name}.{name}", "valueReference": str(at + 1 + n * (1 + k) + i),
                 "description": f"{c.description}: {text}", "causality": "output",
                 "variability": "discrete", "clocks": str(at + 1 + i), "initial": "calculated"})  # fmt: skip
             if kind == FLOAT64:
                 node.attrib.update({"declaredType": QUANTITIES["s"], "unit": "s"})
-    if given.named:
+    if _has_last_joint(made):
         SubElement(parent, "String", {
             "name": NAME, "valueReference": str(at + 1 + 3 * n), "description": "joint of the last event", "causality": "local",
             "variability": "discrete", "initial": "calculated"})  # fmt: skip
 
 
-def _exchanged(parent: Element, given: Described) -> None:
+def _exchanged(parent: Element, made: ExportedModel) -> None:
     """Write the states, their derivatives and the event indicators."""
-    at = {v.name: given.first_state + i for i, v in enumerate(given.exchanged.all)}
-    for v in given.exchanged.all:
+    at = {v.name: _first_state(made) + i for i, v in enumerate(made.exchanged.all)}
+    for v in made.exchanged.all:
         node = SubElement(parent, FLOAT64, {
             "name": v.name, "valueReference": str(at[v.name]), "description": v.description, "causality": v.causality,
             "variability": v.variability, "initial": v.initial, **real(v)})  # fmt: skip
@@ -172,37 +159,32 @@ def _exchanged(parent: Element, given: Described) -> None:
             node.set("derivative", str(at[v.rate_of]))
 
 
-def _structure(root: Element, given: Described) -> None:
+def _structure(root: Element, made: ExportedModel) -> None:
     """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators."""
-    structure, place = SubElement(root, "ModelStructure"), given.of_place()
-    outputs = [f for f in given.faces if f.first.causality == "output"]
-    first, n = given.first_state, len(given.exchanged.states)
+    structure = SubElement(root, "ModelStructure")
+    place = {f.reference + i + 1: f.reference for f in made.faces for i in range(len(f.parts))}
+    outputs = [f for f in made.faces if f.first.causality == "output"]
+    first, n = _first_state(made), len(made.exchanged.states)
     states, rates = range(first, first + n), range(first + n, first + 2 * n)
-    told = range(first + 2 * n, first + len(given.exchanged.all))
-    parameters = [f.reference for f in given.faces if f.first.causality == "parameter"]
+    told = range(first + 2 * n, first + len(made.exchanged.all))
+    parameters = [f.reference for f in made.faces if f.first.causality == "parameter"]
     for name in ("Output", "InitialUnknown"):
         for f in outputs:
-            found = {place[p] for p in _of_parts(f, given, name == "Output")}
+            found = {place[p] for p in _of_parts(f, made, name == "Output")}
             found |= set(states) if name == "Output" and f.first.variability == "continuous" else set()
-            SubElement(structure, name, {"valueReference": str(f.reference)} | _said(found))
-        for i in range((3 if name == "Output" else 1) * len(given.clocks)):
-            SubElement(structure, name, {"valueReference": str(given.own + 1 + i)} | _said(()))
+            SubElement(structure, name, {"valueReference": str(f.reference)} | depends_on(sorted(found)))
+        for i in range((3 if name == "Output" else 1) * len(made.clocks)):
+            SubElement(structure, name, {"valueReference": str(_own(made) + 1 + i)} | depends_on(()))
         for i in states if name == "InitialUnknown" else ():
-            SubElement(structure, name, {"valueReference": str(i)} | _said(parameters))
+            SubElement(structure, name, {"valueReference": str(i)} | depends_on(parameters))
         for i in rates:
             SubElement(structure, "ContinuousStateDerivative" if name == "Output" else name, {"valueReference": str(i)})
     for i in told:
         SubElement(structure, "EventIndicator", {"valueReference": str(i)})
 
 
-def _of_parts(f: Face, given: Described, now: bool) -> Iterator[int]:
+def _of_parts(f: Face, made: ExportedModel, now: bool) -> Iterator[int]:
     """Positions of the variables on which the components of an output depend. now: during the run; else at the start."""
     for i in range(len(f.parts)):
-        d = given.depends[f.reference + i]
+        d = made.depends[f.reference + i]
         yield from d.now if now else d.start
-
-
-def _said(references: Iterable[int]) -> dict[str, str]:
-    """XML attributes that list the dependencies of an unknown."""
-    found = sorted(references)
-    return {"dependencies": " ".join(map(str, found)), "dependenciesKind": " ".join(["dependent"] * len(found))}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable
 from trunnion.fmu.variables.variable_types import ENUMERATIONS
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene.units.unit_parser import parse_unit
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -60,5 +61,4 @@ def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, Mappin
     used = sorted({v.unit for v in values if v.unit})
     if used:
         add_units(root, {u: base_of(u) if units is None else units[u] for u in used})
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)

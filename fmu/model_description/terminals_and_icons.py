@@ -6,9 +6,10 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from typing import Any
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.fmu.variables.fmi3_arrays import Face
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.simulation.run import Model
 from trunnion.system.structure.bodies_and_joints import Joint
 
@@ -34,8 +35,7 @@ def terminals(model: Model, made: list[Face]) -> bytes:
     parent = SubElement(root, "Terminals") if found else root
     for i, (j, members) in enumerate(found):
         _terminal(parent, j, members, 2.0 * (i + 1) / (len(found) + 1) - 1.0)
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)
 
 
 def _terminal(parent: Element, j: Joint, members: list[tuple[str, str, str]], height: float) -> None:

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, add_units, parameter_set
 from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
+from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene import load_scene
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.quantities import Quantity, number
@@ -246,5 +247,4 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
                                               "endConnector": c.end[1]})  # fmt: skip
     add_units(root, {u: base for u, base in _units(parts).items() if u in used})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(system.until)})
-    indent(root, " ")
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)

@@ -26,10 +26,6 @@ class Metrics:
         self.stepping.inc(seconds)
         self.chunks.labels("done").inc()
 
-    def chunk_lost(self, state: str) -> None:
-        """Count a failed attempt to run a chunk. state: new state of the chunk, ``waiting`` or ``failed``."""
-        self.chunks.labels(state).inc()
-
     def text(self, states: dict[str, int], workers: int) -> bytes:
         """The metrics in Prometheus's text format."""
         for state, n in states.items():

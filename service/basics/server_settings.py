@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -39,27 +40,14 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Certificates:
-    """PEM files for a TLS scheduler: certificate of the signing authority, certificate of this server, key of that certificate."""
-
-    authority: Path
-    certificate: Path
-    key: Path
-
-    def given(self) -> dict[str, str]:
-        """The arguments of ``distributed.security.Security``."""
-        return {"tls_ca_file": str(self.authority), "tls_client_cert": str(self.certificate), "tls_client_key": str(self.key)}
-
-
-@dataclass(frozen=True)
 class Settings:
     """Settings of a server.
 
     data: default folder of database, results and scratch files. database: SQLAlchemy URL. results: fsspec URL. scheduler: address
-    of a Dask scheduler; "" for ``workers`` local processes. tls: certificates for the scheduler. chunk_seconds: longest duration of
-    a chunk, s. attempts: largest number of attempts to run a chunk. keep: time until ended jobs are deleted, s; 0 for never.
-    webhooks: URL prefixes of addresses that jobs may notify. webhook_secret: secret that signs webhooks; "" for a generated
-    secret."""
+    of a Dask scheduler; "" for ``workers`` local processes. tls: PEM files for a TLS scheduler, as arguments of
+    ``distributed.security.Security``. chunk_seconds: longest duration of a chunk, s. attempts: largest number of attempts to run a
+    chunk. keep: time until ended jobs are deleted, s; 0 for never. webhooks: URL prefixes of addresses that jobs may notify.
+    webhook_secret: secret that signs webhooks; "" for a generated secret."""
 
     data: Path
     host: str = "127.0.0.1"
@@ -68,7 +56,7 @@ class Settings:
     results: str = ""
     scheduler: str = ""
     workers: int = 0
-    tls: Certificates | None = None
+    tls: Mapping[str, str] | None = None
     require_keys: bool = False
     limits: Limits = field(default_factory=Limits)
     chunk_seconds: float = 2.0

@@ -11,21 +11,26 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.cli.options.option_declarations import Json, repeatable
 from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, print_json
 from trunnion.cli.output.printed_output import print_lines
-from trunnion.service.cli.job_options import ApiKey, JobId, Url, given
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
-from trunnion.service.client.remote_jobs import Connection, Job
+from trunnion.service.client.remote_jobs import Job, connect
 
+Url = Annotated[str, typer.Option("--server", metavar="URL", envvar="TRUNNION_SERVER", help="Address of the server.")]
+ApiKey = Annotated[
+    str,
+    typer.Option("--key", metavar="KEY", envvar="TRUNNION_KEY", help="API key; the environment variable is safer than the option."),
+]
+JobId = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
 FORMATS = {".csv": "csv", ".parquet": "parquet", ".arrows": "arrow", ".json": "json"}
 
 
 def show(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
     """Print the state, progress, outcomes and problems of a job."""
-    return print_job(Connection(Server(server, key)).job(job).document, as_json, DONE)
+    return print_job(connect(server, key).job(job).document, as_json, DONE)
 
 
 def watch(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
     """Show the progress of a job until it ends; the exit code is 1 if the job failed."""
-    end = follow(Connection(Server(server, key)).job(job))
+    end = follow(connect(server, key).job(job))
     return print_job(end, as_json, DONE if end["state"] == "done" else FAILED)
 
 
@@ -72,7 +77,7 @@ def results(
 
 def answer(job: JobId, server: Url = DEFAULT_URL, key: ApiKey = "", as_json: Json = False) -> int:
     """Print the present results of a fit or a study."""
-    there = Connection(Server(server, key)).job(job)
+    there = connect(server, key).job(job)
     found = there.answer
     print_json(found or {}) if as_json or (found and found["kind"] != "fit") else print_lines(answer_lines(there))
     return DONE
@@ -145,3 +150,8 @@ def answer_lines(job: Job) -> list[str]:
     fit = read_fit(found["fit"])
     evidence = read_comparison(found["compared"]) if found["compared"] else None
     return [*lines(job.document["scene"], fit, evidence), *proposal_lines(read_ranking(found["experiments"]), fit)]
+
+
+def given(**values: Any) -> dict[str, Any]:
+    """The values that are neither empty nor None."""
+    return {name: value for name, value in values.items() if value}

@@ -1,5 +1,5 @@
-"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet part, or run one case again. Runners
-are cached between chunks."""
+"""Functions that run on Dask workers. They compute a chunk of a job and write it as a Parquet part, run one case again, or compute
+a run with derivatives. Runners are cached between chunks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import os
 import socket
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite
@@ -20,8 +19,11 @@ from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.interrupts import watched
+from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Runner, Stopped
+from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.service.basics.json_text import text_of
+from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
@@ -135,15 +137,19 @@ class ChunkMonitor:
 
 
 class RequestMonitor:
-    """Raises Cancelled when the client of the current task has disconnected."""
+    """Raises Cancelled when the client of the current task has disconnected, and SceneError when the time, s, is used up."""
 
-    def __init__(self) -> None:
-        self.looked = time.monotonic()
+    def __init__(self, seconds: float = inf) -> None:
+        self.seconds, self.looked = seconds, time.monotonic()
+        self.end = self.looked + seconds
 
     def check(self) -> None:
         from distributed import get_worker
 
         now = time.monotonic()
+        if now > self.end:
+            hint = "request a shorter run, larger rtol, fewer parameters or a larger budget; a second request is faster"
+            raise SceneError([Problem("budget", f"the time budget of {self.seconds:g} s is used up", hint)])
         if now - self.looked > MARKER_SECONDS:
             self.looked = now
             worker = get_worker()
@@ -154,9 +160,8 @@ class RequestMonitor:
 
 def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
     """The runner of a job in this thread. Raises CorruptPart when the stored document of the job does not have this digest."""
-    kept: OrderedDict[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", OrderedDict())
-    key = (parts.url, job, digest)
-    if key not in kept:
+
+    def made() -> Runner | FitRunner:
         try:
             data = parts.read(parts.job_file(job))
         except FileNotFoundError:
@@ -164,15 +169,10 @@ def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
         if digest_of(data) != digest:
             raise CorruptPart("the job's document beside its parts is damaged")
         plan = plan_of_document(json.loads(data))
-        kept[key] = FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
-    kept.move_to_end(key)
-    while len(kept) > CACHED_RUNNERS:
-        kept.popitem(last=False)
-    return kept[key]
+        return FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
 
-
-def drop_runners() -> None:
-    _local.__dict__.pop("runners", None)
+    kept: RecentItems[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", RecentItems(CACHED_RUNNERS))
+    return kept.of((parts.url, job, digest), made)
 
 
 def run_trajectory(
@@ -191,6 +191,17 @@ def run_trajectory(
         if kind == "events":
             return events_bytes(trajectory(plan, case, outputs, changes))
         return arrow_bytes(trajectory(plan, case, outputs, changes, kind == "certified").to_arrow())
+
+
+def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
+    """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
+    Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has disconnected."""
+    from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+
+    scene = scene_from_dict(asked.pop("scene"))
+    check = RequestMonitor(seconds).check
+    with watched(check):
+        return text_of(sensitivity(scene, **asked, tick=check).document())
 
 
 def events_bytes(result: Result) -> bytes:

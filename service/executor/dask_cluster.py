@@ -6,12 +6,10 @@ import logging
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-
-from trunnion.service.basics.server_settings import Certificates
 
 log = logging.getLogger("trunnion.service")
 CONNECT_SECONDS = 10
@@ -37,7 +35,7 @@ class NoCluster(RuntimeError):
 class Cluster:
     """A connection to the cluster. Its futures are cancelled when the scheduler is lost."""
 
-    def __init__(self, address: str, workers: int, scratch: Path, tls: Certificates | None = None):
+    def __init__(self, address: str, workers: int, scratch: Path, tls: Mapping[str, str] | None = None):
         self.address, self.scratch, self.tls = address, scratch, tls
         if address.startswith("tcp://"):
             log.warning("%s: %s", address, OPEN)
@@ -77,7 +75,7 @@ class Cluster:
             config.set(UNWATCHED)
             self.scratch.mkdir(parents=True, exist_ok=True, mode=0o700)
             self.local = local_cluster(self.wanted, str(self.scratch), logging.ERROR)
-        shown = {"security": Security(require_encryption=True, **self.tls.given())} if self.tls else {}
+        shown = {"security": Security(require_encryption=True, **self.tls)} if self.tls else {}
         self.client = Client(self.local or self.address, timeout=CONNECT_SECONDS, set_as_default=False, **shown)
         log.info("cluster: %s", self.client)
 

@@ -11,7 +11,7 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_and_chunk_records import Job
-from trunnion.service.store.usage_tags_audit import HousekeepingStore
+from trunnion.service.store.job_store import Store
 
 log = logging.getLogger("trunnion.service")
 PAUSE_SECONDS = 600.0
@@ -23,7 +23,7 @@ ID = re.compile(r"[0-9a-f]{24}")
 class JobRetention:
     """Deletes jobs and their files."""
 
-    def __init__(self, store: HousekeepingStore, parts: Parts, settings: Settings):
+    def __init__(self, store: Store, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
         self.stopping = threading.Event()
         self.thread = threading.Thread(target=self._run, name="keeper", daemon=True)

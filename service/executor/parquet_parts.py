@@ -121,11 +121,6 @@ class Parts:
 
     def read_many(self, paths: list[str]) -> list[bytes | None]:
         """The bytes of files, read concurrently where possible; None for each unreadable file."""
-        if len(paths) == 1:
-            try:
-                return [self.read(paths[0])]
-            except OSError:
-                return [None]
         found: Any = self.fs.cat(paths, on_error="return")
         return [bytes(data) if isinstance(data := found.get(path), bytes) else None for path in paths]
 

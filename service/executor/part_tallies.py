@@ -50,18 +50,14 @@ def tallies(parts: Parts, pieces: Sequence[Piece], plan: Plan) -> Iterator[Tally
 
 
 def _read_tally(parts: Parts, piece: Piece, plan: Plan, data: bytes | None) -> Tally:
-    """The stored tally of a piece. If the stored tally is missing or damaged, the tally is computed from the part."""
+    """The stored tally of a piece. If the stored tally is missing or damaged, the tally is computed from the part and
+    stored. Raises CorruptPart when the part is damaged, too."""
     try:
         if data is not None:
             return unpacked(read_part_bytes(data, piece.of_tally))
         why = "it is missing"
     except CorruptPart as e:
         why = str(e)
-    return _tally_of_part(parts, piece, plan, why)
-
-
-def _tally_of_part(parts: Parts, piece: Piece, plan: Plan, why: str) -> Tally:
-    """Compute the tally of a piece from its part, and store it. Raises CorruptPart when the part is damaged."""
     log.info("job %s, cases %d to %d: %s; its tally is computed from its part", piece.job, piece.start, piece.stop - 1, why)
     table = parts.read_part(piece)[0]
     with suppress(OSError):  # if the write fails, the next query computes the tally again

@@ -19,7 +19,7 @@ import httpx
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_and_chunk_records import Job
-from trunnion.service.store.webhook_queue import Webhook, WebhookStore
+from trunnion.service.store.job_store import Store, Webhook
 
 log = logging.getLogger("trunnion.service")
 ATTEMPTS, FIRST_DELAY = 10, 5.0
@@ -67,7 +67,7 @@ def signature(secret: bytes, body: bytes) -> str:
 class WebhookSender:
     """Sends webhooks that are due. document: function that makes the JSON document of a job."""
 
-    def __init__(self, store: WebhookStore, settings: Settings, document: Callable[[Job], dict[str, Any]]):
+    def __init__(self, store: Store, settings: Settings, document: Callable[[Job], dict[str, Any]]):
         self.store, self.settings, self.document = store, settings, document
         self.stopping = threading.Event()
         self.thread = threading.Thread(target=self._run, name="teller", daemon=True)

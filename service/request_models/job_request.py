@@ -8,6 +8,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
 from trunnion.analysis.studies.case_rounds import ReportedCases, Study
@@ -38,14 +39,10 @@ from trunnion.service.request_models.base_model_and_studies import (
     study_request,
 )
 from trunnion.service.request_models.fit_request import Fit, fit_of_document, fit_of_request
-from trunnion.service.request_models.limit_checks import (
-    budget_problems,
-    case_limit_problems,
-    kept_row_problems,
-    varied_limit_problems,
-)
 from trunnion.simulation.settings.run_settings import settings_given, settings_read, told
 
+END, SPACING = "simulation.until", "simulation.every"
+HIGHER = "ask the operator for a higher limit"
 JOBS = "POST /v1/jobs"
 ONE_SOURCE = "give exactly one of vary, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
@@ -146,16 +143,66 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
     if source.overrides:
         scene = apply(scene, source.overrides)
     if len(scene.bodies) > limits.bodies:
-        raise SceneError(
-            [
-                Problem(
-                    "bodies",
-                    f"{len(scene.bodies)} bodies are more than the {limits.bodies} allowed",
-                    "ask the operator for a higher limit",
-                )
-            ]
-        )
+        what = f"{len(scene.bodies)} bodies are more than the {limits.bodies} allowed"
+        raise SceneError([Problem("bodies", what, HIGHER)])
     return scene
+
+
+def _budget_problems(budget: float | None, limits: Limits) -> list[Problem]:
+    if budget is None or budget <= limits.job_seconds:
+        return []
+    return [Problem("budget", f"{budget:g} s is more than the {limits.job_seconds:g} s allowed", "a smaller budget")]
+
+
+def _kept_row_problems(made: Plan, limits: Limits) -> list[Problem]:
+    if made.series is None:
+        return []
+    until, every, _ = made.run.of(made.scene)
+    spacing = made.series.every or every
+    size = made.cases.count * (2 + len(made.series.columns)) * 8 * (until / spacing + 2 if spacing > 0.0 else limits.rows)
+    if size <= limits.output_bytes:
+        return []
+    what = f"{size:.3g} bytes of rows are more than the {limits.output_bytes:.3g} allowed"
+    return [Problem("trajectories", what, "request fewer columns, or a larger spacing")]
+
+
+def _case_limit_problems(run: Run, scene: Scene, limits: Limits) -> list[Problem]:
+    """Problems for violated limits of the time, steps and rows of a case."""
+    until, every, _ = run.of(scene)
+    asked = {"cpu_limit": run.cpu_limit or 0.0, "max_steps": run.max_steps or 0.0}
+    problems = [
+        Problem(n, f"{x:g} is more than the {getattr(limits, n):g} allowed to a case", f"request a smaller number, or {HIGHER}")
+        for n, x in asked.items()
+        if x > getattr(limits, n)
+    ]
+    rows = until / every if every > 0.0 else 0.0
+    return problems + _long_run_problems("until", until, "every", rows, limits)
+
+
+def _varied_limit_problems(made: Plan, limits: Limits) -> list[Problem]:
+    """Problems for violated limits when end times or spacings are varied."""
+    paths, run = made.cases.paths, made.run
+    if not {END, SPACING} & set(paths):
+        return []
+    values = made.cases.values(0, made.cases.count)
+    until, every, _ = run.of(made.scene)
+    ends = values[:, paths.index(END)] if END in paths and run.until is None else np.array([until])
+    spacings = values[:, paths.index(SPACING)] if SPACING in paths and run.every is None else np.array([every])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows = np.where(spacings > 0.0, ends / spacings, 0.0)
+    return _long_run_problems(END, ends.max(), SPACING, rows.max(), limits)
+
+
+def _long_run_problems(end: str, until: float, spacing: str, rows: float, limits: Limits) -> list[Problem]:
+    """Problems for a too long time and too many rows of a case. end, spacing: places of the two numbers in the request."""
+    problems = []
+    if until > limits.duration:
+        what = f"{until:g} s is longer than the {limits.duration:g} s allowed"
+        problems.append(Problem(end, what, f"request a shorter time, or {HIGHER}"))
+    if rows > limits.rows:
+        what = f"{rows:.3g} rows a case are more than the {limits.rows} allowed"
+        problems.append(Problem(spacing, what, "a larger spacing"))
+    return problems
 
 
 def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
@@ -163,23 +210,23 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
     scene = scene_of(request, limits)
     asked = request.model_dump(exclude={"scene", "scene_text", "overrides"})
     values, problems = settings_read(JOBS, asked)
-    problems += budget_problems(request.budget, limits)
+    problems += _budget_problems(request.budget, limits)
     if request.fit is not None:
         return fit_of_request(scene, asked, values["rtol"], problems, limits)
     most = {name: values[name] or getattr(limits, name) for name in ("cpu_limit", "max_steps")}
     run = replace(Run(**values), **most)
-    problems += case_limit_problems(run, scene, limits)
+    problems += _case_limit_problems(run, scene, limits)
     try:
         made = _planned(scene, asked, run, limits.cases)
     except SceneError as e:
         told = {p.where for p in problems}
         raise SceneError([*problems, *(p for p in e.problems if p.where not in told)]) from None
-    problems += varied_limit_problems(made, limits)
+    problems += _varied_limit_problems(made, limits)
     width = len(made.cases.paths) + len(made.reductions) + 6
     if made.cases.count * width * 8 > limits.output_bytes:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
         problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
-    problems += kept_row_problems(made, limits)
+    problems += _kept_row_problems(made, limits)
     if problems:
         raise SceneError(problems)
     return made
@@ -206,9 +253,7 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
             if asked.get(name):
                 wrong.append(Problem(name, f"{what} of a study's cases are not stored", "fetch single cases"))
         if most is not None and wanted.cases > most:
-            wrong.append(
-                Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", "ask the operator for a higher limit")
-            )
+            wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", HIGHER))
         made, planned = make_study(scene, wanted, asked["reductions"], run, wrong)
         return set_values(made, planned, ReportedCases())
     sample = asked["sample"] or {}

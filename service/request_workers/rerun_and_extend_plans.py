@@ -19,7 +19,7 @@ from trunnion.service.request_models.job_request import (
     plan_of_document,
     plan_of_request,
 )
-from trunnion.service.request_workers.worker_tasks import read_request, stored_fields, task, validate_request
+from trunnion.service.request_workers.worker_tasks import read_request, stored_fields, validate_request
 
 MOST = 100_000
 """Largest number of cases that a request can list."""
@@ -48,14 +48,12 @@ class ExtendRequest(create_model("More", __base__=RequestModel, **_fields(*CASE_
     """More cases of the same scene, by exactly one of ``vary``, ``cases`` and ``sample``."""
 
 
-@task
 def rerun_outcomes(body: bytes, media: str, limits: Limits) -> list[str] | None:
     """The outcomes of the cases to run again; None means all outcomes except ``done``."""
     found: list[str] | None = read_request(RerunRequest, body, media).outcomes
     return found if found is None else [current("outcome", OUTCOMES, name) for name in found]
 
 
-@task
 def plan_rerun(body: bytes, media: str, limits: Limits, document: dict[str, Any], numbers: list[int]) -> dict[str, Any]:
     """The fields of a new job that runs the cases ``numbers`` of another job again."""
     asked = read_request(RerunRequest, body, media).model_dump(mode="json", exclude_none=True, exclude={"outcomes"})
@@ -64,7 +62,6 @@ def plan_rerun(body: bytes, media: str, limits: Limits, document: dict[str, Any]
     return _listed_cases(document, asked, plan_of_document(document).cases, numbers, limits)
 
 
-@task
 def plan_extension(body: bytes, media: str, limits: Limits, document: dict[str, Any]) -> dict[str, Any]:
     """The fields of a new job with more cases of another job's scene, without the cases of that job."""
     asked = read_request(ExtendRequest, body, media).model_dump(mode="json", exclude_none=True)

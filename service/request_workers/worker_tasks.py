@@ -1,9 +1,9 @@
-"""The tasks of the worker processes, which parse, check and plan requests. This module imports no web framework."""
+"""The tasks of the worker processes, which parse, check and plan requests. The first arguments of a task are the body of the
+request, its media type, and the limits. This module imports no web framework."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,14 +18,6 @@ from trunnion.service.request_models.job_request import JobRequest, SceneSource,
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest, SensitivityRequest, plain
 
 M = TypeVar("M", bound=BaseModel)
-TASKS: dict[str, Callable[..., Any]] = {}
-"""The tasks by name. Their first arguments are the body of the request, its media type, and the limits."""
-
-
-def task(work: Callable[..., Any]) -> Callable[..., Any]:
-    """Register a function as a task."""
-    TASKS[work.__name__] = work
-    return work
 
 
 def read_request(model: type[M], body: bytes, media: str) -> M:
@@ -57,7 +49,6 @@ def _of_validation(e: Any) -> Problem:
     return Problem(".".join(map(str, e["loc"]))[:300] or "body", str(e["msg"])[:500])
 
 
-@task
 def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
     """JSON of the parameters and columns of a scene."""
     from trunnion.batch.tables.reductions import DEFAULTS, reductions
@@ -90,7 +81,6 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
     return text_of(facts)
 
 
-@task
 def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
     """An HTML page that shows the assembled start of a scene."""
     from trunnion.plots.animation.html_or_film import page
@@ -99,14 +89,12 @@ def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
     return page(assemble_start(scene_of(read_request(SceneSource, body, media), limits), "scene"), shown).encode()
 
 
-@task
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:
     """JSON of the number of cases and the columns of a job."""
     made = plan_of_request(read_request(JobRequest, body, media), limits)
     return text_of({"cases": made.cases.count, "columns": made.schema.names})
 
 
-@task
 def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
     """The arguments of ``Store.submit`` for a job."""
     return stored_fields(read_request(JobRequest, body, media), limits)
@@ -128,13 +116,11 @@ def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
     }
 
 
-@task
 def plan_sensitivity(body: bytes, media: str, limits: Limits) -> tuple[dict[str, Any], float]:
     """The arguments of ``run_sensitivity`` for a worker: the request as plain data, and the time budget, s."""
     return plain(read_request(SensitivityRequest, body, media), limits)
 
 
-@task
 def export_fmu(body: bytes, media: str, limits: Limits, file: str) -> str:
     """Write an FMU to a file. Returns the name, without suffix, under which the client gets the file."""
     request = read_request(FmuRequest, body, media)

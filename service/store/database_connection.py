@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy import Connection, Engine, create_engine, event, inspect, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.service.store.table_definitions import metadata
 
 BUSY_SECONDS = 30
 CONNECT_SECONDS = 5
@@ -84,28 +85,25 @@ def _short(e: SQLAlchemyError) -> str:
     return str(getattr(e, "orig", None) or e).strip().splitlines()[0][:300]
 
 
-def upgrade(engine: Engine, revision: str = "head") -> None:
-    """Migrate the tables to a revision. Raises Unreachable when the database is unavailable, and SceneError for tables
-    of a newer version."""
+def upgrade(engine: Engine) -> None:
+    """Create the tables in a new database, or migrate the tables of an earlier version. Raises Unreachable when the database is
+    unavailable, and SceneError for tables of a newer version."""
     from alembic import command
     from alembic.util.exc import CommandError
 
     with transaction(engine, writing=True) as connection:
         if engine.dialect.name == "postgresql":
             connection.exec_driver_sql("SELECT pg_advisory_xact_lock(7479)")  # two servers can start at the same time
+        config = alembic_config(connection)
+        if not inspect(connection).has_table("alembic_version"):
+            metadata.create_all(connection, checkfirst=False)
+            command.stamp(config, "head")
+            return
         try:
-            command.upgrade(alembic_config(connection), revision)
+            command.upgrade(config, "head")
         except CommandError as e:  # this version does not know the revision of the tables
             hint = "use that version, another --data folder, or another --database"
             raise SceneError([Problem("--database", "the tables were made by a newer version of Trunnion", hint)]) from e
-
-
-def downgrade(engine: Engine, revision: str = "base") -> None:
-    """Migrate the tables to an older revision."""
-    from alembic import command
-
-    with transaction(engine, writing=True) as connection:
-        command.downgrade(alembic_config(connection), revision)
 
 
 def alembic_config(connection: Connection) -> Any:

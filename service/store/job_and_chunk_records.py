@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -34,14 +36,9 @@ class Job:
     problems: list[dict[str, Any]]
     pace: float = 0.0
     landed: float | None = None
-    tags: tuple[str, ...] = ()
+    tags: list[str] = field(default_factory=list)
     asked: int | None = None
     ends: str = ""
-
-    @property
-    def known(self) -> int:
-        """The number of known cases. For a study, it is the number of cases that were requested."""
-        return self.cases if self.asked is None else self.asked
 
 
 @dataclass(frozen=True)
@@ -80,23 +77,11 @@ class Key:
     revoked: float | None
 
 
-def job_of(row: Any) -> Job:
-    """The job in a database row."""
-    fields = {name: row[name] for name in Job.__dataclass_fields__}
-    read = {name: json.loads(row[name]) for name in ("counts", "problems")}
-    return Job(**fields | read | {"tags": tuple(json.loads(row["tags"]))})
+JSON_FIELDS = ("counts", "problems", "tags", "data")
+"""Fields that the tables hold as JSON text."""
 
 
-def chunk_of(row: Any) -> Chunk:
-    """The chunk in a database row."""
-    return Chunk(**{name: row[name] for name in Chunk.__dataclass_fields__})
-
-
-def event_of(row: Any) -> StoredEvent:
-    """The event in a database row."""
-    return StoredEvent(row["id"], row["job"], row["time"], row["kind"], json.loads(row["data"]))
-
-
-def key_of(row: Any) -> Key:
-    """The key in a database row."""
-    return Key(**{name: row[name] for name in Key.__dataclass_fields__})
+def record_of(kind: type[T], row: Any) -> T:
+    """The record of a kind in a database row."""
+    fields = kind.__dataclass_fields__  # type: ignore[attr-defined]
+    return kind(**{name: json.loads(row[name]) if name in JSON_FIELDS else row[name] for name in fields})

@@ -14,7 +14,7 @@ from trunnion.packaging.commands import PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKERS = (
-    *(f"trunnion.service.executor.{name}" for name in ("chunk_and_case_runs", "sensitivity_run", "parquet_parts")),
+    *(f"trunnion.service.executor.{name}" for name in ("chunk_and_case_runs", "parquet_parts")),
     "trunnion.batch",
 )
 """Modules that run in another process, perhaps on another machine: the cases of a batch, one run and its derivatives."""

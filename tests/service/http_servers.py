@@ -22,7 +22,7 @@ from trunnion.service.api.server_state.server_components import Service, create_
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.server.application import build_application
-from trunnion.service.store.jobs_events_keys import Store
+from trunnion.service.store.job_store import Store
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 600.0
@@ -121,7 +121,7 @@ class Served(Talk):
 
     def start(self) -> Served:
         """Start the server, and wait until it answers."""
-        words = [sys.executable, "-m", "trunnion.service", "--data", str(self.data), "--port", str(self.port)]
+        words = [sys.executable, "-m", "trunnion", "serve", "--data", str(self.data), "--port", str(self.port)]
         words += [word for name, most in LONG_LIMITS.items() for word in ("--limit", f"{name}={most}")]
         words += self.options
         env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), *self.paths, os.environ.get("PYTHONPATH", "")]))

@@ -35,11 +35,6 @@ static void fmu_tick_now(fmu_state *s, const tr_event *e) {
   tick->time = e->time, tick->count += 1.0, tick->active = 1.0;
 }
 
-/* Tick the clock of a recorded event, unless the clock already ticked for this event. */
-static void fmu_tick_of(const fmu_instance *m, const tr_event *e) {
-  if (!fmu_is_heard(m->state, e)) fmu_tick_now(m->state, e);
-}
-
 /* Mark past events as handled by the host. */
 static void fmu_handled(fmu_state *s) {
   s->ticking = 0;

@@ -54,12 +54,14 @@ static int fmu_choose_log(fmu_instance *m, int on, size_t n, const char *const *
   return known;
 }
 
-/* Log the events since the last call with their times, and tick the clocks of these events. */
+/* Log the events since the last call with their times, and tick the clocks of these events, unless a look-ahead
+ * has already ticked them. */
 static void fmu_tell_events(const fmu_instance *m) {
   tr_sim *sim = FMU_SIM(m->state);
   const tr_event *e = (const tr_event *)tr_array(sim, TR_ARRAY_EVENTS);
   const int n = tr_events_take(sim);
-  for (int i = 0; MODEL->clocks && i < n; ++i) fmu_tick_of(m, e + i);
+  for (int i = 0; MODEL->clocks && i < n; ++i)
+    if (!fmu_is_heard(m->state, e + i)) fmu_tick_now(m->state, e + i);
   if (!fmu_wants(m, FMU_SAYS_EVENTS)) return;
   for (int i = 0; i < n; ++i) {
     const int kind = (int)e[i].kind, of_stop = TR_IS_OF_STOP(kind);

@@ -29,40 +29,29 @@ static void bridge_log(void *environment, fmi2String name, fmi2Status status, fm
 /* The worse of two statuses: pythonfmu's `status` and that of the slave. */
 static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return (int)status > b->status ? status : (fmi2Status)b->status; }
 
-#define EXPORT(result) \
-  BRIDGE_EXPORT result
-#define STRIP(...) __VA_ARGS__
 /* Define a function that pythonfmu passes on to the slave. */
 #define SLAVE(name, parameters, arguments) \
-  EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
+  BRIDGE_EXPORT fmi2Status name parameters { \
     fmu_bridge *b = c; \
     if (!b) return fmi2Error; \
     name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
     b->status = fmi2OK; \
-    return f ? bridge_worse(b, f(b->slave, STRIP arguments)) : fmi2Error; \
+    return f ? bridge_worse(b, f arguments) : fmi2Error; \
   }
 /* Define a function that pythonfmu does not pass on to the slave. It calls the model directly. */
 #define MODEL(name, parameters, arguments) \
-  EXPORT(fmi2Status) name(fmi2Component c, STRIP parameters) { \
+  BRIDGE_EXPORT fmi2Status name parameters { \
     fmu_bridge *b = c; \
     name##TYPE *f = b && b->model ? (name##TYPE *)bridge_find(b->library, #name) : 0; \
-    return f ? f(b->model, STRIP arguments) : fmi2Error; \
+    return f ? f arguments : fmi2Error; \
   }
-/* Define a function of the slave that has no arguments. */
-#define PLAIN(name) \
-  EXPORT(fmi2Status) name(fmi2Component c) { \
-    fmu_bridge *b = c; \
-    if (!b) return fmi2Error; \
-    name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
-    b->status = fmi2OK; \
-    return f ? bridge_worse(b, f(b->slave)) : fmi2Error; \
-  }
-#define VALUES const fmi2ValueReference r[], size_t n
+#define PLAIN(name) SLAVE(name, (fmi2Component c), (b->slave))
+#define VALUES fmi2Component c, const fmi2ValueReference r[], size_t n
 
-EXPORT(const char *) fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
-EXPORT(const char *) fmi2GetVersion(void) { return fmi2Version; }
+BRIDGE_EXPORT const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+BRIDGE_EXPORT const char *fmi2GetVersion(void) { return fmi2Version; }
 
-EXPORT(void) fmi2FreeInstance(fmi2Component c) {
+BRIDGE_EXPORT void fmi2FreeInstance(fmi2Component c) {
   fmu_bridge *b = c;
   if (!b) return;
   fmi2FreeInstanceTYPE *f = (fmi2FreeInstanceTYPE *)bridge_find(b->above, "fmi2FreeInstance");
@@ -84,7 +73,7 @@ static const char *bridge_begin(fmu_bridge *b, fmi2String resources, fmi2Boolean
   return b->slave ? NULL : "pythonfmu could not load the slave";
 }
 
-EXPORT(fmi2Component) fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *host,
+BRIDGE_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *host,
                                       fmi2Boolean visible, fmi2Boolean logging) {
   char text[PATH_MOST] = "";
   if (!host) return NULL;
@@ -103,43 +92,39 @@ EXPORT(fmi2Component) fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String
   return NULL;
 }
 
-SLAVE(fmi2SetupExperiment, (fmi2Boolean td, fmi2Real tol, fmi2Real t0, fmi2Boolean sd, fmi2Real t1), (td, tol, t0, sd, t1))
+SLAVE(fmi2SetupExperiment, (fmi2Component c, fmi2Boolean td, fmi2Real tol, fmi2Real t0, fmi2Boolean sd, fmi2Real t1), (b->slave, td, tol, t0, sd, t1))
 PLAIN(fmi2EnterInitializationMode)
 PLAIN(fmi2ExitInitializationMode)
 PLAIN(fmi2Terminate)
-SLAVE(fmi2GetReal, (VALUES, fmi2Real v[]), (r, n, v))
-SLAVE(fmi2SetReal, (VALUES, const fmi2Real v[]), (r, n, v))
-SLAVE(fmi2GetInteger, (VALUES, fmi2Integer v[]), (r, n, v))
-SLAVE(fmi2SetInteger, (VALUES, const fmi2Integer v[]), (r, n, v))
-SLAVE(fmi2GetBoolean, (VALUES, fmi2Boolean v[]), (r, n, v))
-SLAVE(fmi2SetBoolean, (VALUES, const fmi2Boolean v[]), (r, n, v))
-SLAVE(fmi2GetString, (VALUES, fmi2String v[]), (r, n, v))
-SLAVE(fmi2SetString, (VALUES, const fmi2String v[]), (r, n, v))
-SLAVE(fmi2GetFMUstate, (fmi2FMUstate *s), (s))
-SLAVE(fmi2SetFMUstate, (fmi2FMUstate s), (s))
-SLAVE(fmi2FreeFMUstate, (fmi2FMUstate *s), (s))
-SLAVE(fmi2SerializedFMUstateSize, (fmi2FMUstate s, size_t *n), (s, n))
-SLAVE(fmi2SerializeFMUstate, (fmi2FMUstate s, fmi2Byte v[], size_t n), (s, v, n))
-SLAVE(fmi2DoStep, (fmi2Real t, fmi2Real h, fmi2Boolean last), (t, h, last))
-MODEL(fmi2GetDirectionalDerivative, (VALUES, const fmi2ValueReference k[], size_t nk, const fmi2Real s[], fmi2Real v[]), (r, n, k, nk, s, v))
-MODEL(fmi2SetRealInputDerivatives, (VALUES, const fmi2Integer o[], const fmi2Real v[]), (r, n, o, v))
-MODEL(fmi2GetRealOutputDerivatives, (VALUES, const fmi2Integer o[], fmi2Real v[]), (r, n, o, v))
-MODEL(fmi2GetStatus, (const fmi2StatusKind k, fmi2Status *v), (k, v))
-MODEL(fmi2GetRealStatus, (const fmi2StatusKind k, fmi2Real *v), (k, v))
-MODEL(fmi2GetIntegerStatus, (const fmi2StatusKind k, fmi2Integer *v), (k, v))
-MODEL(fmi2GetBooleanStatus, (const fmi2StatusKind k, fmi2Boolean *v), (k, v))
-MODEL(fmi2GetStringStatus, (const fmi2StatusKind k, fmi2String *v), (k, v))
+SLAVE(fmi2GetReal, (VALUES, fmi2Real v[]), (b->slave, r, n, v))
+SLAVE(fmi2SetReal, (VALUES, const fmi2Real v[]), (b->slave, r, n, v))
+SLAVE(fmi2GetInteger, (VALUES, fmi2Integer v[]), (b->slave, r, n, v))
+SLAVE(fmi2SetInteger, (VALUES, const fmi2Integer v[]), (b->slave, r, n, v))
+SLAVE(fmi2GetBoolean, (VALUES, fmi2Boolean v[]), (b->slave, r, n, v))
+SLAVE(fmi2SetBoolean, (VALUES, const fmi2Boolean v[]), (b->slave, r, n, v))
+SLAVE(fmi2GetString, (VALUES, fmi2String v[]), (b->slave, r, n, v))
+SLAVE(fmi2SetString, (VALUES, const fmi2String v[]), (b->slave, r, n, v))
+SLAVE(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *s), (b->slave, s))
+SLAVE(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate s), (b->slave, s))
+SLAVE(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *s), (b->slave, s))
+SLAVE(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate s, size_t *n), (b->slave, s, n))
+SLAVE(fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate s, fmi2Byte v[], size_t n), (b->slave, s, v, n))
+SLAVE(fmi2DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean last), (b->slave, t, h, last))
+MODEL(fmi2GetDirectionalDerivative, (VALUES, const fmi2ValueReference k[], size_t nk, const fmi2Real s[], fmi2Real v[]), (b->model, r, n, k, nk, s, v))
+MODEL(fmi2SetRealInputDerivatives, (VALUES, const fmi2Integer o[], const fmi2Real v[]), (b->model, r, n, o, v))
+MODEL(fmi2GetRealOutputDerivatives, (VALUES, const fmi2Integer o[], fmi2Real v[]), (b->model, r, n, o, v))
+MODEL(fmi2GetStatus, (fmi2Component c, const fmi2StatusKind k, fmi2Status *v), (b->model, k, v))
+MODEL(fmi2GetRealStatus, (fmi2Component c, const fmi2StatusKind k, fmi2Real *v), (b->model, k, v))
+MODEL(fmi2GetIntegerStatus, (fmi2Component c, const fmi2StatusKind k, fmi2Integer *v), (b->model, k, v))
+MODEL(fmi2GetBooleanStatus, (fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v), (b->model, k, v))
+MODEL(fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind k, fmi2String *v), (b->model, k, v))
 
 /* A reset creates a new slave and a new instance of the model. */
 PLAIN(fmi2Reset)
 
-EXPORT(fmi2Status) fmi2CancelStep(fmi2Component c) {
-  fmu_bridge *b = c;
-  fmi2CancelStepTYPE *f = b && b->model ? (fmi2CancelStepTYPE *)bridge_find(b->library, "fmi2CancelStep") : 0;
-  return f ? f(b->model) : fmi2Error;
-}
+MODEL(fmi2CancelStep, (fmi2Component c), (b->model))
 
-EXPORT(fmi2Status) fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
+BRIDGE_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
   fmu_bridge *b = c;
   fmi2SetDebugLoggingTYPE *f = b && b->model ? (fmi2SetDebugLoggingTYPE *)bridge_find(b->library, "fmi2SetDebugLogging") : 0;
   if (b) b->logging = on != fmi2False;
@@ -147,7 +132,7 @@ EXPORT(fmi2Status) fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n
 }
 
 /* The model first verifies the bytes, because pythonfmu accepts any bytes. */
-EXPORT(fmi2Status) fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
+BRIDGE_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
   fmu_bridge *b = c;
   fmi2FMUstate read = NULL;
   if (!b || !b->model) return fmi2Error;

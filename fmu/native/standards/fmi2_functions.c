@@ -72,25 +72,21 @@ FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
     return work_set(m, vr, n, value); \
   }
 
-/* Define the functions for variables of a type that does not occur in this FMU. */
-#define FMU_NO_TYPE(Name, type) \
-  FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##Name value[]) { \
+/* Define a function for variables of a type that does not occur in this FMU. */
+#define FMI2_NO_TYPE(call, Name, array) \
+  FMU_EXPORT fmi2Status call(fmi2Component c, const fmi2ValueReference vr[], size_t n, array value[]) { \
     FMU_ENTER(c); \
     (void)vr, (void)value; \
-    FMU_NONE(n, type); \
-    return fmi2OK; \
-  } \
-  FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2##Name value[]) { \
-    FMU_ENTER(c); \
-    (void)vr, (void)value; \
-    FMU_NONE(n, type); \
+    FMU_NONE(n, Name); \
     return fmi2OK; \
   }
 
 FMI2_VARIABLES(Real, fmu_get, fmu_set)
 FMI2_VARIABLES(Integer, fmu_get_whole, fmu_set_whole)
-FMU_NO_TYPE(Boolean, "Boolean")
-FMU_NO_TYPE(String, "String")
+FMI2_NO_TYPE(fmi2GetBoolean, "Boolean", fmi2Boolean)
+FMI2_NO_TYPE(fmi2SetBoolean, "Boolean", const fmi2Boolean)
+FMI2_NO_TYPE(fmi2GetString, "String", fmi2String)
+FMI2_NO_TYPE(fmi2SetString, "String", const fmi2String)
 
 FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *out) { FMU_CALL(c, fmu_keep(m, out)); }
 FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate in) { FMU_CALL(c, fmu_go_back(m, in)); }

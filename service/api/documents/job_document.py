@@ -111,7 +111,7 @@ def job_document(j: Job, told: str = "") -> dict[str, Any]:
         **{name: getattr(j, name) for name in COPIED},
         **{name: rfc3339(getattr(j, name)) for name in ("created", "started", "finished")},
         "stage": stage_of(j, told),
-        "tags": list(j.tags),
+        "tags": j.tags,
         "outcomes": j.counts,
         "progress": (j.done + j.lost) / j.cases,
         "eta_seconds": 0.0 if j.state in ENDED else eta,

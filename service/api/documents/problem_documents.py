@@ -19,8 +19,10 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.part_checksum import CorruptPart
+from trunnion.service.request_workers.fair_queue import QueueFull
+from trunnion.service.request_workers.worker_processes import Ended, NotReady, TookTooLong
 from trunnion.service.store.database_connection import Unreachable
-from trunnion.service.store.jobs_events_keys import BadCursor, Conflict
+from trunnion.service.store.job_store import BadCursor, Conflict
 
 log = logging.getLogger("trunnion.service")
 MEDIA = "application/problem+json"
@@ -103,6 +105,10 @@ class Refusal(Exception):
         self.status, self.detail, self.problems, self.headers = status, detail, tuple(problems), headers or {}
 
 
+def shutting_down() -> Refusal:
+    return Refusal(503, "the server is shutting down; try again", headers={"Retry-After": "10"})
+
+
 class Json(Response):
     """A JSON response written by ``text_of``."""
 
@@ -153,6 +159,12 @@ RESPONSES: dict[type[Exception], Callable[[Any], Response]] = {
     RequestValidationError: lambda e: problem_response(422, problems=map(_of_validation, e.errors())),
     Conflict: lambda e: problem_response(409, str(e)),
     BadCursor: lambda e: problem_response(422, problems=[Problem("cursor", str(e), "take it from the previous page")]),
+    QueueFull: lambda e: problem_response(429 if e.own else 503, str(e), headers={"Retry-After": "5"}),
+    NotReady: lambda e: problem_response(503, str(e), headers={"Retry-After": "10"}),
+    **dict.fromkeys(
+        (TookTooLong, Ended),
+        lambda e: problem_response(422, problems=[Problem("body", str(e), "send a smaller scene or fewer values")]),
+    ),
 }
 """Responses to errors that the request causes, by type of exception."""
 

@@ -1,4 +1,4 @@
-"""Reads plans and rows of jobs. The checksum of every part is verified when the part is read."""
+"""Finds jobs by their ids, and reads their plans and rows. The checksum of every part is verified when the part is read."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
-from trunnion.service.api.server_state.answer_caches import CACHED_JOBS, JobContents
-from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.server_state.server_components import JobContents, Service
+from trunnion.service.api.transport.api_keys_and_rates import Caller
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
 from trunnion.service.request_models.job_request import plan_of_document
-from trunnion.service.store.job_and_chunk_records import Chunk
+from trunnion.service.store.job_and_chunk_records import Chunk, Job
 from trunnion.service.store.table_definitions import ENDED
 
 log = logging.getLogger("trunnion.service")
@@ -25,21 +25,31 @@ MOST_REPAIRS = 3
 parts."""
 
 
+def find_job(s: Service, job: str) -> Job:
+    """The job with this id; Refusal (404) if there is none."""
+    record = s.store.job(job) if job.isalnum() and job.isascii() and len(job) == 24 else None
+    if record is None:
+        raise Refusal(404, "no such job")
+    return record
+
+
+def find_own_job(s: Service, caller: Caller, job: str) -> Job:
+    """The job with this id, if the caller may change it: an owned job, or for the role admin any job. Else Refusal (403, 404)."""
+    record = find_job(s, job)
+    if caller.role != "admin" and record.owner != caller.id:
+        raise Refusal(403, "the job belongs to another key: only its owner or a key with the role admin may change it")
+    return record
+
+
 def job_contents(s: Service, job: str) -> JobContents:
     """The contents of an existing job, from the cache or the store."""
-    with s.job_cache.lock:
-        if job in s.job_cache.jobs:
-            s.job_cache.jobs.move_to_end(job)
-            return s.job_cache.jobs[job]
-    document = s.store.document(job)
-    plan = plan_of_document(document)
-    text = document_bytes(document)
-    made = JobContents(plan, plan.schema, digest_of(text), text.decode())
-    with s.job_cache.lock:
-        s.job_cache.jobs[job] = made
-        while len(s.job_cache.jobs) > CACHED_JOBS:
-            s.job_cache.jobs.popitem(last=False)
-    return made
+
+    def made() -> JobContents:
+        document = s.store.document(job)
+        plan, text = plan_of_document(document), document_bytes(document)
+        return JobContents(plan, plan.schema, digest_of(text), text.decode())
+
+    return s.contents.of(job, made)
 
 
 def case_numbers(s: Service, job: str, case: int) -> dict[str, float]:

@@ -11,8 +11,7 @@ from pydantic import BaseModel, Field
 
 from trunnion.batch.sample_statistics.mergeable_statistics import Tally, packed, tally_of, together, unpacked
 from trunnion.service.api.job_data.job_rows import MOST_REPAIRS, job_contents, recompute_chunk
-from trunnion.service.api.server_state.answer_caches import JobContents, JobTally
-from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.server_state.server_components import JobContents, JobTally, Service
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, read_part_bytes
 from trunnion.service.executor.part_tallies import BATCH, MANY, is_tallied, tallies
 from trunnion.service.store.job_and_chunk_records import Chunk
@@ -34,7 +33,7 @@ def job_tally(s: Service, job: str) -> Tally | None:
     there = job_contents(s, job)
     if not is_tallied(there.plan):
         return None
-    kept = s.tallies.of(job)
+    kept = s.tallies.of(job, JobTally)
     with kept.lock:
         chunks = s.store.finished(job)
         spans = {(c.start, c.stop): c for c in chunks}

@@ -14,8 +14,7 @@ from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bin
 from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 from trunnion.service.api.documents.problem_documents import content_schema, error_responses
-from trunnion.service.api.job_data.job_access import find_job
-from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.job_data.job_rows import find_job, job_contents, result_rows
 from trunnion.service.api.job_data.tally_totals import DRAWN, DrawnDocument, job_tally, sample_document, sampled_rows
 from trunnion.service.api.routes.results_and_trajectories import run_case_again
 from trunnion.service.api.server_state.server_components import Service

@@ -9,15 +9,14 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
+from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import SceneError
 from trunnion.batch.sample_statistics.mergeable_statistics import indices_in
 from trunnion.batch.sample_statistics.quantiles import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
-from trunnion.service.api.documents.fit_answer import fit_answer
+from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer, fit_answer
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
-from trunnion.service.api.documents.study_answer import StudyAnswer
-from trunnion.service.api.job_data.job_access import find_job
-from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.job_data.job_rows import find_job, job_contents, result_rows
 from trunnion.service.api.job_data.tally_totals import (
     DRAWN,
     DrawnDocument,
@@ -182,16 +181,21 @@ def _answer(s: Service, job: str) -> Response:
     if isinstance(plan, FitPlan):
         made = fit_answer(s, job, plan, there.cases)
         return Json({"complete": there.done == there.cases, "ended": there.state in ENDED, "answer": made})
-    follow = s.job_cache.follow(job, lambda: study_of_document(s.store.document(job)))
-    if follow is None:
-        raise Refusal(409, "the job has no answer, because it was submitted without optimise, refine or fit")
-    digest = job_contents(s, job).digest
-    with s.job_cache.following:
+    follow, digest = s.studies.of(job, lambda: _begun_study(s, job)), job_contents(s, job).digest
+    with s.study_lock:
         seen = None
         while not follow.is_over and (seen := round_results(s.store, s.parts, job, digest, follow)) is not None:
             follow.report(seen)
         told = {"complete": follow.is_over, "ended": there.state in ENDED, "answer": follow.answer or None}
     return Json(told)
+
+
+def _begun_study(s: Service, job: str) -> StudyProgress:
+    """The study of a job before its first round. Refusal (409) for a job without a study."""
+    study = study_of_document(s.store.document(job))
+    if study is None:
+        raise Refusal(409, "the job has no answer, because it was submitted without optimise, refine or fit")
+    return StudyProgress(study)
 
 
 def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:

@@ -87,7 +87,7 @@ async def get_health() -> dict[str, str]:
 )
 async def get_readiness(s: ServerState) -> Response:
     """Report whether the server can accept and run jobs: state of database, cluster and results."""
-    checks = {"database": await s.probe.database(), "workers": s.cluster.counted, "trouble": s.dispatcher.trouble}
+    checks = {"database": await s.database_state(), "workers": s.cluster.counted, "trouble": s.dispatcher.trouble}
     good = checks["database"] == "ok" and not s.dispatcher.trouble and s.dispatcher.thread.is_alive()
     return Json({"status": "ready" if good else "not ready", **checks}, 200 if good else 503)
 

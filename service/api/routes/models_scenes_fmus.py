@@ -19,10 +19,11 @@ from trunnion.scene.library.model_folders import bundled_names, model_file
 from trunnion.scene.scene_loader import load_scene
 from trunnion.service.api.documents.problem_documents import Json, Refusal, content_schema, error_responses
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState, Submitter
-from trunnion.service.api.transport.request_bodies import body_media_type, body_schema, check_body, read_body, run_in_worker
+from trunnion.service.api.transport.request_bodies import body_schema, check_body
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.request_models.job_request import SceneSource
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest
+from trunnion.service.request_workers import worker_tasks
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
 YAML = """schema: 1
@@ -125,7 +126,7 @@ def _schema() -> bytes:
 )
 async def check_scene(request: Request, caller: Reader, s: ServerState) -> Response:
     """Check a scene. Return its parameters and columns, or (422) all problems with their lines."""
-    return Response(await check_body(s, request, caller, "check_scene"), media_type="application/json")
+    return Response(await check_body(s, request, caller, worker_tasks.check_scene), media_type="application/json")
 
 
 @router.post(
@@ -145,9 +146,7 @@ async def view_scene(
 ) -> Response:
     """Return an interactive view of the assembled start of a scene (bodies, pins, contact points, forces), or (422) all
     problems."""
-    body, limits = await read_body(request), s.settings.limits
-    given = (body, body_media_type(request), limits, shown)
-    return HTMLResponse(await run_in_worker(s.checks, caller, "draw_scene", *given, seconds=limits.check_seconds))
+    return HTMLResponse(await check_body(s, request, caller, worker_tasks.draw_scene, shown))
 
 
 @router.post(
@@ -161,12 +160,11 @@ async def view_scene(
 )
 async def export_fmu(request: Request, caller: Submitter, s: ServerState) -> Response:
     """Export a scene as an FMU and return the file. The export is limited by the server's ``answer_seconds`` and ``memory``."""
-    body, seconds = await read_body(request), s.settings.limits.answer_seconds
+    seconds = s.settings.limits.answer_seconds
     with tempfile.TemporaryDirectory(dir=s.settings.data, prefix="fmu-") as folder:
         file = Path(folder) / "model.fmu"
-        given = (body, body_media_type(request), s.settings.limits, str(file))
         try:
-            name = await run_in_worker(s.exports, caller, "export_fmu", *given, seconds=seconds)
+            name = await check_body(s, request, caller, worker_tasks.export_fmu, str(file), pool=s.exports, seconds=seconds)
         except ImportError as e:
             hint = "pip install 'trunnion[fmu]' on the server"
             raise Refusal(501, "FMU export is not installed", [Problem("fmu", str(e), hint)]) from e

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Header, Query, Request
@@ -14,11 +15,10 @@ from starlette.responses import HTMLResponse, Response, StreamingResponse
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.version import version
 from trunnion.service.api.documents.problem_documents import Refusal, content_schema, error_responses, header_schema
-from trunnion.service.api.job_data.job_access import find_job
-from trunnion.service.api.job_data.job_rows import case_numbers, job_contents, result_rows, trajectory_rows
+from trunnion.service.api.job_data.job_rows import case_numbers, find_job, job_contents, result_rows, trajectory_rows
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
-from trunnion.service.api.transport.cluster_calls import ClusterCall, call_cluster
+from trunnion.service.api.transport.cluster_calls import call_cluster
 from trunnion.service.api.transport.etag_range_gzip import CONDITIONAL_RESPONSES, Answer, etag_of, respond
 from trunnion.service.api.transport.table_formats import CONTENT, MEDIA, SUFFIX, choose_format, table_bytes
 from trunnion.service.executor.chunk_and_case_runs import run_trajectory
@@ -152,15 +152,14 @@ async def get_case_animation(job: str, case: int, caller: Reader, s: ServerState
 async def run_case_again(s: Service, request: Request, job: str, case: int, outputs: list[str] | None, kind: str) -> bytes:
     """Run a case again on the cluster and return the bytes of the result. kind: as for ``run_trajectory``."""
     digest, changes = await run_in_threadpool(_check, s, job, case, outputs)
-    call = ClusterCall(
-        run_trajectory, (s.parts.url, job, digest, case, outputs, kind, changes), s.replays, REPLAYS_AT_ONCE, priority=10
-    )
+    given = (run_trajectory, s.parts.url, job, digest, case, outputs, kind, changes)
+    call = partial(call_cluster, s, request, s.settings.limits.answer_seconds, s.replays, REPLAYS_AT_ONCE, *given, priority=10)
     try:
-        return await call_cluster(s, request, s.settings.limits.answer_seconds, call)
+        return await call()
     except CorruptPart:
         document = await run_in_threadpool(s.store.document, job)
         await run_in_threadpool(s.parts.write, s.parts.job_file(job), document_bytes(document))
-        return await call_cluster(s, request, s.settings.limits.answer_seconds, call)
+        return await call()
 
 
 def _check(s: Service, job: str, case: int, outputs: list[str] | None) -> tuple[str, dict[str, float]]:

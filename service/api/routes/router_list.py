@@ -8,7 +8,6 @@ from fastapi import APIRouter
 
 FILES = (
     "jobs",
-    "rerun_and_extend",
     "results_and_trajectories",
     "bins_and_case_events",
     "indices_spreads_answer",

@@ -9,10 +9,11 @@ from pydantic import BaseModel, Field
 
 from trunnion.service.api.documents.problem_documents import error_responses
 from trunnion.service.api.transport.api_keys_and_rates import ServerState, Submitter
-from trunnion.service.api.transport.cluster_calls import ClusterCall, call_cluster
+from trunnion.service.api.transport.cluster_calls import call_cluster
 from trunnion.service.api.transport.request_bodies import body_schema, check_body
-from trunnion.service.executor.sensitivity_run import run_sensitivity
+from trunnion.service.executor.chunk_and_case_runs import run_sensitivity
 from trunnion.service.request_models.sensitivity_and_fmu_requests import SensitivityRequest
+from trunnion.service.request_workers.worker_tasks import plan_sensitivity
 
 router = APIRouter(prefix="/v1", tags=["sensitivities"])
 QUEUE_SECONDS = 60
@@ -88,8 +89,7 @@ class SensitivityDocument(BaseModel):
 async def compute_sensitivities(caller: Submitter, s: ServerState, request: Request) -> Response:
     """Return d(output)/d(parameter) along a run and across its events. The derivatives are exact, without finite differences. The
     computation ends if the client closes the connection."""
-    document, seconds = await check_body(s, request, caller, "plan_sensitivity")
+    document, seconds = await check_body(s, request, caller, plan_sensitivity)
     half = max(1, s.cluster.counted // 2)  # the other workers are needed for jobs and for views of results
-    call = ClusterCall(run_sensitivity, (document, seconds), s.derivatives, half)
-    answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, call)
+    answer = await call_cluster(s, request, seconds + QUEUE_SECONDS, s.derivatives, half, run_sensitivity, document, seconds)
     return Response(answer, media_type="application/json")

@@ -11,12 +11,10 @@ from starlette.responses import Response
 from trunnion.basics.problems import Problem
 from trunnion.service.api.documents.job_document import JobDocument, job_document, rfc3339
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
-from trunnion.service.api.job_data.job_access import find_job, find_own_job
+from trunnion.service.api.job_data.job_rows import find_job, find_own_job
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Admin, Caller, Reader, ServerState, Submitter
-from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import PlainText, RequestModel, Tag
-from trunnion.service.store.usage_tags_audit import Usage
 
 router = APIRouter(prefix="/v1", tags=["housekeeping"])
 LABEL_EXAMPLES: Any = {"tags": {"summary": "Label and tags", "value": {"label": "guide, second try", "tags": ["guide", "2026-03"]}}}
@@ -55,9 +53,9 @@ def check_quota(s: Service, caller: Caller, cases: int) -> None:
     over = [
         Problem(f"quota.{name}", f"{now:.6g} {what} and {more:.6g} more exceed the {most:.6g} allowed for a key", hint)
         for name, now, more, most, what, hint in (
-            ("jobs", has.jobs, 1, limits.key_jobs, "jobs queued or running", "wait until one has ended, or cancel one"),
-            ("bytes", has.bytes, 0, limits.key_bytes, "bytes of results", "delete jobs"),
-            ("cases", has.cases, cases, limits.key_cases, "cases a day", "submit them tomorrow"),
+            ("jobs", has["jobs"], 1, limits.key_jobs, "jobs queued or running", "wait until one has ended, or cancel one"),
+            ("bytes", has["bytes"], 0, limits.key_bytes, "bytes of results", "delete jobs"),
+            ("cases", has["cases"], cases, limits.key_cases, "cases a day", "submit them tomorrow"),
         )
         if now + more > most
     ]
@@ -70,7 +68,7 @@ def forget(s: Service, caller: Caller, job: str) -> None:
     there = find_job(s, job)
     if not s.retention.delete(there, caller.id):
         raise Refusal(409, "the job has not ended: cancel it first")
-    s.job_cache.jobs.pop(job, None)
+    s.contents.pop(job, None)
 
 
 @router.patch("/jobs/{job}", response_model=JobDocument, responses=error_responses(404, 413))
@@ -86,12 +84,9 @@ def mark_job(
 @router.get("/usage", response_model=UsageDocument, responses=error_responses())
 def get_usage(caller: Reader, s: ServerState) -> Response:
     """Return the usage and the quotas of your key."""
-    return Json(usage_document(s.store.usage(caller.id), s.settings.limits))
-
-
-def usage_document(has: Usage, limits: Limits) -> dict[str, Any]:
+    limits = s.settings.limits
     most = {"jobs": limits.key_jobs, "bytes": limits.key_bytes, "cases": limits.key_cases}
-    return {"jobs": has.jobs, "bytes": has.bytes, "cases": has.cases, "most": most}
+    return Json(s.store.usage(caller.id) | {"most": most})
 
 
 @router.get("/audit", response_model=list[AuditRecordDocument], responses=error_responses())
@@ -106,4 +101,4 @@ def list_audit(
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Response:
     """List the audit log, oldest record first: jobs submitted, cancelled and deleted, keys made and revoked."""
-    return Json([d.__dict__ | {"time": rfc3339(d.time)} for d in s.store.audit_records(after, limit, who, about)])
+    return Json([d | {"time": rfc3339(d["time"])} for d in s.store.audit_records(after, limit, who, about)])

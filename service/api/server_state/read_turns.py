@@ -9,8 +9,8 @@ from typing import TypeVar
 
 from fastapi.concurrency import run_in_threadpool
 
-from trunnion.service.api.documents.problem_documents import Refusal
-from trunnion.service.request_workers.fair_queue import FairQueue, QueueFull
+from trunnion.service.api.documents.problem_documents import shutting_down
+from trunnion.service.request_workers.fair_queue import FairQueue
 
 READERS = 3
 """Largest number of concurrent reads. One caller has at most READERS − 1 of them."""
@@ -24,16 +24,14 @@ class ReadTurns(FairQueue[int]):
         super().__init__(range(READERS))
 
     async def run(self, who: str, work: Callable[[], T], begun: bool = False) -> T:
-        """Run ``work`` on a thread when it is the caller's turn. Refusal (429, 503) when too many requests wait. begun: whether the
+        """Run ``work`` on a thread when it is the caller's turn. QueueFull when too many requests wait. begun: whether the
         response has started; the request must then not be refused."""
         try:
             slot = await self.take(who, begun)
-        except QueueFull as e:
-            raise Refusal(429 if e.own else 503, str(e), headers={"Retry-After": "5"}) from None
         except asyncio.CancelledError:
             if begun:
                 raise
-            raise Refusal(503, "the server is shutting down; try again", headers={"Retry-After": "10"}) from None
+            raise shutting_down() from None
         try:
             return await run_in_threadpool(work)
         finally:

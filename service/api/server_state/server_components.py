@@ -1,34 +1,65 @@
-"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics and others."""
+"""The components of a server that request handlers use: settings, store, cluster, dispatcher, parts, metrics, caches and others."""
 
 from __future__ import annotations
 
 import asyncio
 import tempfile
+import threading
 from collections import Counter
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 from fastapi import Request
 
+from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.batch.plan import Plan
+from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.service.api.documents.job_document import job_document
-from trunnion.service.api.server_state.answer_caches import AnswerLengths, JobCache, TallyCache
 from trunnion.service.api.server_state.read_turns import ReadTurns
 from trunnion.service.basics.prometheus_metrics import Metrics
+from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.dask_cluster import Cluster
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.webhooks import WebhookSender
-from trunnion.service.request_workers.worker_pool import WorkerPool
+from trunnion.service.request_workers.worker_processes import WorkerPool
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 
+CACHED_JOBS, CACHED_LENGTHS = 64, 256
+CACHED_TALLIES = 4
+"""Largest number of jobs whose tallies are cached. The tallies of one job need up to some hundred megabytes."""
+Make = Callable[[], Iterator[bytes]]
+"""A function that creates the bytes of a response."""
 CHECK_PROCESSES, EXPORT_PROCESSES = 2, 2
 """Numbers of processes that check requests and that export FMUs."""
 PROBE_SECONDS = 5.0
 """The database counts as not ready if it needs more time than this for a probe, s."""
+
+
+@dataclass(frozen=True)
+class JobContents:
+    """The immutable contents of a job's document: plan, schema of the result table, digest and text of the document."""
+
+    plan: Plan
+    schema: Any
+    digest: str
+    text: str
+
+
+@dataclass
+class JobTally:
+    """The total of the tallies of a job. pieces: the case ranges (start, stop) that the total includes."""
+
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    pieces: set[tuple[int, int]] = field(default_factory=set)
+    tally: Tally | None = None
 
 
 @dataclass
@@ -40,24 +71,10 @@ class Turns:
     busy: int = 0
 
 
-class DatabaseProbe:
-    """Probes the database on a separate thread, so that a high load of requests cannot delay the probe."""
-
-    def __init__(self, store: WorkStore):
-        self.store, self.pool = store, ThreadPoolExecutor(1, thread_name_prefix="pulse")
-
-    async def database(self) -> str:
-        """The state of the database: "ok" or "unreachable"."""
-        try:
-            await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pool, self.store.ping), PROBE_SECONDS)
-        except (Unreachable, TimeoutError):
-            return "unreachable"
-        return "ok"
-
-
 @dataclass
 class Service:
-    """The components of a server."""
+    """The components of a server. contents, studies, tallies: caches by job. lengths: cache of the lengths of responses, by entity
+    tag."""
 
     settings: Settings
     store: WorkStore
@@ -67,16 +84,27 @@ class Service:
     dispatcher: Dispatcher
     checks: WorkerPool
     exports: WorkerPool
-    probe: DatabaseProbe
     retention: JobRetention
     webhook_sender: WebhookSender
+    pulse: ThreadPoolExecutor = field(default_factory=partial(ThreadPoolExecutor, 1, thread_name_prefix="pulse"))
     replays: Turns = field(default_factory=Turns)
     derivatives: Turns = field(default_factory=Turns)
     streams: Counter[str] = field(default_factory=Counter)
-    job_cache: JobCache = field(default_factory=JobCache)
-    tallies: TallyCache = field(default_factory=TallyCache)
-    lengths: AnswerLengths = field(default_factory=AnswerLengths)
+    contents: RecentItems[str, JobContents] = field(default_factory=partial(RecentItems, CACHED_JOBS))
+    studies: RecentItems[str, StudyProgress] = field(default_factory=partial(RecentItems, CACHED_JOBS))
+    study_lock: threading.Lock = field(default_factory=threading.Lock)
+    tallies: RecentItems[str, JobTally] = field(default_factory=partial(RecentItems, CACHED_TALLIES))
+    lengths: RecentItems[str, int] = field(default_factory=partial(RecentItems, CACHED_LENGTHS))
     reads: ReadTurns = field(default_factory=ReadTurns)
+
+    async def database_state(self) -> str:
+        """The state of the database: "ok" or "unreachable". It is probed on a thread of its own, so that a high load of requests
+        cannot delay the probe."""
+        try:
+            await asyncio.wait_for(asyncio.get_running_loop().run_in_executor(self.pulse, self.store.ping), PROBE_SECONDS)
+        except (Unreachable, TimeoutError):
+            return "unreachable"
+        return "ok"
 
     def close(self) -> None:
         """End all components. Each component ends before the components that it uses."""
@@ -121,7 +149,7 @@ def create_service(settings: Settings) -> Service:
     memory = settings.limits.memory
     checks, exports = WorkerPool(CHECK_PROCESSES, memory), WorkerPool(EXPORT_PROCESSES, 2 * memory, lasting=False)
     retention, sender = JobRetention(store, parts, settings), WebhookSender(store, settings, job_document)
-    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, DatabaseProbe(store), retention, sender)
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, retention, sender)
 
 
 async def service(request: Request) -> Service:

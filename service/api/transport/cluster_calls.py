@@ -7,13 +7,12 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
 from typing import Any
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
-from trunnion.service.api.documents.problem_documents import Refusal
+from trunnion.service.api.documents.problem_documents import Refusal, shutting_down
 from trunnion.service.api.server_state.server_components import Service, Turns
 from trunnion.service.executor.dask_cluster import NoCluster
 
@@ -42,39 +41,31 @@ async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
         turns.there -= 1
 
 
-@dataclass(frozen=True)
-class ClusterCall:
-    """A function call on the cluster. most: largest number of concurrent calls. priority: calls with a priority above 0 run before
-    the chunks of jobs, whose priority is 0."""
-
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
-    turns: Turns
-    most: int
-    priority: int = 0
-
-
-async def call_cluster(s: Service, request: Request, seconds: float, call: ClusterCall) -> bytes:
-    """The result of a call. Refusal (503) when too many calls wait, or when there is no result after ``seconds``."""
+async def call_cluster(
+    s: Service, request: Request, seconds: float, turns: Turns, most: int, work: Callable[..., Any], *given: Any, priority: int = 0
+) -> bytes:
+    """The result of a function on the cluster. work, given: the function and its arguments. Refusal (503) when too many calls wait,
+    or when there is no result after ``seconds``. most: largest number of concurrent calls. priority: calls with a priority above 0
+    run before the chunks of jobs, whose priority is 0."""
     end = time.monotonic() + seconds
-    work = asyncio.create_task(_run_call(s, call))
+    call = asyncio.create_task(_run_call(turns, most, lambda: s.cluster.submit(work, *given, priority=priority)))
     try:
-        while not work.done():
-            await asyncio.wait({work}, timeout=LOOK_SECONDS)
-            if not work.done() and (time.monotonic() > end or await request.is_disconnected()):
+        while not call.done():
+            await asyncio.wait({call}, timeout=LOOK_SECONDS)
+            if not call.done() and (time.monotonic() > end or await request.is_disconnected()):
                 raise Refusal(503, f"there was no answer within {seconds:g} s", headers={"Retry-After": "60"})
-        return work.result()
+        return call.result()
     except asyncio.CancelledError:
-        raise Refusal(503, "the server is shutting down; try again", headers={"Retry-After": "10"}) from None
+        raise shutting_down() from None
     finally:
-        work.cancel()
+        call.cancel()
 
 
-async def _run_call(s: Service, call: ClusterCall) -> bytes:
+async def _run_call(turns: Turns, most: int, submit: Callable[[], Any]) -> bytes:
     """Wait for a turn, then call the function on the cluster. If this task is cancelled, the call on the cluster is also
     cancelled."""
-    async with take_turn(call.turns, call.most):
-        future = await run_in_threadpool(lambda: s.cluster.submit(call.function, *call.arguments, priority=call.priority))
+    async with take_turn(turns, most):
+        future = await run_in_threadpool(submit)
         loop, over = asyncio.get_running_loop(), asyncio.Event()
 
         def came(_: Any) -> None:

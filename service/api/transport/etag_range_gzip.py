@@ -13,9 +13,8 @@ from fastapi import Request
 from starlette.responses import Response, StreamingResponse
 
 from trunnion.service.api.documents.problem_documents import header_schema, problem_response
-from trunnion.service.api.server_state.answer_caches import Make
 from trunnion.service.api.server_state.read_turns import ReadTurns
-from trunnion.service.api.server_state.server_components import Service
+from trunnion.service.api.server_state.server_components import Make, Service
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.part_checksum import digest_of
 
@@ -64,7 +63,7 @@ async def respond(request: Request, who: str, s: Service, answer: Callable[[], A
         return Response(status_code=304, headers=said)
     if asked is None or request.headers.get("if-range", strong) != strong:
         return await sending(whole_answer(make, said, plain), headers=said)
-    length = await s.reads.run(who, lambda: s.lengths.of(tag, make))
+    length = await s.reads.run(who, lambda: s.lengths.of(tag, lambda: sum(map(len, make()))))
     ends = range_ends(asked[1], asked[2], length)
     if ends is None:
         return problem_response(416, f"the content has {length} bytes", headers={"Content-Range": f"bytes */{length}"})

@@ -6,7 +6,7 @@ import asyncio
 import time
 from collections.abc import Sequence
 from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -63,12 +63,12 @@ class GuardMiddleware:
         if length.isascii() and length.isdigit() and int(length[:20]) > most:
             return problem_response(413, f"at most {most} bytes", headers={"Connection": "close"})
         host, origin = headers.get(b"host", ""), headers.get(b"origin")
-        if self.open and not is_loopback(_hostname(f"//{host}")):
+        if self.open and not is_loopback(_parts_of(f"//{host}").hostname or ""):
             return problem_response(
                 403,
                 "without keys, the server accepts only requests to this machine's own address: start it with --keys to share it",
             )
-        if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _netloc(origin) != host:
+        if origin is not None and scope["method"] not in ("GET", "HEAD", "OPTIONS") and _parts_of(origin).netloc != host:
             return problem_response(403, "requests from other sites are refused")
         return None
 
@@ -130,15 +130,9 @@ async def answer_head(app: ASGIApp, scope: Scope, receive: Receive, send: Send) 
         scope["method"] = "HEAD"
 
 
-def _hostname(url: str) -> str:
+def _parts_of(url: str) -> SplitResult:
+    """The parts of a URL; empty parts if it is invalid."""
     try:
-        return urlsplit(url).hostname or ""
+        return urlsplit(url)
     except ValueError:
-        return ""
-
-
-def _netloc(url: str) -> str:
-    try:
-        return urlsplit(url).netloc
-    except ValueError:
-        return ""
+        return urlsplit("")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -95,14 +94,13 @@ def _json(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[b
 def _csv(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
     from pyarrow import csv as arrow_csv
 
-    head = io.StringIO()
-    csv.writer(head, quoting=csv.QUOTE_ALL, lineterminator="\n").writerow(schema.names)
-    yield head.getvalue().encode()
+    sink = io.BytesIO()
+    arrow_csv.write_csv(schema.empty_table(), sink)  # the header
+    yield _take(sink)
     for table in tables:
         for batch in table.to_batches(max_chunksize=20000):
-            sink = io.BytesIO()
             arrow_csv.write_csv(batch, sink, arrow_csv.WriteOptions(include_header=False))
-            yield sink.getvalue()
+            yield _take(sink)
 
 
 def _take(sink: io.BytesIO) -> bytes:
@@ -117,20 +115,20 @@ def _parquet(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterato
     import pyarrow.parquet as pq
 
     sink = io.BytesIO()
-    writer = pq.ParquetWriter(sink, schema, compression="zstd")
-    for table in tables:
-        writer.write_table(table)
-        yield _take(sink)
-    writer.close()
-    yield _take(sink)
+    yield from _written(sink, pq.ParquetWriter(sink, schema, compression="zstd"), tables)
 
 
 def _arrow(schema: pyarrow.Schema, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
     import pyarrow as pa
 
     sink = io.BytesIO()
-    with pa.ipc.new_stream(sink, schema) as writer:
-        for table in tables:
-            writer.write_table(table)
-            yield _take(sink)
+    yield from _written(sink, pa.ipc.new_stream(sink, schema), tables)
+
+
+def _written(sink: io.BytesIO, writer: Any, tables: Iterable[pyarrow.Table]) -> Iterator[bytes]:
+    """The bytes that a writer of Arrow writes into the sink, after each table and at the end."""
+    for table in tables:
+        writer.write_table(table)
+        yield _take(sink)
+    writer.close()
     yield _take(sink)

@@ -1,7 +1,7 @@
 // Shows the results of samples (Sobol indices, distributions, probabilities that a result exceeds a bound), of studies (optimum,
 // boundaries) and of fits.
 
-import { $, ask, few, fill, later, make, many, number } from "../basics/requests_and_dom.js";
+import { $, ask, choices, few, fill, later, many, number } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { middles } from "../basics/result_rows.js";
@@ -40,9 +40,8 @@ export async function changed(now, rows) {
   method = sample.method;
   indices = method === "saltelli" ? await asked("indices", "") : [];
   const kept = table.columns.slice(table.columns.findIndex((c) => c.name === "steps") + 1).map((c) => c.name);
-  const names = indices.length ? indices.map((i) => i.of) : kept, before = $("questionof").value;
-  $("questionof").replaceChildren(...names.map((n) => make("option", { value: n }, n === "failed" ? "failed (outcome other than done)" : n)));
-  if (names.includes(before)) $("questionof").value = before;
+  const names = indices.length ? indices.map((i) => i.of) : kept;
+  choices($("questionof"), names.map((n) => [n, n === "failed" ? "failed (outcome other than done)" : n]));
   $("questions").hidden = false;
   await told();
 }

@@ -31,9 +31,8 @@ from trunnion.service.api.transport import guard_middleware
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.store import leases_and_chunks
-from trunnion.service.store.chunk_outcomes import Done
 from trunnion.service.store.database_connection import alembic_config, transaction
-from trunnion.service.store.leases_and_chunks import WorkStore
+from trunnion.service.store.leases_and_chunks import Done, WorkStore
 from trunnion.service.store.table_definitions import jobs as table
 
 HOUR = 3600.0
@@ -182,7 +181,7 @@ def test_a_folder_that_cannot_be_written_is_named_not_trunnion(tmp_path: Path) -
             create_service(settings)
         assert e.value.problems[0].where == where
         assert "cannot be written" in e.value.problems[0].what
-    words = [sys.executable, "-m", "trunnion.service", "--data", str(tmp_path / "file" / "data")]
+    words = [sys.executable, "-m", "trunnion", "serve", "--data", str(tmp_path / "file" / "data")]
     done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, check=False)
     assert (done.returncode, "report" in done.stderr) == (2, False)
 

@@ -30,8 +30,16 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.cli.serve import END_SECONDS
 from trunnion.service.request_models.job_request import SceneSource, scene_of
 from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
-from trunnion.service.request_workers.worker_pool import WorkerPool
-from trunnion.service.request_workers.worker_process import READY, START_SECONDS, Ended, NotReady, TookTooLong, WorkerProcess
+from trunnion.service.request_workers.worker_processes import (
+    READY,
+    START_SECONDS,
+    Ended,
+    NotReady,
+    TookTooLong,
+    WorkerPool,
+    WorkerProcess,
+)
+from trunnion.service.request_workers.worker_tasks import check_job, check_scene
 
 MEMORY = 4e9
 JSON = {"content-type": "application/json"}
@@ -102,7 +110,7 @@ class Told(WorkerProcess):
     def start(self) -> None:
         """Do nothing: this worker has no process."""
 
-    def run_task(self, name: str, arguments: tuple[Any, ...], seconds: float) -> Any:
+    def run_task(self, name: Any, arguments: tuple[Any, ...], seconds: float) -> Any:
         """Record the request."""
         time.sleep(0.005)
         self.served.append(name)
@@ -130,14 +138,14 @@ def test_callers_take_turns_however_many_requests_each_has_sent(workers: int) ->
 def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
     worker, limits = WorkerProcess(int(MEMORY)), Limits()
     right = (b'{"scene": "spherical_pendulum"}', "application/json", limits)
-    assert b"spherical_pendulum" in worker.run_task("check_scene", right, PATIENCE)[0]
+    assert b"spherical_pendulum" in worker.run_task(check_scene, right, PATIENCE)[0]
     long = json.dumps(wide_yaml(8000)).encode(), "application/json", limits
     with pytest.raises(TookTooLong):
-        worker.run_task("check_scene", long, 0.1)
+        worker.run_task(check_scene, long, 0.1)
     assert not worker.process.is_alive()
-    assert b"spherical_pendulum" in worker.run_task("check_scene", right, PATIENCE)[0]
+    assert b"spherical_pendulum" in worker.run_task(check_scene, right, PATIENCE)[0]
     with ThreadPoolExecutor(1) as pool:
-        waiting = pool.submit(worker.run_task, "check_scene", long, PATIENCE)
+        waiting = pool.submit(worker.run_task, check_scene, long, PATIENCE)
         time.sleep(0.3)
         worker.end()
         assert isinstance(waiting.exception(), Ended)
@@ -169,11 +177,11 @@ class Slow(WorkerProcess):
 
 def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
     """Earlier, on a busy machine the first request was refused with the advice to send a smaller one."""
-    assert Slow(0.9 * START_SECONDS, 0.1).run_task("check_scene", (), 0.2) == ("answer", [])
+    assert Slow(0.9 * START_SECONDS, 0.1).run_task(check_scene, (), 0.2) == ("answer", [])
     with pytest.raises(TookTooLong):
-        Slow(0.1, 0.3).run_task("check_scene", (), 0.2)
+        Slow(0.1, 0.3).run_task(check_scene, (), 0.2)
     with pytest.raises(NotReady):
-        Slow(1.1 * START_SECONDS).run_task("check_scene", (), 9.0)
+        Slow(1.1 * START_SECONDS).run_task(check_scene, (), 9.0)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
@@ -182,7 +190,7 @@ def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
     over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # its times would take 3 GB
     for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, Ended), ({"scene": "spherical_pendulum"}, SceneError)):
         with pytest.raises(ends):
-            worker.run_task("check_job", (json.dumps(asked).encode(), "application/json", limits), PATIENCE)
+            worker.run_task(check_job, (json.dumps(asked).encode(), "application/json", limits), PATIENCE)
     assert worker.process.is_alive()
     worker.end()
 

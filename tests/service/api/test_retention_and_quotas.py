@@ -14,7 +14,7 @@ from tests.service.store.test_store_contract import ME, submitted, taken
 from trunnion.basics.problems import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
-from trunnion.service.cli.serve_options import kept_for
+from trunnion.service.cli.serve import kept_for
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.store.leases_and_chunks import WorkStore
@@ -124,7 +124,7 @@ def test_what_is_too_old_goes_and_what_was_left_behind_with_it(tmp_path: Path, m
     assert retention.delete_expired() == 2
     assert [store.job(j.id) is None for j in jobs] == [True, True, False]
     assert sorted(p.name for p in (tmp_path / "parts").iterdir()) == sorted([jobs[2].id, "mine"])
-    assert [d.who for d in store.audit_records()] == ["me", "server", "server"]
+    assert [d["who"] for d in store.audit_records()] == ["me", "server", "server"]
     store.close()
 
 

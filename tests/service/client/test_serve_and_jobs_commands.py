@@ -12,7 +12,6 @@ import pytest
 import trunnion
 from tests.service.http_servers import MU, Served
 from trunnion.cli import main
-from trunnion.service.__main__ import main as serve
 from trunnion.service.client import remote_jobs
 
 
@@ -106,7 +105,7 @@ def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(
 
 def test_a_first_key_can_be_made_and_wrong_settings_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def served_with(*words: str) -> tuple[int, str, str]:
-        code = serve(["--data", str(tmp_path / "d"), "--port", "0", *words])
+        code = main(["serve", "--data", str(tmp_path / "d"), "--port", "0", *words])
         return code, *capsys.readouterr()
 
     code, out, _ = served_with("--new-key", "me:admin")

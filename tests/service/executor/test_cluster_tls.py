@@ -23,7 +23,7 @@ from distributed.security import Security
 
 from tests.service.http_servers import MU, PATIENCE, ROOT, SMALL, Served, eventually, free_port
 from trunnion.basics.problems import SceneError
-from trunnion.service.cli.serve_options import certificates_of
+from trunnion.service.cli.serve import certificates_of
 
 NOBODY = 65534
 TRIES = textwrap.dedent("""

@@ -11,9 +11,9 @@ import pytest
 
 from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.executor import job_leases
-from trunnion.service.executor.chunk_ingestion import ChunkIngestion
+from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.job_leases import LeasedJobs
-from trunnion.service.store.chunk_outcomes import Lost
+from trunnion.service.store.leases_and_chunks import Lost
 
 LEASE, PIECES = 6.0, 100
 
@@ -74,7 +74,7 @@ def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Cloc
         return dict.fromkeys(lost, "waiting")
 
     store = SimpleNamespace(claim=clock.claim, begin=lambda *given: None, record_outcomes=record_outcomes)
-    jobs = ChunkIngestion(store, None, SimpleNamespace(lease=LEASE, attempts=5), Metrics())  # type: ignore[arg-type]
+    jobs = Dispatcher(store, None, None, SimpleNamespace(lease=LEASE, attempts=5), Metrics())  # type: ignore[arg-type]
     jobs.claimed = began = clock.now
     many(jobs, clock)
     assert clock.now - began == PIECES

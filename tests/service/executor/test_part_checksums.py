@@ -16,7 +16,7 @@ from tests.service.http_servers import MU, SMALL, InProcess, eventually
 from tests.service.store.single_chunks import cut
 from trunnion.batch.plan import Runner
 from trunnion.service.basics.server_settings import Limits, Settings
-from trunnion.service.executor.chunk_and_case_runs import drop_runners
+from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
@@ -127,7 +127,7 @@ def test_a_spoilt_document_beside_the_parts_is_written_again(server: InProcess, 
     before, client = server.get(place).json(), server.service.cluster.connect()
     for how in ("flipped", "removed"):
         SPOILT[how](server.service.settings.data / "results" / job / "job.json")
-        client.gather([client.submit(drop_runners, workers=[w], pure=False) for w in client.nthreads()])
+        client.gather([client.submit(lambda: runs._local.__dict__.clear(), workers=[w], pure=False) for w in client.nthreads()])
         assert server.get(place).json() == before
 
 

@@ -19,7 +19,7 @@ from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.overrides import scene_given
-from trunnion.service.api.documents.study_answer import StudyAnswer
+from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.client.remote_jobs import Connection, Job, connect
 from trunnion.service.request_models.job_request import JobRequest, plan_of_document

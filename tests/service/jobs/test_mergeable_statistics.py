@@ -20,7 +20,7 @@ from trunnion.batch.sample_statistics.mergeable_statistics import Tally, tally_o
 from trunnion.service.api.job_data import job_rows
 from trunnion.service.api.job_data import tally_totals as answers
 from trunnion.service.api.job_data.job_rows import job_contents
-from trunnion.service.api.server_state.answer_caches import TallyCache
+from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor import part_tallies
 from trunnion.service.executor.chunk_and_case_runs import run_chunk
 from trunnion.service.executor.parquet_parts import Parts
@@ -51,7 +51,7 @@ def job(server: InProcess) -> str:
 def many(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A server without knowledge of its jobs, for which this small number of cases counts as very many."""
     monkeypatch.setattr(part_tallies, "MANY", 10)
-    monkeypatch.setattr(server.service, "tallies", TallyCache())
+    monkeypatch.setattr(server.service, "tallies", RecentItems(1))
     yield
     for file in (server.service.settings.data / "results").glob("*/tally*"):
         file.unlink()
@@ -148,16 +148,16 @@ def test_a_spoilt_tally_follows_from_its_part_and_a_spoilt_part_beside_its_tally
         SPOILT[how](place)
     else:
         place.write_bytes(files(server, job, "tally")[2].read_bytes())
-    server.service.tallies = TallyCache()
+    server.service.tallies = RecentItems(1)
     assert same(counted(server, job), before)
     assert place.read_bytes() == written, "it is kept for the next time"
     part = files(server, job, "part")[1]
     kept = part.read_bytes()
     SPOILT[how](part)
-    server.service.tallies = TallyCache()
+    server.service.tallies = RecentItems(1)
     assert same(counted(server, job), before)
     place.unlink()
-    server.service.tallies = TallyCache()
+    server.service.tallies = RecentItems(1)
     assert same(counted(server, job), before), "both were computed again"
     assert part.read_bytes() == kept
 
@@ -168,10 +168,10 @@ def test_what_a_whole_job_comes_to_is_kept_and_read_in_one(server: InProcess, jo
     before = counted(server, job)
     for file in files(server, job, "tally"):
         file.write_bytes(b"not to be read")
-    server.service.tallies = TallyCache()
+    server.service.tallies = RecentItems(1)
     assert same(counted(server, job), before)
     Path(server.service.parts.all_tally(job)).write_bytes(b"spoilt")
-    server.service.tallies = TallyCache()
+    server.service.tallies = RecentItems(1)
     assert same(counted(server, job), before)
 
 

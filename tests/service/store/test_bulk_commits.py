@@ -9,9 +9,8 @@ import pytest
 
 from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
 from tests.service.store.test_store_contract import ME, OTHER, store, taken
-from trunnion.service.store.chunk_outcomes import Done, LeaseLost, Lost
 from trunnion.service.store.job_and_chunk_records import Job
-from trunnion.service.store.leases_and_chunks import WorkStore
+from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
 
 __all__ = ["store"]
 

@@ -128,16 +128,13 @@ function parameters() {
   return given;
 }
 
+// Buttons do the same as their keys.
+const KEYS = { play: " ", labels: "l", xray: "x", follow: "f", traces: "t", parallel: "p", section: "c", numbers: "v", night: "n", reset: "r", help: "?" };
 function buttons() {
-  $("play").onclick = () => play(!clock.playing);
-  for (const name of Object.keys(BUTTONS)) { $(name).onclick = () => toggle(name); press(name, look[BUTTONS[name]]); }
-  $("section").onclick = () => section(look.cut ? "" : "view");
+  for (const [name, key] of Object.entries(KEYS)) $(name).onclick = keys[key];
+  for (const [name, key] of Object.entries(BUTTONS)) press(name, look[key]);
   $("cut").onchange = () => section($("cut").value);
   $("cutat").oninput = () => { look.cutAt = Number($("cutat").value); refresh(); };
-  $("numbers").onclick = () => numbers($("values").hidden);
-  $("night").onclick = () => keys.n();
-  $("reset").onclick = reset;
-  $("help").onclick = () => $("keys").showModal();
   $("scrub").oninput = () => { play(false); seek(Number($("scrub").value)); };
 }
 

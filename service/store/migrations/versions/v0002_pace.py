@@ -17,13 +17,3 @@ def upgrade() -> None:
     with op.batch_alter_table("chunks", schema=None) as chunks:
         chunks.add_column(sa.Column("counts", sa.Text(), nullable=False, server_default=""))
         chunks.add_column(sa.Column("bytes", sa.BigInteger(), nullable=False, server_default="0"))
-
-
-def downgrade() -> None:
-    """Drop the columns."""
-    with op.batch_alter_table("chunks", schema=None) as chunks:
-        chunks.drop_column("bytes")
-        chunks.drop_column("counts")
-    with op.batch_alter_table("jobs", schema=None) as jobs:
-        for name in ("lease", "beat", "landed", "pace"):
-            jobs.drop_column(name)

@@ -22,11 +22,3 @@ def upgrade() -> None:
         sa.Column("data", sa.Text(), nullable=False),
         sa.PrimaryKeyConstraint("id"),
     )
-
-
-def downgrade() -> None:
-    """Drop the column and the table."""
-    op.drop_table("audit")
-    with op.batch_alter_table("jobs", schema=None) as jobs:
-        jobs.drop_index("ix_jobs_owner_created")
-        jobs.drop_column("tags")

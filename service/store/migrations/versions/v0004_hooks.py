@@ -24,12 +24,3 @@ def upgrade() -> None:
     )
     with op.batch_alter_table("hooks", schema=None) as hooks:
         hooks.create_index("ix_hooks_state", ["state"], unique=False)
-
-
-def downgrade() -> None:
-    """Drop the column and the table."""
-    with op.batch_alter_table("hooks", schema=None) as hooks:
-        hooks.drop_index("ix_hooks_state")
-    op.drop_table("hooks")
-    with op.batch_alter_table("jobs", schema=None) as jobs:
-        jobs.drop_column("notify")

@@ -11,9 +11,3 @@ def upgrade() -> None:
     """Add the column."""
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.add_column(sa.Column("asked", sa.BigInteger(), nullable=True))
-
-
-def downgrade() -> None:
-    """Drop the column."""
-    with op.batch_alter_table("jobs", schema=None) as jobs:
-        jobs.drop_column("asked")

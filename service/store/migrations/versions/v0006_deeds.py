@@ -9,8 +9,3 @@ down_revision = "0005"
 def upgrade() -> None:
     """Add the index."""
     op.create_index("ix_audit_time", "audit", ["time"])
-
-
-def downgrade() -> None:
-    """Drop the index."""
-    op.drop_index("ix_audit_time", "audit")

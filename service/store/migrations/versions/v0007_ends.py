@@ -11,9 +11,3 @@ def upgrade() -> None:
     """Add the column."""
     with op.batch_alter_table("jobs", schema=None) as jobs:
         jobs.add_column(sa.Column("ends", sa.String(length=64), nullable=False, server_default=""))
-
-
-def downgrade() -> None:
-    """Drop the column."""
-    with op.batch_alter_table("jobs", schema=None) as jobs:
-        jobs.drop_column("ends")

@@ -1,7 +1,9 @@
-"""A worker process that reads and checks requests one after another, within limits of time and memory."""
+"""Worker processes that read and check requests one after another, within limits of time and memory, and a pool of them, to which a
+fair queue distributes the requests."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import multiprocessing
 import os
@@ -9,14 +11,18 @@ import signal
 import threading
 import time
 import traceback
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
 from trunnion.basics.problems import SceneError, SimulationError
-from trunnion.basics.renamed_words import deprecation_notes
+from trunnion.basics.renamed_words import add_note, deprecation_notes
+from trunnion.service.request_workers.fair_queue import FairQueue
 
 log = logging.getLogger("trunnion.service")
+Task = Callable[..., Any]
 ORPHAN_SECONDS = 1.0
 START_SECONDS = 60.0
 """Longest time until a process is ready, s, even on a busy machine. It does not count as time of the request."""
@@ -45,22 +51,21 @@ class Defect(RuntimeError):
 
 
 def serve_tasks(connection: Connection, memory: int, parent: int) -> None:
-    """The main function of the process. It sends READY. For each message (task name, arguments), it then returns (success, result
+    """The main function of the process. It sends READY. For each message (task, arguments), it then returns (success, result
     or error, notes about deprecated words), until the connection closes."""
     _isolate(parent)
     _limit_memory(memory)
-    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # registers its tasks
-    from trunnion.service.request_workers.worker_tasks import TASKS
+    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # with all tasks, before the first request
 
     connection.send(READY)
     while True:
         try:
-            name, arguments = connection.recv()
+            task, arguments = connection.recv()
         except (EOFError, OSError):
             return
         try:
             with deprecation_notes() as notes:
-                answer = True, TASKS[name](*arguments)
+                answer = True, task(*arguments)
         except ANSWER_ERRORS as e:
             answer = False, e
         except MemoryError:
@@ -129,14 +134,14 @@ class WorkerProcess:
         self.process.start()
         theirs.close()
 
-    def run_task(self, name: str, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
+    def run_task(self, task: Task, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
         """The result of a task, and notes about deprecated words. Raises the error that the task raised; TookTooLong when the task
         exceeded ``seconds``; Ended when the process ended; NotReady when the process did not start in time."""
         self.start()
         connection = self.connection
         try:
             self._wait_until_ready(connection)
-            connection.send((name, arguments))
+            connection.send((task, arguments))
             if not connection.poll(seconds):
                 raise TookTooLong(f"the request took longer than the {seconds:g} s allowed")
             good, answer, notes = connection.recv()
@@ -165,3 +170,45 @@ class WorkerProcess:
             _end_group(self.process.pid)
             self.process.kill()
             self.process.join(1)
+
+
+class WorkerPool(FairQueue[WorkerProcess]):
+    """Worker processes, and the requests that wait for a worker. lasting: whether a worker serves several requests. Otherwise the
+    worker ends after a request, which frees its memory. Only for use in the event loop."""
+
+    def __init__(self, workers: int, memory: float, lasting: bool = True):
+        self.workers = [WorkerProcess(int(memory)) for _ in range(workers)]
+        self.lasting = lasting
+        super().__init__(self.workers)
+        self.pool = ThreadPoolExecutor(workers, thread_name_prefix="worker-pool")
+
+    def start(self) -> None:
+        """Start the workers on a thread, so that the first request does not wait for them."""
+
+        def started() -> None:
+            for worker in self.workers:
+                worker.start()
+
+        threading.Thread(target=started, daemon=True).start()
+
+    async def ask(self, who: str, task: Task, *arguments: Any, seconds: float) -> Any:
+        """The result of a task for the caller ``who``. Deprecated words in the request become notes. Raises QueueFull, TookTooLong,
+        NotReady, Ended, or the error that the task raised."""
+        worker = await self.take(who)
+        try:
+            answer, notes = await asyncio.get_running_loop().run_in_executor(self.pool, worker.run_task, task, arguments, seconds)
+        except asyncio.CancelledError:
+            worker.end()
+            raise
+        finally:
+            if not self.lasting:
+                worker.end()
+            self.release(who, worker)
+        for note in notes:
+            add_note(note)
+        return answer
+
+    def close(self) -> None:
+        for worker in self.workers:
+            worker.end()
+        self.pool.shutdown(wait=False, cancel_futures=True)

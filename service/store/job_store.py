@@ -1,5 +1,5 @@
-"""The store of jobs, events and keys. Every method is one transaction. If a method raises ``Unreachable``, normally nothing was
-stored. If the connection broke during the commit, all changes may have been stored."""
+"""The store of jobs, events, keys, the audit log and webhooks. Every method is one transaction. If a method raises
+``Unreachable``, normally nothing was stored. If the connection broke during the commit, all changes may have been stored."""
 
 from __future__ import annotations
 
@@ -8,17 +8,32 @@ import binascii
 import json
 import secrets
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from sqlalchemy import Connection, and_, func, insert, or_, select, update
+from sqlalchemy import Connection, and_, delete, func, insert, or_, select, update
 from sqlalchemy.exc import IntegrityError
 
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
-from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, event_of, job_of, key_of
-from trunnion.service.store.table_definitions import ACTIVE, STATES, events, jobs, keys
+from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, record_of
+from trunnion.service.store.table_definitions import ACTIVE, ENDED, STATES, audit, events, hooks, jobs, keys
 
 T = TypeVar("T")
+DAY = 86_400.0
+CLAIM_SECONDS = 60.0
+"""Time for which a webhook is claimed, s. During this time, no other server sends it."""
+
+
+@dataclass(frozen=True)
+class Webhook:
+    """A webhook to send. kind: the event. url: the address. attempts: number of attempts, including this one."""
+
+    id: int
+    kind: str
+    url: str
+    attempts: int
+    job: Job
 
 
 class Conflict(RuntimeError):
@@ -30,7 +45,7 @@ class BadCursor(ValueError):
 
 
 class Store:
-    """The operations on jobs, events and keys that clients need. The derived class ``WorkStore`` adds the operations that run
+    """The operations that clients, retention and webhooks need. The derived class ``WorkStore`` adds the operations that run
     jobs."""
 
     def __init__(self, url: str):
@@ -53,10 +68,10 @@ class Store:
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
 
-    def _all(self, query: Any, record: Callable[[Any], T]) -> list[T]:
+    def _all(self, query: Any, kind: type[T]) -> list[T]:
         """The records of the rows that a query selects."""
         with transaction(self.engine) as c:
-            return [record(row) for row in c.execute(query).mappings()]
+            return [record_of(kind, row) for row in c.execute(query).mappings()]
 
     # -- jobs ---------------------------------------------------------------------------------------------------------------
 
@@ -86,18 +101,18 @@ class Store:
             with transaction(self.engine, writing=True) as c:
                 c.execute(insert(jobs).values(values | {"created": self.now(c)}))
                 self._event(c, values["id"], "submitted", {"cases": cases})
-                return job_of(c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
+                return record_of(Job, c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
         except IntegrityError:
             with transaction(self.engine) as c:
                 same = and_(jobs.c.owner == owner, jobs.c.idempotency_key == key)
-                earlier = job_of(c.execute(select(jobs).where(same)).mappings().one())
+                earlier = record_of(Job, c.execute(select(jobs).where(same)).mappings().one())
             if earlier.digest != digest:
                 raise Conflict(f"the idempotency key belongs to job {earlier.id}, whose request differs: use a new key") from None
             return earlier, False
 
     def job(self, job: str) -> Job | None:
         """The job with this id, or None."""
-        return next(iter(self._all(select(jobs).where(jobs.c.id == job), job_of)), None)
+        return next(iter(self._all(select(jobs).where(jobs.c.id == job), Job)), None)
 
     def document(self, job: str) -> dict[str, Any]:
         """The stored request of a job."""
@@ -128,7 +143,7 @@ class Store:
         if cursor is not None:
             created, last = _decoded(cursor)
             query = query.where(or_(jobs.c.created < created, and_(jobs.c.created == created, jobs.c.id < last)))
-        found = self._all(query, job_of)
+        found = self._all(query, Job)
         more = len(found) > limit
         found = found[:limit]
         return found, _encoded(found[-1]) if more else None
@@ -148,10 +163,13 @@ class Store:
             ).rowcount:
                 self._event(c, job, "cancelling", {})
             row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
-            return job_of(row) if row else None
+            return record_of(Job, row) if row else None
 
     def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
-        """Queue a webhook for the end of a job. This class does nothing; ``WebhookStore`` overrides the method."""
+        """In a transaction, queue a webhook for the end of a job, if the request of the job names an address."""
+        if c.execute(select(jobs.c.notify).where(jobs.c.id == job)).scalar_one():
+            values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
+            c.execute(insert(hooks).values(values))
 
     def states(self) -> dict[str, int]:
         """The number of jobs in each state."""
@@ -171,7 +189,7 @@ class Store:
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """The events of a job with ids above ``after``, in order."""
         query = select(events).where(events.c.job == job, events.c.id > after).order_by(events.c.id).limit(limit)
-        return self._all(query, event_of)
+        return self._all(query, StoredEvent)
 
     # -- keys ---------------------------------------------------------------------------------------------------------------
 
@@ -182,17 +200,105 @@ class Store:
 
     def key(self, key: str) -> Key | None:
         """The key with this id, even if it is revoked, or None."""
-        return next(iter(self._all(select(keys).where(keys.c.id == key), key_of)), None)
+        return next(iter(self._all(select(keys).where(keys.c.id == key), Key)), None)
 
     def all_keys(self) -> Sequence[Key]:
         """All keys, oldest first."""
-        return self._all(select(keys).order_by(keys.c.created, keys.c.id), key_of)
+        return self._all(select(keys).order_by(keys.c.created, keys.c.id), Key)
 
     def revoke(self, key: str) -> bool:
         """Revoke a key. False when no active key has this id."""
         with transaction(self.engine, writing=True) as c:
             found = and_(keys.c.id == key, keys.c.revoked.is_(None))
             return bool(c.execute(update(keys).where(found).values(revoked=self.now(c))).rowcount)
+
+    # -- usage, deletion, tags, audit log -----------------------------------------------------------------------------------
+
+    def usage(self, owner: str) -> dict[str, int]:
+        """The present usage of an owner: number of active ``jobs``, ``bytes`` of results, ``cases`` submitted within a day. Cases
+        of deleted jobs still count for a day after their submission."""
+        with transaction(self.engine) as c:
+            own, now = jobs.c.owner == owner, self.now(c)
+            active = c.execute(select(func.count()).select_from(jobs).where(own, jobs.c.state.in_(ACTIVE))).scalar_one()
+            kept = c.execute(select(func.coalesce(func.sum(jobs.c.bytes), 0)).where(own)).scalar_one()
+            today = c.execute(select(func.coalesce(func.sum(jobs.c.cases), 0)).where(own, jobs.c.created > now - DAY)).scalar_one()
+            gone = c.execute(select(audit.c.data).where(audit.c.what == "deleted", audit.c.time > now - DAY)).scalars()
+            deleted = [d for d in map(json.loads, gone) if d.get("owner") == owner and d.get("created", 0.0) > now - DAY]
+        return {"jobs": int(active), "bytes": int(kept), "cases": int(today) + sum(d["cases"] for d in deleted)}
+
+    def delete(self, job: str, who: str, **data: Any) -> bool:
+        """Delete an ended job with its chunks and events, and add the deletion to the audit log. Returns False if the job has not
+        ended or does not exist."""
+        with transaction(self.engine, writing=True) as c:
+            gone = bool(c.execute(delete(jobs).where(jobs.c.id == job, jobs.c.state.in_(ENDED))).rowcount)
+            if gone:
+                self._note(c, who, "deleted", job, data)
+        return gone
+
+    def deleted(self, job: str) -> bool:
+        """Whether a job was deleted."""
+        with transaction(self.engine) as c:
+            query = select(audit.c.id).where(audit.c.about == job, audit.c.what == "deleted").limit(1)
+            return c.execute(query).first() is not None
+
+    def older(self, seconds: float, most: int = 200) -> list[Job]:
+        """The first ``most`` jobs that ended more than ``seconds`` ago, oldest first."""
+        with transaction(self.engine) as c:
+            old = select(jobs).where(jobs.c.state.in_(ENDED), jobs.c.finished < self.now(c) - seconds)
+            return [record_of(Job, row) for row in c.execute(old.order_by(jobs.c.finished).limit(most)).mappings()]
+
+    def mark(self, job: str, label: str | None, tags: list[str] | None) -> None:
+        """Change the label or the tags of a job; None changes nothing."""
+        values = ({"label": label} if label is not None else {}) | ({"tags": json.dumps(tags)} if tags is not None else {})
+        if values:
+            with transaction(self.engine, writing=True) as c:
+                c.execute(update(jobs).where(jobs.c.id == job).values(values))
+
+    def note(self, who: str, what: str, about: str, **data: Any) -> None:
+        """Add an entry to the audit log."""
+        with transaction(self.engine, writing=True) as c:
+            self._note(c, who, what, about, data)
+
+    def _note(self, c: Connection, who: str, what: str, about: str, data: dict[str, Any]) -> None:
+        told = {"time": self.now(c), "who": who, "what": what, "about": about, "data": json.dumps(data)}
+        c.execute(insert(audit).values(told))
+
+    def audit_records(
+        self, after: int = 0, limit: int = 100, who: str | None = None, about: str | None = None
+    ) -> list[dict[str, Any]]:
+        """The entries of the audit log with ids above ``after``, in order. who, about: only entries with this value."""
+        query = select(audit).where(audit.c.id > after).order_by(audit.c.id).limit(limit)
+        for column, wanted in ((audit.c.who, who), (audit.c.about, about)):
+            if wanted is not None:
+                query = query.where(column == wanted)
+        with transaction(self.engine) as c:
+            return [{**row, "data": json.loads(row["data"])} for row in c.execute(query).mappings()]
+
+    # -- webhooks -----------------------------------------------------------------------------------------------------------
+
+    def next_webhook(self) -> Webhook | None:
+        """Claim the next webhook that is due; None if no webhook is due."""
+        with transaction(self.engine, writing=True) as c:
+            now = self.now(c)
+            due = or_(hooks.c.not_before <= now, hooks.c.not_before > now + DAY)  # the clock was set back
+            query = select(hooks).where(hooks.c.state == "waiting", due).order_by(hooks.c.not_before, hooks.c.id).limit(1)
+            row = c.execute(query.with_for_update()).mappings().first()
+            if row is None:
+                return None
+            again = {"attempts": hooks.c.attempts + 1, "not_before": now + CLAIM_SECONDS}
+            c.execute(update(hooks).where(hooks.c.id == row["id"]).values(again))
+            job = c.execute(select(jobs).where(jobs.c.id == row["job"])).mappings().one()
+            return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, record_of(Job, job))
+
+    def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:
+        """Store the result of an attempt. delay: time until the next attempt, s; None if the webhook was delivered (``result``
+        "told") or is given up."""
+        with transaction(self.engine, writing=True) as c:
+            state = "waiting" if delay is not None else "told" if result == "told" else "given_up"
+            values = {"state": state, "not_before": self.now(c) + (delay or 0.0)}
+            c.execute(update(hooks).where(hooks.c.id == hook.id).values(values))
+            self._event(c, hook.job.id, f"webhook_{state}", {"attempt": hook.attempts, "result": result[:300]})
+
 
 
 def _encoded(job: Job) -> str:

@@ -1,0 +1,44 @@
+"""The content of an exported model, from which its documents are written."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from trunnion.fmu.variables.fmi3_arrays import Face
+from trunnion.fmu.variables.fmi3_event_clocks import Clock
+from trunnion.fmu.variables.model_exchange_states import Exchanged
+from trunnion.fmu.variables.output_dependencies import Depends
+from trunnion.fmu.variables.outputs_inputs_parameters import Variable
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.simulation.run import Model
+
+
+class ExportedModel:
+    """The content of an exported model. ``trunnion.fmu.scene_export.Made`` derives it. sources: the generated C texts by name."""
+
+    model: Model
+    scene: Scene
+    standard: str
+    kind: str
+    step: float
+    identifier: str
+    listed: list[Variable]
+    exchanged: Exchanged
+    depends: list[Depends]
+    faces: list[Face]
+    clocks: list[Clock]
+    sources: dict[str, str]
+
+    @property
+    def scalars(self) -> list[Variable]:
+        """The variables of FMI 2.0; those of model exchange come last."""
+        return [*self.listed, *self.exchanged.states, *self.exchanged.rates]
+
+    def titled(self) -> list[tuple[str, Variable]]:
+        """The variables with their displayed names."""
+        if self.standard == "2.0":
+            return [(v.name, v) for v in self.scalars]
+        whole = [replace(f.first, description=f.description) for f in self.faces]
+        ticks = [Variable(c.name, "", c.description, "output", "clock", "", None) for c in self.clocks]
+        return [*((f.title, v) for f, v in zip(self.faces, whole, strict=True)), *((c.name, c) for c in ticks),
+                *((v.name, v) for v in self.exchanged.all)]  # fmt: skip

@@ -1,0 +1,11 @@
+"""The bytes of XML documents."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, indent, tostring
+
+
+def xml_bytes(root: Element) -> bytes:
+    """An indented XML document in UTF-8."""
+    indent(root, " ")
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"
