@@ -41,6 +41,7 @@ ELEMENTS = (
     "gear_teeth.TEETH",
     "gear_teeth.CONES",
     "cam_follower.FOLLOWER",
+    "gear_unit.GEAR_UNIT",
     "constant_friction.TURNING",
     "constant_friction.SLIDING",
     "constant_friction.BOTH",

@@ -28,6 +28,7 @@ TYPES = (
     "cam_and_curve_followers.FLAT_CAM",
     "cam_and_curve_followers.POINT_ON_CURVE",
     "rod.ROD",
+    "gearbox.GEARBOX",
 )
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
 

@@ -118,7 +118,7 @@ class JointKind:
     @property
     def apart(self) -> bool:
         """Whether the two points of the joint may be apart."""
-        return self.rolls.apart if self.rolls else self.keeps_distance or self.follows in ("point", "face", "curve")
+        return self.rolls.apart if self.rolls else self.keeps_distance or bool(self.follows)
 
     @property
     def nq(self) -> int:
@@ -159,8 +159,9 @@ class JointKind:
     def needs_axis(self) -> bool:
         """Whether the joint needs the direction of e1. The direction is not needed if the joint rotates about all axes or about no
         axis, and slides along all axes or along no axis."""
-        scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
-        return (self.bodiless and not self.keeps_distance) or any(scarce)
+        if self.bodiless:
+            return not self.keeps_distance and self.follows != "freedom"
+        return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
 
     @property
     def second_axis(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
@@ -10,6 +11,7 @@ import casadi as ca
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP
 from trunnion.elements.joints import REGISTRY
+from trunnion.elements.joints.cam_and_curve_followers import MIMIC
 from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.kernel.units.body_scalars import unpack_motion
 from trunnion.parts.bytecode.body_and_joint_slots import ENDS
@@ -71,16 +73,11 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     joint = c.joint
     if joint.kind.follows:
         ins[PIECE] = sym.piece
-    wrenches = [cutting.axis_wrenches(c, k) for k in range(joint.kind.nv)]
     outs: dict[str, SX | list[SX]] = {
         "phi": [r.phi for r in c.rows], "rate": [r.rate for r in c.rows], "xi": [r.xi for r in c.rows],
         "gin": _beside([r.g_in for r in c.rows]), "gout": _beside([r.g_out for r in c.rows]),
         "gat": _beside([at_point(r.g_out, c.c_out) for r in c.rows]),
-        "q": cutting.coordinates(c) if joint.kind.nv else [], "v": cutting.rates(c),
-        "bias": [cutting.acceleration_bias(c, k) for k in range(joint.kind.nv)],
-        "win": _beside([w for w, _ in wrenches]), "wout": _beside([w for _, w in wrenches]),
-        "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
-        "pose": ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s)), "point": c.out.r + c.c_out,
+        "q": cutting.coordinates(c) if joint.kind.nv else [], **_freedoms(c), **_place(c),
     }  # fmt: skip
     asked = BARE[bare]
     outs = outs if asked is None else {name: outs[name] for name in asked}
@@ -92,10 +89,11 @@ def _beside(columns: list[SX]) -> SX:
 
 
 @cache
-def tie(follower: str, leader: str) -> Primitive:
+def tie(follower: str, leader: str, coupling: str = MIMIC.name) -> Primitive:
     """Coupling of a freedom that follows another freedom. Inputs: numbers (50: two frames and two points of each joint, ratio,
     offset), coordinates and rates of the two freedoms (2 each), motions of the four bodies. Outputs: residual, rate and ξ of the
-    constraint row, and its wrenches on the four bodies."""
+    constraint row, and its wrenches on the four bodies. A gearbox also has the
+    outputs of ``cut`` that belong to its freedom, except the rate."""
     n, q, v = ParameterCounter(), SX.sym("q", 2), SX.sym("v", 2)
     ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}
     motions = [unpack_motion(ca.vertsplit(m)) for m in ends.values()]
@@ -106,9 +104,30 @@ def tie(follower: str, leader: str) -> Primitive:
     m = Mimic(0, 0, 0, 0, False, n.take_one(), n.take_one())
     sym = PrimitiveSymbols(n.count)
     follows, leads = (cutting.locate_cut(sym, motions[2 * k : 2 * k + 2], j) for k, j in enumerate(joints))
-    row = cutting.mimic_row(sym, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
+    c = replace(follows, joint=replace(joints[0], kind_name=coupling), rows=[], made={})
+    cutting.add_tie(sym, c, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
+    (row,) = c.rows
     outs = {"phi": row.phi, "rate": row.rate, "xi": row.xi} | dict(zip(ENDS, map(ca.densify, row.on), strict=True))
-    return expression_primitive(f"c_mimic_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
+    if c.joint.kind.nv:
+        found = _freedoms(c) | {"gat": at_point(row.g_out, c.c_out)} | _place(c)
+        outs |= {name: x for name, x in found.items() if name != "v"}
+    return expression_primitive(f"c_{coupling}_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
+
+
+def _freedoms(c: cutting.Cut) -> dict[str, SX | list[SX]]:
+    """The outputs of a cut joint's freedoms: rates, acceleration biases, and wrenches of a force along each freedom."""
+    wrenches = [cutting.axis_wrenches(c, k) for k in range(c.joint.kind.nv)]
+    return {
+        "v": cutting.rates(c), "bias": [cutting.acceleration_bias(c, k) for k in range(c.joint.kind.nv)],
+        "win": _beside([w for w, _ in wrenches]), "wout": _beside([w for _, w in wrenches]),
+        "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
+    }  # fmt: skip
+
+
+def _place(c: cutting.Cut) -> dict[str, SX]:
+    """The pose of a cut joint, and its point on the outboard part."""
+    pose = ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s))
+    return {"pose": pose, "point": c.out.r + c.c_out}
 
 
 @cache

@@ -202,7 +202,7 @@ class ScenePasses(JointForces):
                 z = Slot(Space.Z, rows[j.rows + k], 1)
                 for i in range(6):
                     program.call(Builtin.ADD_DOT, [c.row(g, k).slice(i, 1), z, out.slice(i, 1)], [1, sign])
-        for k in range(j.kind.nv if j.friction else 0):
+        for k in range(j.kind.nv if j.friction and g in ALONG else 0):
             for i in range(6):
                 program.call(
                     Builtin.ADD_DOT, [c.row(ALONG[g], k).slice(i, 1), self.eta(j).slice(k, 1), out.slice(i, 1)], [1, -sign]

@@ -202,6 +202,9 @@ class Joint:
     """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
     mimic: Mimic | None = None
     """The leading joint, of which this joint's coordinate is a linear function; both joints have one freedom."""
+    ratio: Annotated[float, Per("1", Bound(nonzero=True))] | None = None
+    """Of a gearbox, the angle of the input (inboard) shaft per angle of the output (outboard) shaft; negative if the shafts turn in
+    opposite senses."""
     length: Extent | None = None
     """Length of a rod; default: the distance of its two points in the poses of the placed bodies."""
     crossed: Annotated[bool, Strict()] = False

@@ -63,6 +63,8 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
             numbers.append((label, put(f"joints.{j.name}.friction.{label}", one, n.unit)))
     if j.pitch is not None:
         numbers.append(("pitch", j.pitch))
+    if j.mimic is not None:
+        numbers.append(("ratio", j.mimic.ratio))
     if j.wheels is not None:
         numbers += [("module", j.wheels.module), ("side", _sign(j.wheels.teeth)), ("first", _sign(j.wheels.teeth[:1]))]
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))

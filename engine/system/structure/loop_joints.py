@@ -17,15 +17,17 @@ of the quotients stay finite."""
 
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
-    """Bodies whose tree joints are on the loop of a cut joint: the path between its two bodies, ascending."""
+    """Bodies whose tree joints are on the loop of a cut joint: the path between its two bodies, ascending. For a gearbox, the paths
+    between the two bodies of each shaft's joint."""
     paths: list[set[int]] = []
-    for body in (c.inb, c.out):
+    for body in c.ends:
         path = set()
         while body != GROUND:
             path.add(body)
             body = system.bodies[body].parent
         paths.append(path)
-    return sorted(paths[0] ^ paths[1])
+    pairs = zip(paths[::2], paths[1::2], strict=True)
+    return sorted(set().union(*(a ^ b for a, b in pairs)))
 
 
 def loop_joints(system: System) -> list[Joint]:

@@ -1,0 +1,97 @@
+"""Friction of a gear unit, from its catalogue: efficiencies of both directions of power, and no-load torque (theory, "Gear units").
+
+The load T is the torque on the output shaft. The torque on the input shaft, times the ratio i, is T + η with the friction η at the
+output. With the power from input to output, i T_in = T/η_f + i T_0. With the power from output to input, i T_in = η_b T − i T_0.
+Hence the friction is |η| = c |T| + i T_0 with c = 1/η_f − 1 where friction and load oppose the motion alike, and c = 1 − η_b where
+the load drives the motion. Equal coefficients mean η_b = 2 − 1/η_f, the default."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.number_declarations import NOT_NEGATIVE, Bound
+from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Size, Wrench
+from trunnion.elements.contact.journal import HALF_ROOT
+from trunnion.elements.friction import Law
+
+if TYPE_CHECKING:
+    from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
+
+ABOUT = "m1"
+EFFICIENCY = Size(
+    "efficiency", "1", "efficiency with the power from input to output, without the no-load torque",
+    Bound(0.0, 1.0, open=True, advice="an efficiency is a fraction of the power, such as 0.9"), "0.9", symbol="η_f", bears=False,
+)  # fmt: skip
+BACKWARD = Size(
+    "efficiency_backward", "1", "efficiency with the power from output to input, 0: self-locking; default: 2 - 1/efficiency, at "
+    "least 0", Bound(0.0, 1.0, advice="an efficiency is a fraction of the power; a self-locking gear unit has 0"), "0.8",
+    needed=False, symbol="η_b", bears=False,
+)  # fmt: skip
+NO_LOAD = Size(
+    "no_load_torque", "N*m", "friction torque on the input shaft at any load", NOT_NEGATIVE, '"0.1 N*m"', needed=False, symbol="T_0",
+    bears=False, varies=True,
+)  # fmt: skip
+
+
+def losses(g: Mapping[str, SX]) -> tuple[SX, SX]:
+    """Friction per load with the power from input to output, and from output to input."""
+    forward = 1 / g["efficiency"] - 1
+    return forward, 1 - g["efficiency_backward"] if "efficiency_backward" in g else ca.fmin(forward, 1)
+
+
+def friction_at(w: Wrench, sense: SX, g: Mapping[str, SX]) -> SX:
+    """Friction torque on the output shaft, N m. sense: sign of the motion that the friction opposes. The torque on the output shaft
+    is −m1."""
+    load, (forward, backward) = w[ABOUT], losses(g)
+    none = ca.fabs(g["ratio"]) * g["no_load_torque"] if "no_load_torque" in g else 0
+    return ca.if_else(sense * load < 0, forward, backward) * ca.sqrt(load * load + TINY) + none
+
+
+def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+    return (ABOUT,)
+
+
+def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+    return [[rates[0]]]
+
+
+def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+    k = laws[0].ratios([rates[0]])[0]
+    return [k * friction_at(w, k, g)]
+
+
+def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    return [Hold(laws[0].static * friction_at(w, u[0], g), ca.fabs(u[0]))]
+
+
+def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
+    return []
+
+
+def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
+    """The torque at an arm of 1 m; friction does not change it."""
+    return [HALF_ROOT * w[ABOUT]]
+
+
+def _rests(j: Rubs) -> list[Pair]:
+    """With two different coefficients, the larger gives an upper bound of the capacity, and the smaller a lower bound."""
+    import numpy as np
+
+    from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
+
+    forward = 1 / j.sizes["efficiency"] - 1
+    backward = 1 - j.sizes["efficiency_backward"] if "efficiency_backward" in j.sizes else min(forward, 1.0)
+    constant = abs(j.sizes["ratio"]) * j.sizes.get("no_load_torque", 0.0)
+    mu, least, most = j.static, *sorted((forward, backward))
+    held = Capacity(
+        (Norm(j.rows((ABOUT,)), mu * most, 0.0), j.constant(constant, mu)), 0, least == most, (mu * least, mu) if least < most else ()
+    )
+    return [Pair(j.joint, 1, j.eta, np.array([[1.0]]), (held,), mu)]
+
+
+GEAR_UNIT = ContactElement(
+    "gear unit", _needs, _friction, _held, _contacts, _velocity, _pressed, 0, springs=1, rests=_rests,
+    sizes=(EFFICIENCY, BACKWARD, NO_LOAD), pairs=((0,),), anywhere=False,
+)  # fmt: skip
