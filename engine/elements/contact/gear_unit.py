@@ -8,7 +8,7 @@ the load drives the motion. Equal coefficients mean η_b = 2 − 1/η_f, the def
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import NOT_NEGATIVE, Bound
@@ -35,16 +35,21 @@ NO_LOAD = Size(
 )  # fmt: skip
 
 
-def losses(g: Mapping[str, SX]) -> tuple[SX, SX]:
-    """Friction per load with the power from input to output, and from output to input."""
-    forward = 1 / g["efficiency"] - 1
-    return forward, 1 - g["efficiency_backward"] if "efficiency_backward" in g else ca.fmin(forward, 1)
+LEAST = 1e-9
+"""Least coefficient in bounds at rest, which divide by the coefficients."""
+
+
+def coefficients(efficiency: Any, backward: Any = None) -> tuple[Any, Any]:
+    """Friction per load with the power from input to output, and from output to input; for numbers and expressions."""
+    forward = 1 / efficiency - 1
+    least = ca.fmin if isinstance(efficiency, ca.SX) else min
+    return forward, least(forward, 1.0) if backward is None else 1 - backward
 
 
 def friction_at(w: Wrench, sense: SX, g: Mapping[str, SX]) -> SX:
     """Friction torque on the output shaft, N m. sense: sign of the motion that the friction opposes. The torque on the output shaft
     is −m1."""
-    load, (forward, backward) = w[ABOUT], losses(g)
+    load, (forward, backward) = w[ABOUT], coefficients(g["efficiency"], g.get("efficiency_backward"))
     none = ca.fabs(g["ratio"]) * g["no_load_torque"] if "no_load_torque" in g else 0
     return ca.if_else(sense * load < 0, forward, backward) * ca.sqrt(load * load + TINY) + none
 
@@ -76,19 +81,24 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """With two different coefficients, the larger gives an upper bound of the capacity, and the smaller a lower bound."""
+    """With the capacities c_f |T| and c_b |T| of the two directions of power, |u| ≤ c |T ± o u| holds for 1/c = (1/c_f + 1/c_b)/2 and
+    o = (1/c_b − 1/c_f)/2. The constant part a is first subtracted from |u|. As in the kernel, a share is the friction divided by the
+    capacity in its direction."""
     import numpy as np
 
-    from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
+    from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair
 
-    forward = 1 / j.sizes["efficiency"] - 1
-    backward = 1 - j.sizes["efficiency_backward"] if "efficiency_backward" in j.sizes else min(forward, 1.0)
-    constant = abs(j.sizes["ratio"]) * j.sizes.get("no_load_torque", 0.0)
-    mu, least, most = j.static, *sorted((forward, backward))
-    held = Capacity(
-        (Norm(j.rows((ABOUT,)), mu * most, 0.0), j.constant(constant, mu)), 0, least == most, (mu * least, mu) if least < most else ()
+    mu, rows = j.static, j.rows((ABOUT,))
+    forward, backward = (max(mu * c, LEAST) for c in coefficients(j.sizes["efficiency"], j.sizes.get("efficiency_backward")))
+    constant = mu * abs(j.sizes["ratio"]) * j.sizes.get("no_load_torque", 0.0)
+    lean, weight = (1 / forward - 1 / backward) / 2, 2 / (1 / forward + 1 / backward)
+    held = tuple(
+        Capacity((Norm(rows, weight, 0.0, -sense * lean * constant, lean), j.constant(constant, 1.0)), sense)
+        for sense in ((1, -1) if constant else (0,))
     )
-    return [Pair(j.joint, 1, j.eta, np.array([[1.0]]), (held,), mu)]
+    ends = ((sense, side, forward if sense * side < 0 else backward) for sense in (1, -1) for side in (1, -1))
+    limits = tuple(AtLimit(sense, side * rows, 0.0, c, constant) for sense, side, c in ends)
+    return [Pair(j.joint, 1, j.eta, np.array([[1.0]]), held, mu, limits=limits)]
 
 
 GEAR_UNIT = ContactElement(
