@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.monotone_curves import KNOTS, monotone
 from trunnion.basics.number_declarations import NOT_NEGATIVE, Bound
 from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Size, Wrench
 from trunnion.elements.contact.journal import HALF_ROOT
@@ -22,17 +23,38 @@ if TYPE_CHECKING:
 ABOUT = "m1"
 EFFICIENCY = Size(
     "efficiency", "1", "efficiency with the power from input to output, without the no-load torque",
-    Bound(0.0, 1.0, open=True, advice="an efficiency is a fraction of the power, such as 0.9"), "0.9", symbol="η_f", bears=False,
+    Bound(0.0, 1.0, open=True, advice="an efficiency is a fraction of the power, such as 0.9"), "0.9", symbol="η_f", bears=False, by_load=True,
 )  # fmt: skip
 BACKWARD = Size(
     "efficiency_backward", "1", "efficiency with the power from output to input, 0: self-locking; default: 2 - 1/efficiency, at "
     "least 0", Bound(0.0, 1.0, advice="an efficiency is a fraction of the power; a self-locking gear unit has 0"), "0.8",
-    needed=False, symbol="η_b", bears=False,
+    needed=False, symbol="η_b", bears=False, by_load=True,
 )  # fmt: skip
 NO_LOAD = Size(
     "no_load_torque", "N*m", "friction torque on the input shaft at any load", NOT_NEGATIVE, '"0.1 N*m"', needed=False, symbol="T_0",
     bears=False, varies=True,
 )  # fmt: skip
+
+
+TABLES = ("torque", "speed")
+"""What a table of efficiencies may be over; both belong to the output shaft."""
+
+
+def table_labels(name: str, over: str) -> tuple[tuple[str, str], ...]:
+    """Names of the two numbers of each point of a table."""
+    return tuple((f"{name}.{over}[{k + 1}]", f"{name}.value[{k + 1}]") for k in range(KNOTS))
+
+
+EFFICIENCY_TABLES = tuple(table_labels(s.name, over) for s in (EFFICIENCY, BACKWARD) for over in TABLES)
+
+
+def _efficiency(g: Mapping[str, SX], name: str, at: dict[str, SX]) -> SX | None:
+    """An efficiency: a number, or the value of its table at the load or speed in ``at``; None without either."""
+    for over in TABLES:
+        labels = table_labels(name, over)
+        if labels[0][0] in g:
+            return monotone(at[over], [g[x] for x, _ in labels], [g[y] for _, y in labels])
+    return g.get(name)
 
 
 LEAST = 1e-9
@@ -46,12 +68,16 @@ def coefficients(efficiency: Any, backward: Any = None) -> tuple[Any, Any]:
     return forward, least(forward, 1.0) if backward is None else 1 - backward
 
 
-def friction_at(w: Wrench, sense: SX, g: Mapping[str, SX]) -> SX:
+def friction_at(w: Wrench, sense: SX, g: Mapping[str, SX], speed: SX | float = 0.0) -> SX:
     """Friction torque on the output shaft, N m. sense: sign of the motion that the friction opposes. The torque on the output shaft
     is −m1."""
-    load, (forward, backward) = w[ABOUT], coefficients(g["efficiency"], g.get("efficiency_backward"))
+    load = ca.sqrt(w[ABOUT] ** 2 + TINY)
+    at = {"torque": load, "speed": ca.SX(speed)}
+    efficiency = _efficiency(g, EFFICIENCY.name, at)
+    assert efficiency is not None
+    forward, backward = coefficients(efficiency, _efficiency(g, BACKWARD.name, at))
     none = ca.fabs(g["ratio"]) * g["no_load_torque"] if "no_load_torque" in g else 0
-    return ca.if_else(sense * load < 0, forward, backward) * ca.sqrt(load * load + TINY) + none
+    return ca.if_else(sense * w[ABOUT] < 0, forward, backward) * load + none
 
 
 def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
@@ -64,7 +90,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     k = laws[0].ratios([rates[0]])[0]
-    return [k * friction_at(w, k, g)]
+    return [k * friction_at(w, k, g, ca.sqrt(rates[0] ** 2 + TINY))]
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:

@@ -18,6 +18,7 @@ from trunnion.columns.registry import CONTACT, REGISTRY
 from trunnion.elements.contact import GIVEN, element_of
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import FIXED, OVERLAP
+from trunnion.elements.contact.gear_unit import EFFICIENCY, TABLES, table_labels
 from trunnion.elements.contact.journal import PRELOAD
 from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -208,7 +209,15 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
     if not usual or law != Coulomb.name:
         return found
     curve = ("mu", *(name for pair in BY_SPEED for name in pair))
-    return [*found, *((*curve, *names[1:]) for names in found if "mu_static" not in names)]
+    return [*found, *(each for names in found if "mu_static" not in names for each in ((*curve, *names[1:]), *_tabled(names)))]
+
+
+def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """The same parameters with tables, all over load or all over speed, in place of the numbers that may be tables."""
+    tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
+    for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
+        if some <= tables:
+            yield tuple(x for n in names for x in (chain.from_iterable(table_labels(n, over)) if n in some else (n,)))
 
 
 def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:

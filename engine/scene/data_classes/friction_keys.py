@@ -13,8 +13,8 @@ from trunnion.elements.contact import GIVEN, element_of, sizes
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY as JOINTS
-from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Field, either
-from trunnion.scene.data_classes.signals import VARYING_FORMS, BySpeed, FromInput, Signal, load_or
+from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Field, either
+from trunnion.scene.data_classes.signals import VARYING_FORMS, ByLoad, BySpeed, FromInput, Signal, load_or
 from trunnion.scene.units.dimension_names import QUANTITIES
 from trunnion.scene.units.quantities import Per
 
@@ -40,6 +40,8 @@ def annotation(number: Number, count: int) -> Any:
         raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
     one: Any = Annotated[float, Per(number.unit, number.bound)]
     name = QUANTITIES[number.unit][0]
+    if number.by_load:
+        return Annotated[Annotated[one, SCALAR] | Annotated[ByLoad, GROUP], either(f"{name}, or a group of torque (or speed) and value")]
     if number.varies:
         forms: Any = Annotated[one, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")]
         words = f"{name}, {VARYING_FORMS}"
