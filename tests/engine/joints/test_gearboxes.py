@@ -13,7 +13,7 @@ import trunnion
 from tests.engine.mechanisms.geared_hoist import Hoist, random_hoist
 from tests.engine.mechanisms.gear_pairs import flying
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
-from trunnion import Scene, SceneError, equilibrium, hold, scene_from_dict, sensitivity, simulate, sweep
+from trunnion import SceneError, equilibrium, hold, scene_from_dict, sensitivity, simulate, sweep
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_text
 
@@ -194,7 +194,8 @@ def test_gearboxes_that_cannot_be_are_refused_with_why(says: str) -> None:
         scene_from_text(RIGHT.replace(old, new))
 
 
-def guide() -> Scene:
-    """The hoist of the guide."""
+def test_the_winch_of_the_guide_is_the_one_by_hand() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
-    return scene_from_text(page.split("```yaml\n")[1].split("```")[0])
+    scene = scene_from_text(page.split("```yaml\n")[1].split("```")[0])
+    assert scene.name == "winch"
+    assert hold(scene).pairs[0].share == pytest.approx((115 - 98.1) / (98.1 * (1 / 0.9 - 1) + 10), rel=1e-12)
