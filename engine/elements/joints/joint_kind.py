@@ -87,6 +87,8 @@ class JointKind:
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element of a frictional joint of this type; "" if there is none.
     contacts     number of contacts of this element.
+    loaded       name of the contact element whose friction depends on what the joint transmits along its only freedom, e1; "" if
+                 the type has none.
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
     follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
                  inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
@@ -106,6 +108,7 @@ class JointKind:
     measure: Callable[[list[list[Scalar]], list[Scalar], Any], list[Scalar]] = lambda r, s, ops: []
     friction: str = ""
     contacts: int = 0
+    loaded: str = ""
     rolls: Rolls | None = None
     follows: Literal["", "point", "face", "curve", "freedom"] = ""
     keeps_distance: bool = False
@@ -184,7 +187,8 @@ class JointKind:
     def freely_rubbed(self) -> tuple[bool, ...]:
         """For each freedom, whether it is a rotation. This determines the joint's constant friction. The tuple is empty if the
         joint cannot have constant friction."""
-        return tuple(self.turns(k) for k in range(self.nv)) if 0 < self.nv <= 2 and self.quaternion < 0 else ()
+        free = 0 < self.nv <= 2 and self.quaternion < 0 and self.follows != "freedom"
+        return tuple(self.turns(k) for k in range(self.nv)) if free else ()
 
     def turns(self, rate: int) -> bool:
         """Whether a freedom is a rotation (rad) and not a travel (m). The freedom of a screw counts as a rotation."""

@@ -173,6 +173,9 @@ def _frictions() -> Iterator[Recipe]:
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
             for law in (law for law in LAWS if given and LAWS[law].sets):
                 yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
+            for law, pin_out in product((law for law in LAWS if kind.loaded and LAWS[law].sets), SIDES):
+                for names in numbers(law, kind.loaded):
+                    yield from _rubbing(_of(kind, kind.loaded, law, False, Fit(pin_out), names))
 
 
 def _laws(kind: JointKind) -> list[str]:

@@ -9,6 +9,7 @@ from trunnion.elements.contact import GIVEN, ContactElement, Size, element_of, s
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import FIXED, OVERLAP
 from trunnion.elements.contact.journal import PRELOAD
+from trunnion.elements.contact.registry import BY_LOAD
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Friction, Joint, Scene
@@ -36,6 +37,10 @@ def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
     """(cause, hint) for a joint whose type does not support the given kind of friction."""
     if REGISTRY[j.type].keeps_distance:
         return f"the ends of a {j.type} are ideal", "for friction, replace it by a body with a spherical joint at each end"
+    if BY_LOAD & named(f):
+        able = ", ".join(k.name for k in REGISTRY.values() if k.loaded)
+        what = f"a {j.type} joint has no friction that depends on the transmitted load ({' or '.join(sorted(BY_LOAD))})"
+        return what, f"joints that support it: {able}"
     if GIVEN & named(f):
         able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
         return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that support it: {able}"

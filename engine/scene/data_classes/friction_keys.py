@@ -41,7 +41,8 @@ def annotation(number: Number, count: int) -> Any:
     one: Any = Annotated[float, Per(number.unit, number.bound)]
     name = QUANTITIES[number.unit][0]
     if number.by_load:
-        return Annotated[Annotated[one, SCALAR] | Annotated[ByLoad, GROUP], either(f"{name}, or a group of torque (or speed) and value")]
+        wanted = f"{name}, or a group of torque (or speed) and value"
+        return Annotated[Annotated[one, SCALAR] | Annotated[ByLoad, GROUP], either(wanted)]
     if number.varies:
         forms: Any = Annotated[one, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")]
         words = f"{name}, {VARYING_FORMS}"
@@ -65,7 +66,7 @@ def of_joints() -> list[Field]:
         own = ", where it differs from the scene's" if n.default is not None else ""
         out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
     for name, (n, elements) in sizes().items():
-        both = [(j.name, e) for j in JOINTS.values() for e in (j.friction, element_of("", j.freely_rubbed, GIVEN))]
+        both = [(j.name, e) for j in JOINTS.values() for e in (j.friction, element_of("", j.freely_rubbed, GIVEN), j.loaded)]
         each = {joint: next(s for s in sized(e) if s.name == name) for joint, e in both if e in elements}
         who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
         count = max((s.count for s in each.values()), default=1)

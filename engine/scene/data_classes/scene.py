@@ -131,7 +131,7 @@ class Scene:
 
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "ByLoad", "BySpeed", "Constant", "Coordinates", "Cylinder",
-    "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
-    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal",
+    "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input",
+    "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal",
     "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from dataclasses import fields
 from trunnion.basics.number_declarations import Number
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement, element_of
-from trunnion.elements.contact.registry import CONSTANT
+from trunnion.elements.contact.registry import BY_LOAD, CONSTANT
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.joints import Friction, Joint
@@ -34,6 +34,8 @@ def touching(j: Joint) -> ContactElement | None:
     """The contact element of a joint with friction; None if the joint type does not support this friction."""
     assert j.friction is not None
     kind = REGISTRY[j.type]
+    if BY_LOAD & named(j.friction):
+        return CONTACTS.get(kind.loaded)
     return CONTACTS.get(element_of(kind.friction, kind.freely_rubbed, named(j.friction)))
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import trunnion
-from tests.engine.mechanisms.geared_hoist import Hoist, random_hoist
 from tests.engine.mechanisms.gear_pairs import flying
+from tests.engine.mechanisms.geared_hoist import Hoist, random_hoist
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from trunnion import SceneError, equilibrium, hold, scene_from_dict, sensitivity, simulate, sweep
 from trunnion.scene.data_classes import scene as sm
@@ -104,7 +104,8 @@ def test_derivatives_of_a_run_are_those_of_the_closed_form() -> None:
     found = sensitivity(LIFTING.scene(), tuple(f"joints.box.{k}" for k in keys), (ANGLE,), rtol=1e-10)
     lowering = replace(LIFTING, motor=0.2)
     back = sensitivity(lowering.scene(), ("joints.box.friction.efficiency_backward",), (ANGLE,), rtol=1e-10)
-    for h, s, key, name in [*((LIFTING, found, *x) for x in keys.items()), (lowering, back, "friction.efficiency_backward", "backward")]:
+    cases = [*((LIFTING, found, *x) for x in keys.items()), (lowering, back, "friction.efficiency_backward", "backward")]
+    for h, s, key, name in cases:
         step = 1e-5 * getattr(h, name)
         up, down = (replace(h, **{name: getattr(h, name) + x}).angles(s.time) for x in (step, -step))
         assert s.d(ANGLE, f"joints.box.{key}")[1:] == pytest.approx((up - down)[1:] / (2 * step), rel=1e-6), key
@@ -171,7 +172,8 @@ WRONG = {
     "a table needs the law coulomb": ("0.9", "{torque: [1, 2], value: [0.5, 0.6]}, law: viscous, viscosity: 1"),
     "friction of a gearbox joint has no radius": ("0.9", "0.9, radius: 1 mm"),
     'no joint carries the shaft "rotor"': ("on_rotor: {type: revolute", "on_rotor: {type: cylindrical"),
-    'several joints carry the shaft "rotor": on_rotor, more': ("  box", "  more: {type: revolute, axis: x, inboard: ground, outboard: rotor}\n  box"),
+    'several joints carry the shaft "rotor": on_rotor, more': (
+        "  box", "  more: {type: revolute, axis: x, inboard: ground, outboard: rotor}\n  box"),
     "a revolute joint has no ratio": ("outboard: rotor, axis: x", "outboard: rotor, axis: x, ratio: 3"),
     "a gearbox has no damping of its own: shafts turn on other joints": ("ratio: 20", "ratio: 20, damping: 1"),
     "drives prescribe the motion of both shafts": ("axis: x", "axis: x, drive: {constant: {rate: 1}}"),
