@@ -1,4 +1,4 @@
-"""Friction that depends on the transmitted force or torque, with one coefficient for each direction of power (theory, "Gear units").
+"""Friction that depends on the transmitted force or torque, with a coefficient for each direction of power (theory, "Gear units").
 
 T is the force or torque that the joint transmits to its outboard part, friction included. The friction is c |T| + a, with c = c_f
 where the power flows to the outboard part, and c = c_b where the outboard part drives. There are no contacts."""
@@ -58,7 +58,8 @@ class Losses:
         held: tuple[Capacity, ...] = (Capacity((Norm(rows, weight, 0.0, 0.0, lean),)),)
         if any(constant.values()):
             held = tuple(
-                Capacity((Norm(rows, weight, 0.0, -sense * lean * a, lean), j.constant(a, 1.0)), sense) for sense, a in constant.items()
+                Capacity((Norm(rows, weight, 0.0, -sense * lean * a, lean), j.constant(a, 1.0)), sense)
+                for sense, a in constant.items()
             )
         ends = ((sense, side, forward if j.sense * sense * side < 0 else backward) for sense in (1, -1) for side in (1, -1))
         limits = tuple(AtLimit(sense, side * rows, 0.0, c, constant[sense]) for sense, side, c in ends)

@@ -132,6 +132,6 @@ class Scene:
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "ByLoad", "BySpeed", "Constant", "Coordinates", "Cylinder",
     "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input",
-    "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal",
-    "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
+    "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side",
+    "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

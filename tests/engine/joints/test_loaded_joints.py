@@ -80,10 +80,12 @@ def test_the_elbow_of_the_guide_is_the_one_by_hand() -> None:
 
 WRONG = {
     "load_friction must lie between 0 and 0.99 (it is 1.2)": ("revolute", {"torque": 1, "load_friction": 1.2}),
-    "load_friction_backward must lie between 0 and 0.99": ("revolute", {"torque": 1, "load_friction": 0.1, "load_friction_backward": 1}),
+    "load_friction_backward must lie between 0 and 0.99": (
+        "revolute", {"torque": 1, "load_friction": 0.1, "load_friction_backward": 1}),
     "needs torque and load_friction: torque is missing": ("revolute", {"load_friction": 0.1}),
     "needs force and load_friction: load_friction is missing": ("prismatic", {"force": 1, "load_friction_backward": 0.1}),
-    "has no radius (allowed here: torque, back_torque, load_friction": ("revolute", {"torque": 1, "load_friction": 0.1, "radius": 1}),
+    "has no radius (allowed here: torque, back_torque, load_friction": (
+        "revolute", {"torque": 1, "load_friction": 0.1, "radius": 1}),
     "a cylindrical joint has no friction that depends on the transmitted load": ("cylindrical", {"load_friction": 0.1}),
 }  # fmt: skip
 

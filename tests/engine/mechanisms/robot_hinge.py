@@ -84,4 +84,5 @@ def random_hinge(seed: int) -> Hinge:
     arm, rotor = rng.uniform(0.1, 2), float(rng.choice([0.0, rng.uniform(0.1, 2)]))
     rate = float(rng.choice([0.0, rng.uniform(-3, 3)]))
     motor = -load * rng.uniform(0.2, 1.8)
-    return Hinge(arm, rotor, motor, load, a, back, b, driven, rate, bool(rng.choice([True, False])), str(rng.choice(["inboard", "outboard"])))
+    slides, pin = bool(rng.choice([True, False])), str(rng.choice(["inboard", "outboard"]))
+    return Hinge(arm, rotor, motor, load, a, back, b, driven, rate, slides, pin)
