@@ -18,7 +18,7 @@ from trunnion.recursion.point_on_curve_constraint import curve_row
 from trunnion.recursion.rod_constraint import rod_row
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
-from trunnion.recursion.wheel_pair_constraint import rolling_freedoms, rolling_row
+from trunnion.recursion.wheel_pair_constraint import rolling_freedoms, rolling_row, worm_frame
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.joint_couplings import Mimic
 
@@ -69,12 +69,14 @@ def locate_cut(sym: Symbols, both: list[Motion], j: Joint) -> Cut:
 
 def add_rows(sym: Symbols, c: Cut) -> None:
     """Set the constraint rows of a cut joint: first the translational rows, then the rotational rows, then the row of wheels, of
-    a rod or of a follower. For a follower, also set Ein to the contact frame."""
+    a rod or of a follower. For a worm or a follower, also set Ein to the contact frame."""
     kind = c.joint.kind
     c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
     if kind.rolls:
         c.rows.append(rolling_row(sym, c))
         c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
+        if kind.rolls.touch == "worm":
+            c.Ein = worm_frame(sym, c)
     if kind.keeps_distance:
         c.rows.append(rod_row(sym, c))
         c.made[FREEDOMS] = []

@@ -41,6 +41,7 @@ ELEMENTS = (
     "screw_thread.THREAD",
     "gear_teeth.TEETH",
     "gear_teeth.CONES",
+    "worm_thread.THREAD",
     "cam_follower.FOLLOWER",
     "gear_unit.GEAR_UNIT",
     "loaded_joint.LOADED_HINGE",

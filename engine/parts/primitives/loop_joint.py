@@ -35,7 +35,10 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     frames, points = [n.take(9), n.take(9)], [n.take(3), n.take(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
-    wheels = Wheels(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if REGISTRY[kind].rolls else None
+    rolls = REGISTRY[kind].rolls
+    wheels = Wheels(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if rolls else None
+    if wheels and rolls and rolls.touch == "worm":
+        wheels = replace(wheels, lead=n.take_one())
     length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows
     profile = Profile((n.take_one(), n.take_one()), n.take_one(), (), ()) if follows in ("point", "face") else None
@@ -62,7 +65,7 @@ def bearing(kind: str, ground: str) -> Primitive:
 def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
-    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 1 more for rods: length; 3 more for cams:
+    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 1 more for a worm: lead; 1 more for rods: length; 3 more for cams:
     middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile,
     or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and

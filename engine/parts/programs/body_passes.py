@@ -95,6 +95,7 @@ class ScenePasses(JointForces):
         blocks = {name: allocate(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
+        wheels += [j.wheels.lead] if j.wheels and j.wheels.lead is not None else []
         length = [j.length] if j.length is not None else []
         middle = [*j.profile.middle, j.profile.roller] if j.profile else []
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle])

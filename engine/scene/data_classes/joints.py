@@ -192,6 +192,9 @@ class Joint:
     """Pitch diameter of a gear divided by its number of teeth."""
     radii: tuple[Extent, ...] | None = None
     """Radii of wheels without teeth: inboard wheel, then outboard wheel."""
+    lead_angle: Annotated[float, Per("rad", Bound(-1.5, 1.5, advice="a lead angle is at most 85 deg"))] | None = None
+    """Lead angle of a worm at its pitch circle; negative for a left-handed thread. ``teeth`` are the threads of the worm, then the
+    teeth of its wheel; ``module`` is the axial module of the worm."""
     internal: Annotated[bool, Strict()] = False
     """Whether the larger of two gears has its teeth inside."""
     profile: Profile | None = None

@@ -80,6 +80,7 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
         numbers.append(("ratio", j.mimic.ratio))
     if j.wheels is not None:
         numbers += [("module", j.wheels.module), ("side", _sign(j.wheels.teeth)), ("first", _sign(j.wheels.teeth[:1]))]
+        numbers += [("lead_angle", j.wheels.lead)] if j.wheels.lead is not None else []
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))
     adams = scene.normal_force_of(f) == "adams"
     return FrictionElement(contact.name, law, adams, tuple(numbers), sliders, tuple(eta + k for k in contact.bound))
