@@ -65,9 +65,9 @@ def bearing(kind: str, ground: str) -> Primitive:
 def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
-    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 1 more for a worm: lead; 1 more for rods: length; 3 more for cams:
-    middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile,
-    or the foot on a curve.
+    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase, and of a worm its lead angle; 1 more for
+    rods: length; 3 more for cams: middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the
+    active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
     force along each freedom (win, wout, wat); pose; point on the outboard part. bare: a variant with fewer outputs (``BARE``)."""
@@ -110,10 +110,11 @@ def tie(follower: str, leader: str, coupling: str = MIMIC.name) -> Primitive:
     c = replace(follows, joint=replace(joints[0], kind_name=coupling), rows=[], made={})
     cutting.add_tie(sym, c, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
     (row,) = c.rows
-    outs = {"phi": row.phi, "rate": row.rate, "xi": row.xi} | dict(zip(ENDS, map(ca.densify, row.on), strict=True))
+    outs: dict[str, SX | list[SX]] = {"phi": row.phi, "rate": row.rate, "xi": row.xi}
+    outs.update(zip(ENDS, map(ca.densify, row.on), strict=True))
     if c.joint.kind.nv:
-        found = _freedoms(c) | {"gat": at_point(row.g_out, c.c_out)} | _place(c)
-        outs |= {name: x for name, x in found.items() if name != "v"}
+        found = {"gat": at_point(row.g_out, c.c_out), **_freedoms(c), **_place(c)}
+        outs.update((name, x) for name, x in found.items() if name != "v")
     return expression_primitive(f"c_{coupling}_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
 
 
