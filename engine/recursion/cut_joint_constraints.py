@@ -75,7 +75,7 @@ def add_rows(sym: Symbols, c: Cut) -> None:
     if kind.rolls:
         c.rows.append(rolling_row(sym, c))
         c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
-        if kind.rolls.touch == "worm":
+        if kind.rolls.touch == "skew":
             c.Ein = worm_frame(sym, c)
     if kind.keeps_distance:
         c.rows.append(rod_row(sym, c))

@@ -46,7 +46,7 @@ def rolling_row(sym: Symbols, c: Cut) -> Row:
     touch = TOUCHES[rolls.touch](c, *of.radii(rolls.touch, ca), of.lead)
     inb, out = ([[E[i, k] for i in range(3)] for k in range(3)] for E in (c.Ein, c.Eout))
     rolled = phase(rolls.touch, inb, out, [c.s[i] for i in range(3)], of, ca) - sym.leaf(wheels.phase)
-    size = ca.cos(of.lead) if rolls.touch == "worm" else 1
+    size = ca.cos(of.lead) if rolls.touch == "skew" else 1
     return _row(c, touch, 0.5 * of.module * size * ca.sin(rolled))
 
 
@@ -59,7 +59,7 @@ def _sizes(sym: Symbols, c: Cut) -> Sizes:
 
 def worm_frame(sym: Symbols, c: Cut) -> SX:
     """Joint frame of a worm: its axis, the direction to the wheel's axis, and their cross product."""
-    at = _pitch(c, *_sizes(sym, c).radii("worm", ca))
+    at = _pitch(c, *_sizes(sym, c).radii("skew", ca))
     return ca.horzcat(at.a[0], at.u[0], at.w[0])
 
 
@@ -75,9 +75,9 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
     assert rolls is not None
     of = _sizes(sym, c)
     r1, r2 = of.radii(rolls.touch, ca)
-    if rolls.touch == "worm":
-        at = _pitch(c, r1, r2)
-        return [at.row(c, SX(0), push) for push in (at.mixed(ca.sin(of.lead), ca.cos(of.lead)), at.u)]
+    if rolls.touch == "skew":
+        at, lead = _pitch(c, r1, r2), SX(of.lead)
+        return [at.row(c, SX(0), push) for push in (at.mixed(ca.sin(lead), ca.cos(lead)), at.u)]
     (turns, apart), (arm_in, arm_out) = APART[rolls.touch](c, r1, r2)
     turn = Touch(NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
     return [_row(c, turn, SX(0)), _row(c, Touch(apart, arm_in, arm_out, NOTHING, NOTHING), SX(0))]
@@ -189,4 +189,4 @@ def _pitch(c: Cut, r1: SX, r2: SX) -> Pitch:
 
 
 APART: dict[str, Callable[[Cut, SX, SX], Parting]] = {"wheels": _wheels_apart, "cones": _cones_apart, "straight": _rack_apart}
-TOUCHES: dict[str, Callable[[Cut, SX, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack, "worm": _worm}
+TOUCHES: dict[str, Callable[[Cut, SX, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack, "skew": _worm}

@@ -43,7 +43,7 @@ def slide(index: int, by_pitch: bool = False) -> Axis:
 class Rolls:
     """Rolling of two parts without sliding.
 
-    touch     "wheels" about parallel axes, "cones" about intersecting axes, "worm" for a worm and its wheel, or "straight" for a
+    touch     "wheels" about parallel axes, "cones" about intersecting axes, "skew" for a worm and its wheel, or "straight" for a
               wheel and a rack
     wheels    number of wheels
     apart     whether the joint's two points are different (the wheels' centres); otherwise they coincide
@@ -52,7 +52,7 @@ class Rolls:
     choice    key that reverses ``opposite``; "" if there is no such key
     """
 
-    touch: Literal["wheels", "cones", "worm", "straight"]
+    touch: Literal["wheels", "cones", "skew", "straight"]
     wheels: int = 2
     apart: bool = True
     size: Literal["module", "pitch"] = "module"

@@ -63,7 +63,7 @@ class Sizes:
     def radii(self, touch: str, ops: Any) -> tuple[Scalar, Scalar]:
         """Pitch radii of both wheels, m."""
         one, two = (0.5 * self.module * z for z in self.teeth)
-        return (one * ops.cos(self.lead) / ops.sin(self.lead) if touch == "worm" else one), two
+        return (one * ops.cos(self.lead) / ops.sin(self.lead) if touch == "skew" else one), two
 
 
 def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) -> Scalar:
@@ -72,7 +72,7 @@ def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) ->
     if touch == "straight":
         across = [x - _dot(s, b) * e for x, e in zip(s, b, strict=True)]
         return 2 * _dot(s, b) / of.module - side(a, b, s, ops) * z1 * _angle(inb, across, ops)
-    if touch == "worm":
+    if touch == "skew":
         hand = side(a, b, s, ops)
         n = [hand * x for x in cross(a, b)]
         shift = _dot(s, a) + hand * ops.sin(of.lead) / ops.cos(of.lead) * _dot(s, b)

@@ -6,7 +6,7 @@ WORM = JointKind(
     name="worm",
     freedoms="sliding of the worm's thread, distance of the axes",
     axes=((slide(E3),), (slide(E2),)),
-    rolls=Rolls(touch="worm"),
+    rolls=Rolls(touch="skew"),
     friction="worm thread",
     contacts=1,
 )

@@ -236,7 +236,7 @@ def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number
 def _of(kind: JointKind, element: str, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> FrictionKey:
     contact, own = CONTACTS[element], ParameterCounter()
     names += ("pitch",) * kind.pitched + ("module", "side", "first") * (kind.rolls is not None)
-    names += ("lead_angle",) * (kind.rolls is not None and kind.rolls.touch == "worm")
+    names += ("lead_angle",) * (kind.rolls is not None and kind.rolls.touch == "skew")
     names += ("ratio",) * (kind.follows == "freedom")
     sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
     friction = FrictionElement(contact.name, law, adams, tuple((name, own.take_one()) for name in names), sliders, contact.bound)

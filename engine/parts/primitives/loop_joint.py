@@ -37,7 +37,7 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
     rolls = REGISTRY[kind].rolls
     wheels = Wheels(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if rolls else None
-    if wheels and rolls and rolls.touch == "worm":
+    if wheels and rolls and rolls.touch == "skew":
         wheels = replace(wheels, lead=n.take_one())
     length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows

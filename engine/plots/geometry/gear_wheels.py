@@ -61,7 +61,7 @@ def _pair(j: sm.Joint, spots: list[tuple[np.ndarray, np.ndarray]]) -> Iterator[t
     of, rolls, toothed = sizes(j), rolls_of(j), j.teeth is not None
     (E1, p1), (E2, p2) = spots
     cones = rolls.touch == "cones"
-    if rolls.touch == "worm":
+    if rolls.touch == "skew":
         r1, r2 = of.radii(rolls.touch, Numeric)
         yield 0, cylinder(r1, 2 * np.pi * of.module)
         towards = E2.T @ (p1 - p2)

@@ -34,13 +34,13 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 def _lead(path: Path, j: Joint) -> Iterator[Finding]:
     """Findings about the lead angle of a worm, and about radii, which do not determine a worm."""
-    worm = rolls_of(j).touch == "worm"
+    worm = rolls_of(j).touch == "skew"
     if worm and not j.lead_angle:
         yield Finding((*path, "lead_angle"), f"a {j.type} needs a lead angle, not 0", "for example lead_angle: 10 deg")
     if worm and j.radii is not None:
         yield Finding((*path, "radii"), f"radii do not determine a {j.type}", "give teeth: [1, 40], module and lead_angle")
     if not worm and j.lead_angle is not None:
-        able = ", ".join(k.name for k in REGISTRY.values() if k.rolls and k.rolls.touch == "worm")
+        able = ", ".join(k.name for k in REGISTRY.values() if k.rolls and k.rolls.touch == "skew")
         yield Finding((*path, "lead_angle"), f"a {j.type} has no lead angle", f"remove it, or use type: {able}")
 
 

@@ -85,7 +85,7 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
     rolls = rolls_of(j)
     r1, r2 = of.radii(rolls.touch, Numeric)
     size = max(abs(r1), abs(r2))
-    if rolls.touch == "worm":
+    if rolls.touch == "skew":
         if abs(float(a @ b)) > ASKEW:
             yield "the axes of worm and wheel are not at a right angle", "give the two sides axes at a right angle"
         elif abs(abs(float(s @ np.cross(a, b))) - (r1 + r2)) > NEAR * size:
@@ -131,5 +131,5 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
     return Wheels(  # the module is not ``own``: a changed module moves the wheels, so the system must be built again
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
-        table.scalar(f"joints.{name}.lead_angle", of.lead, "rad") if rolls_of(j).touch == "worm" else None,
+        table.scalar(f"joints.{name}.lead_angle", of.lead, "rad") if rolls_of(j).touch == "skew" else None,
     )  # fmt: skip
