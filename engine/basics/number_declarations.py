@@ -92,7 +92,8 @@ class Number:
     count        number of values. A cross has two journals: a scene gives one value for both, or a list.
     symbol       symbol in formulas, if it differs from the name.
     varies       whether the number may be a function of time or of an input.
-    by_speed     whether the number may be a function of the sliding speed."""
+    by_speed     whether the number may be a function of the sliding speed.
+    by_load      whether the number may be a function of the load, or of the speed (an efficiency)."""
 
     name: str
     unit: str
@@ -107,6 +108,7 @@ class Number:
     symbol: str = ""
     varies: bool = False
     by_speed: bool = False
+    by_load: bool = False
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):

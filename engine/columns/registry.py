@@ -22,6 +22,8 @@ FILES = (
     "joint_acceleration",
     "reaction",
     "axial_force",
+    "gearbox_input",
+    "gearbox_output",
     "drive",
     "device",
     "latch_state",

@@ -71,6 +71,11 @@ def _joint(_: int, j: Joint) -> Iterator[Subject]:
     yield Subject((j.name,), {"joint": j.name}, j)
 
 
+def _gearbox_row(_: int, j: Joint) -> Iterator[Subject]:
+    if j.mimic:
+        yield Subject((j.rows,), {"joint": j.name}, j)
+
+
 def _coordinates(_: int, j: Joint) -> Iterator[Subject]:
     for i, c in enumerate(j.kind.coordinates):
         yield Subject((j.name, i), {"joint": j.name, "number": str(i + 1), "displacement": UNITS[c]}, j)
@@ -154,6 +159,8 @@ BODY = SubjectType("a body", "bodies", ("body",), _body)
 POINT = SubjectType("a named point", "bodies", ("body", "point"), _point)
 JOINT = SubjectType("a joint", "joints", ("joint",), _joint)
 ROD = SubjectType("a rod", "joints", ("joint",), _only(_joint, lambda j: j.kind.keeps_distance))
+GEARBOX = SubjectType("a gearbox", "joints", ("joint",), _only(_joint, lambda j: bool(j.mimic)))
+GEARBOX_ROW = SubjectType("the row of a gearbox", "joints", ("joint",), _gearbox_row)
 COORDINATES = SubjectType("a coordinate", "joints", ("joint", "number", "displacement"), _coordinates)
 FREEDOM = SubjectType("a freedom", "joints", FREEDOM_WORDS, _freedoms)
 DRIVEN = SubjectType("a driven freedom", "joints", FREEDOM_WORDS, _driven)

@@ -19,7 +19,7 @@ from trunnion.recursion.point_on_curve_constraint import curve_row
 from trunnion.recursion.rod_constraint import rod_row
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
-from trunnion.recursion.wheel_pair_constraint import rolling_freedoms, rolling_row
+from trunnion.recursion.wheel_pair_constraint import rolling_freedoms, rolling_row, worm_frame
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.joint_couplings import Mimic
 
@@ -41,8 +41,17 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     lead, follow = (sym.system.tree[i] for i in (j.mimic.leader, j.mimic.follower))
     leads = locate_cut(sym, motions_of(motions, (lead.inb, lead.out)), lead)
     of = [(sym.coordinates(x)[0], sym.rates(x)[0]) for x in (follow, lead)]
-    made.rows.append(mimic_row(sym, replace(made, joint=follow), leads, of, j.mimic))
+    add_tie(sym, made, replace(made, joint=follow), leads, of, j.mimic)
     return made
+
+
+def add_tie(sym: Symbols, c: Cut, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> None:
+    """Set the row of a coupling, and the freedom of a gearbox, which is that of the follower. The row of a gearbox is the ratio
+    times the angle of the output shaft, minus the angle of the input shaft; its multiplier is the torque of the input shaft."""
+    geared = c.joint.kind.nv > 0
+    c.rows = [mimic_row(sym, follows, leads, of, m, geared)]
+    if geared:
+        c.made[FREEDOMS] = [Row(SX(0), of[0][1], *axis_wrenches(follows, 0), acceleration_bias(follows, 0))]
 
 
 def locate_cut(sym: Symbols, both: Sequence[Motion], j: Joint) -> Cut:
@@ -56,12 +65,14 @@ def locate_cut(sym: Symbols, both: Sequence[Motion], j: Joint) -> Cut:
 
 def add_rows(sym: Symbols, c: Cut) -> None:
     """Set the constraint rows of a cut joint: first the translational rows, then the rotational rows, then the row of wheels, of
-    a rod or of a follower. For a follower, also set Ein to the contact frame."""
+    a rod or of a follower. For a worm or a follower, also set Ein to the contact frame."""
     kind = c.joint.kind
     c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
     if kind.rolls:
         c.rows.append(rolling_row(sym, c))
         c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
+        if kind.rolls.touch == "skew":
+            c.Ein = worm_frame(sym, c)
     if kind.keeps_distance:
         c.rows.append(rod_row(sym, c))
         c.made[FREEDOMS] = []
@@ -124,14 +135,16 @@ def rates(c: Cut) -> list[SX]:
     return [ca.dot(turn if a.rot else slide, axis_world(a, c.Ein, c.Eout)) for (a,) in c.joint.kind.axes]
 
 
-def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> Row:
-    """Row of a coupling: q_follower = ratio · q_leader + offset. of: (coordinate, rate) of the follower and of the leader."""
+def mimic_row(sym: Symbols, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic, geared: bool = False) -> Row:
+    """Row of a coupling: q_follower = ratio · q_leader + offset, or with ``geared`` ratio · q_follower = q_leader + offset. of:
+    (coordinate, rate) of the follower and of the leader."""
     (q, v), (q_lead, v_lead) = of
-    ratio = sym.leaf(m.ratio)
+    own, ratio = (sym.leaf(m.ratio), SX(1)) if geared else (SX(1), sym.leaf(m.ratio))
     (on_in, on_out), (lead_in, lead_out) = (axis_wrenches(c, 0) for c in (follows, leads))
-    xi = acceleration_bias(follows, 0) - ratio * acceleration_bias(leads, 0)
+    xi = own * acceleration_bias(follows, 0) - ratio * acceleration_bias(leads, 0)
     led = (-ratio * lead_in, -ratio * lead_out)
-    return Row(q - ratio * q_lead - sym.leaf(m.offset), v - ratio * v_lead, on_in, on_out, xi, led)
+    phi, rate = own * q - ratio * q_lead - sym.leaf(m.offset), own * v - ratio * v_lead
+    return Row(phi, rate, own * on_in, own * on_out, xi, led)
 
 
 def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:

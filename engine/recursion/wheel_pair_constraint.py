@@ -14,6 +14,10 @@ from trunnion.elements.joints.wheel_pairs import Sizes, phase, side
 from trunnion.recursion.constraint_equation import NOTHING, Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
+from trunnion.recursion.worm_constraint import Pitch, pitch
+
+NO_LEAD = SX(0)
+"""Lead angle of pairs without a worm."""
 
 
 @dataclass
@@ -38,11 +42,25 @@ def rolling_row(sym: Symbols, c: Cut) -> Row:
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
-    of = Sizes(sym.leaf(wheels.module), (sym.leaf(wheels.teeth[0]), sym.leaf(wheels.teeth[1])))
-    touch = TOUCHES[rolls.touch](c, 0.5 * of.module * of.teeth[0], 0.5 * of.module * of.teeth[1])
+    of = _sizes(sym, c)
+    touch = TOUCHES[rolls.touch](c, *of.radii(rolls.touch, ca), of.lead)
     inb, out = ([[E[i, k] for i in range(3)] for k in range(3)] for E in (c.Ein, c.Eout))
     rolled = phase(rolls.touch, inb, out, [c.s[i] for i in range(3)], of, ca) - sym.leaf(wheels.phase)
-    return _row(c, touch, 0.5 * of.module * ca.sin(rolled))
+    size = ca.cos(of.lead) if rolls.touch == "skew" else 1
+    return _row(c, touch, 0.5 * of.module * size * ca.sin(rolled))
+
+
+def _sizes(sym: Symbols, c: Cut) -> Sizes:
+    wheels = c.joint.wheels
+    assert wheels is not None
+    lead = SX(0) if wheels.lead is None else sym.leaf(wheels.lead)
+    return Sizes(sym.leaf(wheels.module), (sym.leaf(wheels.teeth[0]), sym.leaf(wheels.teeth[1])), lead)
+
+
+def worm_frame(sym: Symbols, c: Cut) -> SX:
+    """Joint frame of a worm: its axis, the direction to the wheel's axis, and their cross product."""
+    at = _pitch(c, *_sizes(sym, c).radii("skew", ca))
+    return ca.horzcat(at.a[0], at.u[0], at.w[0])
 
 
 def _row(c: Cut, t: Touch, phi: SX) -> Row:
@@ -50,12 +68,16 @@ def _row(c: Cut, t: Touch, phi: SX) -> Row:
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
-    """The two freedoms of a pair of toothed wheels: the relative rotation, which makes the flanks slide, and the distance. Each is
-    a ``Row`` of which only the rate, the wrenches and ξ are used."""
+    """The two freedoms of a pair of toothed wheels: the relative rotation (of a worm: the motion along its thread), which makes the
+    flanks slide, and the distance. Each is a ``Row`` of which only the rate, the wrenches and ξ are used."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
-    r1, r2 = (0.5 * sym.leaf(wheels.module) * sym.leaf(z) for z in wheels.teeth)
+    of = _sizes(sym, c)
+    r1, r2 = of.radii(rolls.touch, ca)
+    if rolls.touch == "skew":
+        at, lead = _pitch(c, r1, r2), SX(of.lead)
+        return [at.row(c, SX(0), push) for push in (at.mixed(ca.sin(lead), ca.cos(lead)), at.u)]
     (turns, apart), (arm_in, arm_out) = APART[rolls.touch](c, r1, r2)
     turn = Touch(NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
     return [_row(c, turn, SX(0)), _row(c, Touch(apart, arm_in, arm_out, NOTHING, NOTHING), SX(0))]
@@ -96,7 +118,7 @@ def _crossed(a: Moving, b: Moving) -> Moving:
     return cross(a[0], b[0]), cross(a[1], b[0]) + cross(a[0], b[1])
 
 
-def _wheels(c: Cut, r1: SX, r2: SX) -> Touch:
+def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
     """Contact of two wheels with parallel axes, in the plane of the inboard point. The force per unit multiplier is perpendicular
     to the line of centres. Its norm is (r1 + r2)/distance: 1 for gears, less for belts."""
     (a, adot), _ = _axes(c)
@@ -136,7 +158,7 @@ def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
     return (a, _times(side(one, two, between, ca), _crossed(a, b))), (own.arm_in, own.arm_out)
 
 
-def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
+def _cones(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
     """Contact of two wheels whose axes meet at the joint's point. The contact lies where the pitch circles touch."""
     a, b = _axes(c)
     n = _crossed(a, b)
@@ -146,7 +168,7 @@ def _cones(c: Cut, r1: SX, r2: SX) -> Touch:
     return Touch(_times(1 / sine, n), arm_in, arm_out, NOTHING, NOTHING)
 
 
-def _rack(c: Cut, r: SX, _: SX) -> Touch:
+def _rack(c: Cut, r: SX, _: SX, lead: SX = NO_LEAD) -> Touch:
     """Contact of a wheel and a rack, at the wheel's radius from its axis."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
@@ -156,5 +178,15 @@ def _rack(c: Cut, r: SX, _: SX) -> Touch:
     return Touch(b, _plus(arm_in, reach), _plus(arm_out, back, reach), NOTHING, NOTHING)
 
 
+def _worm(c: Cut, r1: SX, r2: SX, lead: SX) -> Touch:
+    """Contact of a worm and its wheel, at the pitch point, across the thread."""
+    at = _pitch(c, r1, r2)
+    return Touch(at.mixed(ca.cos(lead), -ca.sin(lead)), at.arm_in, at.arm_out, NOTHING, NOTHING)
+
+
+def _pitch(c: Cut, r1: SX, r2: SX) -> Pitch:
+    return pitch(c, r1, r2, _axes(c), _crossed)
+
+
 APART: dict[str, Callable[[Cut, SX, SX], Parting]] = {"wheels": _wheels_apart, "cones": _cones_apart, "straight": _rack_apart}
-TOUCHES: dict[str, Callable[[Cut, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack}
+TOUCHES: dict[str, Callable[[Cut, SX, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack, "skew": _worm}

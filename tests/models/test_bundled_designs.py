@@ -23,7 +23,7 @@ PAGE = 60
 CASES = [(m, i) for m in design_names() for i, _ in enumerate(expected(m))]
 ALL = [
     "door_closer", "drawer", "folding_panel", "gear_train", "quick_return", "robot_arm", "scissor_lift", "stewart_platform",
-    "toggle_press", "wishbone_corner",
+    "toggle_press", "winch", "wishbone_corner",
 ]  # fmt: skip
 
 

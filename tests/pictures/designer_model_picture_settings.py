@@ -100,6 +100,16 @@ DESIGNS: dict[str, Choice] = {
         changes={"parameters.speed": -0.02},
         aside=(25.0, 14.0),
     ),
+    "winch": Choice(
+        1.0,
+        "Lifting takes 2.38 N m at constant speed, lowering 0.98 N m; in between, the gear unit rests",
+        (
+            Plot("Height of the load", "position", ("load.position[2]",)),
+            Plot("Torque of the motor", "torque", ("motor.drive.effort[1]",)),
+            Plot("Torque and friction at the drum", "torque", ("unit.output_torque", "unit.friction.torque[1]")),
+        ),
+        aside=(30.0, 20.0),
+    ),
     "wishbone_corner": Choice(
         0.0,
         "Both wheels lifted by 60 mm in a second: the springs carry the wheel load at ride height, and then more",

@@ -97,7 +97,7 @@ class SensitivityIntegrator:
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
         f, df, flow, after = self.march.cross(k, x, x1)
         change = f[:n] - after
-        if np.abs(change).max() <= JUMP * max(np.abs(f[:n]).max(), 1e-300):
+        if np.abs(change).max(initial=0.0) <= JUMP * max(np.abs(f[:n]).max(initial=0.0), 1e-300):
             return
         self.block.signals(step.t1, x)
         cause = self._find_cause(step, f, df, flow, x)

@@ -18,7 +18,8 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import SPAN
 from trunnion.elements.contact.registry import pairs_at_rest
 from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
-from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.checks.input_and_speed_curves import BY_LOAD
+from trunnion.scene.data_classes.scene import ByLoad, Scene
 from trunnion.scene.queries.joint_contacts import touching
 from trunnion.simulation.run import Model
 from trunnion.system.construction.system_builder import Built, build
@@ -120,11 +121,15 @@ def statics(scene: Scene) -> Statics:
 
 
 def _refuse_gears(scene: Scene) -> None:
-    """Raise SceneError for gears with friction: their contact forces are not sums of norms."""
+    """Raise SceneError for gears with friction and for tables of efficiencies: their capacities are not sums of norms."""
     found = [n for n, j in scene.joints.items() if j.friction is not None and (e := touching(j)) is not None and e.bound]
     what, hint = "bounds at rest are not available for gears with friction", "remove the friction of the gear for this analysis"
     if found:
         raise SceneError([Problem(f"joints.{n}.friction", what, hint) for n in found])
+    tables = [(n, k) for n, j in scene.joints.items() for k in BY_LOAD if isinstance(getattr(j.friction, k, None), ByLoad)]
+    what, hint = "bounds at rest are not available with a table of efficiencies", "give the efficiency at the load as one number"
+    if tables:
+        raise SceneError([Problem(f"joints.{n}.friction.{k}", what, hint) for n, k in tables])
 
 
 def _poses(scene: Scene, built: Built) -> dict[str, tuple[float, ...]]:

@@ -11,6 +11,7 @@ from trunnion.basics.object_paths import objects
 from trunnion.elements.contact.constant_friction import BOTH, CROSSED, SLIDING, TURNING
 from trunnion.elements.contact.contact_element import ContactElement
 from trunnion.elements.contact.journal import PRELOAD
+from trunnion.elements.contact.loaded_joint import LOADED, LOADED_BACK
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
 
@@ -40,7 +41,11 @@ ELEMENTS = (
     "screw_thread.THREAD",
     "gear_teeth.TEETH",
     "gear_teeth.CONES",
+    "worm_thread.THREAD",
     "cam_follower.FOLLOWER",
+    "gear_unit.GEAR_UNIT",
+    "loaded_joint.LOADED_HINGE",
+    "loaded_joint.LOADED_GUIDE",
     "constant_friction.TURNING",
     "constant_friction.SLIDING",
     "constant_friction.BOTH",
@@ -51,6 +56,9 @@ CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.n
 """Names of the elements with load-independent friction. The key states for each freedom of the joint whether it is a rotation."""
 GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)
 """Names of the numbers that give a joint load-independent friction."""
+
+BY_LOAD = frozenset((LOADED.name, LOADED_BACK.name))
+"""Names of the numbers that give a joint friction that depends on the transmitted torque or force."""
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:

@@ -24,10 +24,12 @@ TYPES = (
     "wheel_pairs.BEVEL",
     "wheel_pairs.RACK",
     "wheel_pairs.BELT",
+    "worm.WORM",
     "cam_and_curve_followers.CAM",
     "cam_and_curve_followers.FLAT_CAM",
     "cam_and_curve_followers.POINT_ON_CURVE",
     "rod.ROD",
+    "gearbox.GEARBOX",
 )
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
 

@@ -43,7 +43,8 @@ def slide(index: int, by_pitch: bool = False) -> Axis:
 class Rolls:
     """Rolling of two parts without sliding.
 
-    touch     "wheels" about parallel axes, "cones" about intersecting axes, or "straight" for a wheel and a rack
+    touch     "wheels" about parallel axes, "cones" about intersecting axes, "skew" for a worm and its wheel, or "straight" for a
+              wheel and a rack
     wheels    number of wheels
     apart     whether the joint's two points are different (the wheels' centres); otherwise they coincide
     size      key of the tooth size in a scene
@@ -51,7 +52,7 @@ class Rolls:
     choice    key that reverses ``opposite``; "" if there is no such key
     """
 
-    touch: Literal["wheels", "cones", "straight"]
+    touch: Literal["wheels", "cones", "skew", "straight"]
     wheels: int = 2
     apart: bool = True
     size: Literal["module", "pitch"] = "module"
@@ -87,6 +88,8 @@ class JointKind:
     measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
     friction     name of the contact element of a frictional joint of this type; "" if there is none.
     contacts     number of contacts of this element.
+    loaded       name of the contact element whose friction depends on what the joint transmits along its only freedom, e1; "" if
+                 the type has none.
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
     follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
                  inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
@@ -106,6 +109,7 @@ class JointKind:
     measure: Callable[[list[list[Scalar]], list[Scalar], Any], list[Scalar]] = lambda r, s, ops: []
     friction: str = ""
     contacts: int = 0
+    loaded: str = ""
     rolls: Rolls | None = None
     follows: Literal["", "point", "face", "curve", "freedom"] = ""
     keeps_distance: bool = False
@@ -118,7 +122,7 @@ class JointKind:
     @property
     def apart(self) -> bool:
         """Whether the two points of the joint may be apart."""
-        return self.rolls.apart if self.rolls else self.keeps_distance or self.follows in ("point", "face", "curve")
+        return self.rolls.apart if self.rolls else self.keeps_distance or bool(self.follows)
 
     @property
     def nq(self) -> int:
@@ -159,8 +163,9 @@ class JointKind:
     def needs_axis(self) -> bool:
         """Whether the joint needs the direction of e1. The direction is not needed if the joint rotates about all axes or about no
         axis, and slides along all axes or along no axis."""
-        scarce = (sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
-        return (self.bodiless and not self.keeps_distance) or any(scarce)
+        if self.bodiless:
+            return not self.keeps_distance and self.follows != "freedom"
+        return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
 
     @property
     def second_axis(self) -> int:
@@ -183,7 +188,8 @@ class JointKind:
     def freely_rubbed(self) -> tuple[bool, ...]:
         """For each freedom, whether it is a rotation. This determines the joint's constant friction. The tuple is empty if the
         joint cannot have constant friction."""
-        return tuple(self.turns(k) for k in range(self.nv)) if 0 < self.nv <= 2 and self.quaternion < 0 else ()
+        free = 0 < self.nv <= 2 and self.quaternion < 0 and self.follows != "freedom"
+        return tuple(self.turns(k) for k in range(self.nv)) if free else ()
 
     def turns(self, rate: int) -> bool:
         """Whether a freedom is a rotation (rad) and not a travel (m). The freedom of a screw counts as a rotation."""

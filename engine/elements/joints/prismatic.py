@@ -13,4 +13,5 @@ PRISMATIC = JointKind(
     measure=lambda r, s, ops: [s[0]],
     friction="sleeve",
     contacts=5,
+    loaded="loaded guide",
 )

@@ -13,4 +13,5 @@ REVOLUTE = JointKind(
     measure=lambda r, s, ops: [angle_about_e1(r, s, ops)],
     friction="journal",
     contacts=2,
+    loaded="loaded hinge",
 )

@@ -52,10 +52,18 @@ BELT = JointKind(
 @dataclass(frozen=True)
 class Sizes:
     """Sizes of a pair. ``module`` is pitch diameter / number of teeth, m. ``teeth`` contains the numbers of teeth of the inboard
-    and the outboard wheel. For internal teeth and for an uncrossed belt, the number of the larger wheel is negative."""
+    and the outboard wheel. For internal teeth and for an uncrossed belt, the number of the larger wheel is negative. For a worm,
+    ``module`` is the axial one, the first number is that of its threads (negative: left-handed), and ``lead`` its lead angle,
+    rad."""
 
     module: Scalar
     teeth: tuple[Scalar, Scalar]
+    lead: Scalar = 0.0
+
+    def radii(self, touch: str, ops: Any) -> tuple[Scalar, Scalar]:
+        """Pitch radii of both wheels, m."""
+        one, two = (0.5 * self.module * z for z in self.teeth)
+        return (one * ops.cos(self.lead) / ops.sin(self.lead) if touch == "skew" else one), two
 
 
 def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) -> Scalar:
@@ -64,6 +72,11 @@ def phase(touch: str, inb: Frame, out: Frame, s: Vector, of: Sizes, ops: Any) ->
     if touch == "straight":
         across = [x - _dot(s, b) * e for x, e in zip(s, b, strict=True)]
         return 2 * _dot(s, b) / of.module - side(a, b, s, ops) * z1 * _angle(inb, across, ops)
+    if touch == "skew":
+        hand = side(a, b, s, ops)
+        n = [hand * x for x in cross(a, b)]
+        shift = _dot(s, a) + hand * ops.sin(of.lead) / ops.cos(of.lead) * _dot(s, b)
+        return hand * z2 * _angle(out, n, ops) - z1 * _angle(inb, n, ops) + 2 * shift / of.module
     if touch == "cones":
         return z1 * _angle(inb, b, ops) + z2 * _angle(out, a, ops)
     return z1 * _angle(inb, s, ops) + _dot(a, b) * z2 * _angle(out, s, ops)

@@ -85,7 +85,7 @@ class AccelerationTangents:
             if c.joint.rows + k in self.rows:
                 z = Slot(Space.Z, self.rows[c.joint.rows + k], 1)
                 self.program.call(Builtin.ADD_COLUMNS, [c.row(g, k), z, out], [6, 1])
-        if c.joint.friction:
+        if c.joint.friction and g in ALONG:
             self.program.call(Builtin.ADD_COLUMNS, [c.blocks[ALONG[g]], self._against(c.joint), out], [6, c.joint.kind.nv])
 
     def _against(self, j: Joint) -> Slot:

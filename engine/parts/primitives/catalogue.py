@@ -18,12 +18,14 @@ from trunnion.columns.registry import CONTACT, REGISTRY
 from trunnion.elements.contact import GIVEN, element_of
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import FIXED, OVERLAP
+from trunnion.elements.contact.gear_unit import EFFICIENCY, TABLES, table_labels
 from trunnion.elements.contact.journal import PRELOAD
 from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
+from trunnion.elements.joints.cam_and_curve_followers import MIMIC
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
 from trunnion.scene.signals.registry import REGISTRY as KINDS
 from trunnion.scene.signals.time_formulas import OPERATIONS
@@ -92,7 +94,10 @@ def _small() -> Iterator[Recipe]:
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("loads_and_scalars", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
-    yield from (("loop_joint", "tie", *both) for both in product(alone, alone))
+    yield from (("loop_joint", "tie", *both, MIMIC.name) for both in product(alone, alone))
+    shafts = [name for name in alone if JOINTS[name].turns(0)]
+    geared = [k.name for k in JOINTS.values() if k.follows == "freedom"]
+    yield from (("loop_joint", "tie", *each) for each in product(shafts, shafts, geared))
     yield from (("loop_joint", "outboard", forward) for forward in SIDES)
     yield from (("loop_joint", "weighed", sign) for sign in (1, -1))
     yield from (("loop_joint", "arm", bodies) for bodies in (1, 2))
@@ -149,9 +154,9 @@ def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
 
 def _cuts() -> Iterator[Recipe]:
     for kind in JOINTS.values():
-        if kind.cuttable:
+        if kind.cuttable and kind.follows != "freedom":
             yield from (("loop_joint", "cut", kind.name, *each) for each in product(("", "inb", "out"), BARE))
-        if kind.follows:
+        if kind.follows and kind.follows != "freedom":
             yield from (("loop_joint", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
         for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
             yield "loop_joint", "sprung", kind.name, fit, (), soft, which
@@ -168,6 +173,9 @@ def _frictions() -> Iterator[Recipe]:
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
             for law in (law for law in LAWS if given and LAWS[law].sets):
                 yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
+            for law, pin_out in product((law for law in LAWS if kind.loaded and LAWS[law].sets), SIDES):
+                for names in numbers(law, kind.loaded):
+                    yield from _rubbing(_of(kind, kind.loaded, law, False, Fit(pin_out), names))
 
 
 def _laws(kind: JointKind) -> list[str]:
@@ -204,7 +212,15 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
     if not usual or law != Coulomb.name:
         return found
     curve = ("mu", *(name for pair in BY_SPEED for name in pair))
-    return [*found, *((*curve, *names[1:]) for names in found if "mu_static" not in names)]
+    return [*found, *(each for names in found if "mu_static" not in names for each in ((*curve, *names[1:]), *_tabled(names)))]
+
+
+def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """The same parameters with tables, all over load or all over speed, in place of the numbers that may be tables."""
+    tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
+    for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
+        if some <= tables:
+            yield tuple(x for n in names for x in (chain.from_iterable(table_labels(n, over)) if n in some else (n,)))
 
 
 def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number]]:
@@ -220,6 +236,8 @@ def _given(declared: Sequence[Number], always: set[str]) -> Iterator[list[Number
 def _of(kind: JointKind, element: str, law: str, adams: bool, fit: Fit, names: tuple[str, ...]) -> FrictionKey:
     contact, own = CONTACTS[element], ParameterCounter()
     names += ("pitch",) * kind.pitched + ("module", "side", "first") * (kind.rolls is not None)
+    names += ("lead_angle",) * (kind.rolls is not None and kind.rolls.touch == "skew")
+    names += ("ratio",) * (kind.follows == "freedom")
     sliders = tuple(Slider(i, pair, str(i + 1)) for i, pair in enumerate(contact.pairs))
     friction = FrictionElement(contact.name, law, adams, tuple((name, own.take_one()) for name in names), sliders, contact.bound)
     joint = Joint("", kind.name, 0, 0, (), (), (), (), fit, None, (), friction, False, 0, True)
@@ -237,7 +255,7 @@ def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
         yield _contacts(which)
     if law.bristles:
         yield "friction", "drift", which
-    if not CONTACTS[friction.contact].count:
+    if not which.needs:
         return  # a given friction force needs no reactions
     names = tuple(name for name, _ in friction.numbers if name in sized(friction.contact))
     for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
@@ -10,6 +11,7 @@ import casadi as ca
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP
 from trunnion.elements.joints import REGISTRY
+from trunnion.elements.joints.cam_and_curve_followers import MIMIC
 from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.kernel.units.body_scalars import unpack_motion
 from trunnion.parts.bytecode.body_and_joint_slots import ENDS
@@ -33,7 +35,10 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     frames, points = [n.take(9), n.take(9)], [n.take(3), n.take(3)]
     a, b = (GROUND if ground == "inb" else 0), (GROUND if ground == "out" else 1)
     devices = tuple(Device() for _ in range(REGISTRY[kind].nv))
-    wheels = Wheels(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if REGISTRY[kind].rolls else None
+    rolls = REGISTRY[kind].rolls
+    wheels = Wheels(n.take_one(), (n.take_one(), n.take_one()), n.take_one()) if rolls else None
+    if wheels and rolls and rolls.touch == "skew":
+        wheels = replace(wheels, lead=n.take_one())
     length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows
     profile = Profile((n.take_one(), n.take_one()), n.take_one(), (), ()) if follows in ("point", "face") else None
@@ -60,9 +65,9 @@ def bearing(kind: str, ground: str) -> Primitive:
 def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
-    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase; 1 more for rods: length; 3 more for cams:
-    middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile,
-    or the foot on a curve.
+    Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase, and of a worm its lead angle; 1 more for
+    rods: length; 3 more for cams: middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the
+    active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
     force along each freedom (win, wout, wat); pose; point on the outboard part. bare: a variant with fewer outputs (``BARE``)."""
@@ -71,16 +76,11 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     joint = c.joint
     if joint.kind.follows:
         ins[PIECE] = sym.piece
-    wrenches = [cutting.axis_wrenches(c, k) for k in range(joint.kind.nv)]
     outs: dict[str, SX | list[SX]] = {
         "phi": [r.phi for r in c.rows], "rate": [r.rate for r in c.rows], "xi": [r.xi for r in c.rows],
         "gin": _beside([r.g_in for r in c.rows]), "gout": _beside([r.g_out for r in c.rows]),
         "gat": _beside([at_point(r.g_out, c.c_out) for r in c.rows]),
-        "q": cutting.coordinates(c) if joint.kind.nv else [], "v": cutting.rates(c),
-        "bias": [cutting.acceleration_bias(c, k) for k in range(joint.kind.nv)],
-        "win": _beside([w for w, _ in wrenches]), "wout": _beside([w for _, w in wrenches]),
-        "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
-        "pose": ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s)), "point": c.out.r + c.c_out,
+        "q": cutting.coordinates(c) if joint.kind.nv else [], **_freedoms(c), **_place(c),
     }  # fmt: skip
     asked = BARE[bare]
     outs = outs if asked is None else {name: outs[name] for name in asked}
@@ -92,10 +92,11 @@ def _beside(columns: list[SX]) -> SX:
 
 
 @cache
-def tie(follower: str, leader: str) -> Primitive:
+def tie(follower: str, leader: str, coupling: str = MIMIC.name) -> Primitive:
     """Coupling of a freedom that follows another freedom. Inputs: numbers (50: two frames and two points of each joint, ratio,
     offset), coordinates and rates of the two freedoms (2 each), motions of the four bodies. Outputs: residual, rate and ξ of the
-    constraint row, and its wrenches on the four bodies."""
+    constraint row, and its wrenches on the four bodies. A gearbox also has the
+    outputs of ``cut`` that belong to its freedom, except the rate."""
     n, q, v = ParameterCounter(), SX.sym("q", 2), SX.sym("v", 2)
     ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}
     motions = [unpack_motion(ca.vertsplit(m)) for m in ends.values()]
@@ -106,9 +107,31 @@ def tie(follower: str, leader: str) -> Primitive:
     m = Mimic(0, 0, 0, 0, False, n.take_one(), n.take_one())
     sym = PrimitiveSymbols(n.count)
     follows, leads = (cutting.locate_cut(sym, motions[2 * k : 2 * k + 2], j) for k, j in enumerate(joints))
-    row = cutting.mimic_row(sym, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
-    outs = {"phi": row.phi, "rate": row.rate, "xi": row.xi} | dict(zip(ENDS, map(ca.densify, row.on), strict=True))
-    return expression_primitive(f"c_mimic_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
+    c = replace(follows, joint=replace(joints[0], kind_name=coupling), rows=[], made={})
+    cutting.add_tie(sym, c, follows, leads, [(q[0], v[0]), (q[1], v[1])], m)
+    (row,) = c.rows
+    outs: dict[str, SX | list[SX]] = {"phi": row.phi, "rate": row.rate, "xi": row.xi}
+    outs.update(zip(ENDS, map(ca.densify, row.on), strict=True))
+    if c.joint.kind.nv:
+        found = {"gat": at_point(row.g_out, c.c_out), **_freedoms(c), **_place(c)}
+        outs.update((name, x) for name, x in found.items() if name != "v")
+    return expression_primitive(f"c_{coupling}_{follower}_{leader}", {"numbers": sym.p, "q": q, "v": v, **ends}, outs)
+
+
+def _freedoms(c: cutting.Cut) -> dict[str, SX | list[SX]]:
+    """The outputs of a cut joint's freedoms: rates, acceleration biases, and wrenches of a force along each freedom."""
+    wrenches = [cutting.axis_wrenches(c, k) for k in range(c.joint.kind.nv)]
+    return {
+        "v": cutting.rates(c), "bias": [cutting.acceleration_bias(c, k) for k in range(c.joint.kind.nv)],
+        "win": _beside([w for w, _ in wrenches]), "wout": _beside([w for _, w in wrenches]),
+        "wat": _beside([at_point(w, c.c_out) for _, w in wrenches]),
+    }  # fmt: skip
+
+
+def _place(c: cutting.Cut) -> dict[str, SX]:
+    """The pose of a cut joint, and its point on the outboard part."""
+    pose = ca.vertcat(ca.vec(ca.densify(c.Ein)), ca.vec(ca.densify(c.Eout)), ca.densify(c.s))
+    return {"pose": pose, "point": c.out.r + c.c_out}
 
 
 @cache

@@ -10,6 +10,7 @@ from typing import Any
 
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import OVERLAP
+from trunnion.elements.contact.gear_unit import EFFICIENCY_TABLES
 from trunnion.elements.friction.coulomb import BY_SPEED
 from trunnion.elements.joints import REGISTRY
 from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint
@@ -29,6 +30,10 @@ OUT = "out_"
 """Prefix of the outputs of a column primitive."""
 PIN_OUT, PIN_IN = "pin_out", "pin_in"
 """Structures of the column operand ``reaction_arm``. They state whether the outboard or the inboard part is the pin."""
+LATER_POINTS = frozenset(
+    name for curve in (BY_SPEED, *EFFICIENCY_TABLES) for pair in curve[1:] for name in pair
+)  # fmt: skip
+"""Names of the numbers of a curve's points but the first, which already represents the curve in names."""
 KEPT = "kept"
 """Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
@@ -99,8 +104,8 @@ class FrictionKey:
         f = self.joint.friction
         assert f is not None
         words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
-        curve = {name for pair in BY_SPEED[1:] for name in pair}  # BY_SPEED[0] already represents the curve
-        return "f_" + re.sub(r"\W", "_", "_".join([*words, *(name for name, _ in f.numbers if name not in curve)]))
+        names = [name for name, _ in f.numbers if name not in LATER_POINTS]
+        return "f_" + re.sub(r"\W", "_", "_".join([*words, *names]))
 
 
 def rubbing(e: Element) -> FrictionKey:
@@ -112,7 +117,7 @@ def rubbing(e: Element) -> FrictionKey:
     bound = tuple(i - first for i in f.bound)
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.take_one()) for name, _ in f.numbers), sliders, bound)
     ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # the part that has the ends changes operands, not code
-    fit = Fit(e.joint.fit.pin_out and e.contact.count > 0, ends)
+    fit = Fit(e.joint.fit.pin_out and bool(e.needs), ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
                     wheels=None)  # fmt: skip

@@ -95,6 +95,7 @@ class ScenePasses(JointForces):
         blocks = {name: allocate(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
+        wheels += [j.wheels.lead] if j.wheels and j.wheels.lead is not None else []
         length = [j.length] if j.length is not None else []
         middle = [*j.profile.middle, j.profile.roller] if j.profile else []
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle])
@@ -202,7 +203,7 @@ class ScenePasses(JointForces):
                 z = Slot(Space.Z, rows[j.rows + k], 1)
                 for i in range(6):
                     program.call(Builtin.ADD_DOT, [c.row(g, k).slice(i, 1), z, out.slice(i, 1)], [1, sign])
-        for k in range(j.kind.nv if j.friction else 0):
+        for k in range(j.kind.nv if j.friction and g in ALONG else 0):
             for i in range(6):
                 program.call(
                     Builtin.ADD_DOT, [c.row(ALONG[g], k).slice(i, 1), self.eta(j).slice(k, 1), out.slice(i, 1)], [1, -sign]

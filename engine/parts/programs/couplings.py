@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 from trunnion.parts.bytecode.body_and_joint_slots import ENDS, Allocate, BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
 from trunnion.parts.primitives.primitive_cache import loop_joint
-from trunnion.parts.primitives.primitive_keys import PIECE_SIZE, Primitive
+from trunnion.parts.primitives.primitive_keys import PIECE_SIZE, POSE, Primitive
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.joint_couplings import FOOT, Curve, Profile
 
 if TYPE_CHECKING:
     from trunnion.parts.layout.scene_tables import SceneTables
 
+GEARED = {"gat": 6, "bias": 1, "win": 6, "wout": 6, "wat": 6, "pose": POSE, "point": 3}
+"""Sizes of the outputs that only the coupling of a gearbox has."""
 OF = ("inb", "out", "inb2", "out2")
 """Names of operands: motions of the inboard and outboard body of the follower's joint, then of the leader's joint."""
 
@@ -53,7 +55,8 @@ def tied(s: SceneTables, program: Program, j: Joint, moving: list[BodySlots], al
         program.copy(moving[one.child].q.slice(0, 1), q.slice(k, 1))
         program.copy(moving[one.child].v.slice(0, 1), v.slice(k, 1))
     ends = {name: moving[b].motion if b != GROUND else s.ground for name, b in zip(OF, j.ends, strict=True)}
-    blocks = {"phi": allocate(1), "rate": allocate(1), "xi": allocate(1), **{name: allocate(6) for name in ENDS}}
-    primitive = loop_joint.tie(*(one.kind_name for one in both))
+    names = {**dict.fromkeys(("phi", "rate", "xi"), 1), **dict.fromkeys(ENDS, 6), **(GEARED if j.kind.nv else {})}
+    blocks = {name: allocate(size) for name, size in names.items()}
+    primitive = loop_joint.tie(*(one.kind_name for one in both), j.kind_name)
     s.call(program, primitive, numbers=s.numbers([*leaves, j.mimic.ratio, j.mimic.offset]), q=q, v=v, **ends, **blocks)
-    return CutJointSlots(j, s.zeros, s.zeros, s.zeros, blocks, s.zeros)
+    return CutJointSlots(j, s.zeros, moving[both[0].child].v.slice(0, 1), blocks.get("pose", s.zeros), blocks, s.zeros)

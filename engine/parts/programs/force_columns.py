@@ -125,7 +125,7 @@ class ForceColumns:
         e = self.rubbing.get(c.joint.name)
         if e:
             self.stepping.pin_of_cut(program, e, c.row("gat", k), self.rows.slice(e.n0, len(e.needs)), whole=False)
-        self.own = {} if self.scene.bare or c.joint.mimic or c.joint.light else {c.joint.name: c.row("gat", k)}
+        self.own = {} if self.scene.bare or "gat" not in c.blocks else {c.joint.name: c.row("gat", k)}
         self._keep(column)
 
     def _of_friction(self, e: Element, k: int) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.elements.joints import REGISTRY
+from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.plots.geometry.meshes import Mesh, cylinder, placed, ring
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import JointSide, sides_of
@@ -60,6 +61,12 @@ def _pair(j: sm.Joint, spots: list[tuple[np.ndarray, np.ndarray]]) -> Iterator[t
     of, rolls, toothed = sizes(j), rolls_of(j), j.teeth is not None
     (E1, p1), (E2, p2) = spots
     cones = rolls.touch == "cones"
+    if rolls.touch == "skew":
+        r1, r2 = of.radii(rolls.touch, Numeric)
+        yield 0, cylinder(r1, 2 * np.pi * of.module)
+        towards = E2.T @ (p1 - p2)
+        yield 1, rim(r2, of.teeth[1], of.module, min(r1, THIN * r2), False, 0.0, float(np.arctan2(towards[2], towards[1])))
+        return
     for k, (E, other) in enumerate(((E1, E2), (E2, E1))[: rolls.wheels]):
         z, r = of.teeth[k], 0.5 * of.module * abs(of.teeth[k])
         apart = p2 - p1 if k == 0 else p1 - p2

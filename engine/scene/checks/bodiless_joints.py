@@ -43,4 +43,6 @@ def _parts(kind: JointKind) -> tuple[str, str]:
         return "wheels", "turn"
     if kind.keeps_distance:
         return "points", "move"
+    if kind.follows == "freedom":
+        return "shafts", "turn"
     return "curve and point" if kind.nq else "cam and follower", "move"

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from trunnion.basics.monotone_curves import KNOTS
+from trunnion.elements.contact import sizes
 from trunnion.elements.friction.coulomb import Coulomb
-from trunnion.scene.data_classes.scene import BySpeed, Friction, FromInput, Scene, Signal
+from trunnion.scene.data_classes.scene import ByLoad, BySpeed, Friction, FromInput, Scene, Signal
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import VARYING, entries, loads
 from trunnion.scene.signals.registry import all_given
+
+BY_LOAD = tuple(name for name, (n, _) in sizes().items() if n.by_load)
+"""Names of the friction numbers that may be a table over load or speed."""
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -26,6 +30,10 @@ def check(scene: Scene) -> Iterator[Finding]:
                 yield from _opposes(path, value, float(scene.simulation.until))
         if isinstance(j.friction.mu, BySpeed):
             yield from _by_speed(at, j.friction, j.friction.mu, scene)
+        for key in BY_LOAD:
+            value = getattr(j.friction, key)
+            if isinstance(value, ByLoad):
+                yield from _by_load((*at, key), key, value, scene.law_of(j.friction))
 
 
 def _curve(path: Path, key: str, at: Sequence[float], value: Sequence[float]) -> Iterator[Finding]:
@@ -49,6 +57,20 @@ def _by_speed(path: Path, f: Friction, c: BySpeed, scene: Scene) -> Iterator[Fin
         yield Finding((*path, "mu"), what, f"law: {Coulomb.name}, or one number for the law {law}")
     if f.mu_static is not None:
         yield Finding((*path, "mu_static"), "the curve of mu already begins with the static coefficient", "remove mu_static")
+
+
+def _by_load(path: Path, key: str, c: ByLoad, law: str) -> Iterator[Finding]:
+    if (c.torque is None) == (c.speed is None):
+        yield Finding(path, f"{key} is a table over torque or over speed", "give one of torque and speed, beside value")
+        return
+    over = "torque" if c.torque is not None else "speed"
+    yield from _curve(path, over, c.torque or c.speed or (), c.value)
+    wrong = [i for i, v in enumerate(c.value) if not sizes()[key][0].bound.holds(v)]
+    if wrong:
+        bound = sizes()[key][0].bound
+        yield Finding((*path, "value", wrong[0]), bound.refusal(key, c.value[wrong[0]]), bound.advice)
+    if law != Coulomb.name:
+        yield Finding(path, f"a table needs the law {Coulomb.name}", f"law: {Coulomb.name}, or one number for the law {law}")
 
 
 def _opposes(path: Path, value: object, until: float) -> Iterator[Finding]:

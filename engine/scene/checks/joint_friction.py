@@ -9,11 +9,12 @@ from trunnion.elements.contact import GIVEN, ContactElement, Size, element_of, s
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import FIXED, OVERLAP
 from trunnion.elements.contact.journal import PRELOAD
+from trunnion.elements.contact.registry import BY_LOAD
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Friction, Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.joint_contacts import given, named, touching
+from trunnion.scene.queries.joint_contacts import given, is_constant, named, touching
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -36,6 +37,10 @@ def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
     """(cause, hint) for a joint whose type does not support the given kind of friction."""
     if REGISTRY[j.type].keeps_distance:
         return f"the ends of a {j.type} are ideal", "for friction, replace it by a body with a spherical joint at each end"
+    if BY_LOAD & named(f):
+        able = ", ".join(k.name for k in REGISTRY.values() if k.loaded)
+        what = f"a {j.type} joint has no friction that depends on the transmitted load ({' or '.join(sorted(BY_LOAD))})"
+        return what, f"joints that support it: {able}"
     if GIVEN & named(f):
         able = ", ".join(k.name for k in REGISTRY.values() if element_of("", k.freely_rubbed, GIVEN))
         return f"a {j.type} joint has no constant friction ({' or '.join(sorted(GIVEN))})", f"joints that support it: {able}"
@@ -61,7 +66,7 @@ def _ended(s: Size, ends: str) -> bool:
 def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterator[Finding]:
     own = {s.name: s for s in element.sizes if s.ends in ("", OVERLAP if j.ends == OVERLAP else FIXED)}
     needed = [s.name for s in own.values() if s.needed]
-    what = "constant friction" if not element.count else "friction"
+    what = "constant friction" if is_constant(element) else "friction"
     for name in needed:
         if getattr(f, name) is None:
             said = f"{what} of a {j.type} joint needs {' and '.join(needed)}: {name} is missing"
@@ -80,10 +85,10 @@ def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterat
 def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -> str:
     """The hint for a size that the friction of a joint does not have: the sizes allowed there."""
     usual = REGISTRY[j.type].friction
-    if element.count and name == PRELOAD.name:
+    if not is_constant(element) and name == PRELOAD.name:
         able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
         return f"it supports no preload; joints with a preload: {able}; allowed here: {', '.join(own) or 'no sizes'}"
-    if element.count or not usual:
+    if not is_constant(element) or not usual:
         return f"allowed here: {', '.join(own)}"
     loads = "preload" in {s.name for s in CONTACTS[usual].sizes}
     constant = ", and preload for a part that the load does not change" if loads else ""

@@ -9,7 +9,7 @@ from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.wheel_sizes import FINEST, counted, rolls_of
 
-OWN = ("teeth", "module", "radii", "internal", "crossed")
+OWN = ("teeth", "module", "radii", "lead_angle", "internal", "crossed")
 """Keys that only wheels have."""
 WHOLE = 1e-9
 """Accepted deviation of a number of teeth from a whole number, for numbers computed from parameters."""
@@ -26,9 +26,22 @@ def check(scene: Scene) -> Iterator[Finding]:
                     yield Finding((*path, key), f"a {j.type} joint has no wheels", f"remove it; joints with wheels: {rolling}")
             continue
         yield from _sized(path, j)
+        yield from _lead(path, j)
         for key, has in (("internal", "wheel with its teeth inside"), ("crossed", "belt that could be crossed")):
             if getattr(j, key) and rolls_of(j).choice != key:
                 yield Finding((*path, key), f"a {j.type} has no {has}", "remove it")
+
+
+def _lead(path: Path, j: Joint) -> Iterator[Finding]:
+    """Findings about the lead angle of a worm, and about radii, which do not determine a worm."""
+    worm = rolls_of(j).touch == "skew"
+    if worm and not j.lead_angle:
+        yield Finding((*path, "lead_angle"), f"a {j.type} needs a lead angle, not 0", "for example lead_angle: 10 deg")
+    if worm and j.radii is not None:
+        yield Finding((*path, "radii"), f"radii do not determine a {j.type}", "give teeth: [1, 40], module and lead_angle")
+    if not worm and j.lead_angle is not None:
+        able = ", ".join(k.name for k in REGISTRY.values() if k.rolls and k.rolls.touch == "skew")
+        yield Finding((*path, "lead_angle"), f"a {j.type} has no lead angle", f"remove it, or use type: {able}")
 
 
 def _sized(path: Path, j: Joint) -> Iterator[Finding]:

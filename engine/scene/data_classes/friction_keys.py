@@ -13,8 +13,8 @@ from trunnion.elements.contact import GIVEN, element_of, sizes
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY as JOINTS
-from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Field, either
-from trunnion.scene.data_classes.signals import VARYING_FORMS, BySpeed, FromInput, Signal, load_or
+from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Field, either
+from trunnion.scene.data_classes.signals import VARYING_FORMS, ByLoad, BySpeed, FromInput, Signal, load_or
 from trunnion.scene.units.dimension_names import QUANTITIES
 from trunnion.scene.units.quantities import Per
 
@@ -40,6 +40,9 @@ def annotation(number: Number, count: int) -> Any:
         raise ValueError(f"number {number.name}: there is no unit {number.unit!r} in scenes; there are {', '.join(QUANTITIES)}")
     one: Any = Annotated[float, Per(number.unit, number.bound)]
     name = QUANTITIES[number.unit][0]
+    if number.by_load:
+        wanted = f"{name}, or a group of torque (or speed) and value"
+        return Annotated[Annotated[one, SCALAR] | Annotated[ByLoad, GROUP], either(wanted)]
     if number.varies:
         forms: Any = Annotated[one, SCALAR] | Annotated[FromInput, Tag("·input")] | Annotated[Signal, Tag("·signal")]
         words = f"{name}, {VARYING_FORMS}"
@@ -63,7 +66,7 @@ def of_joints() -> list[Field]:
         own = ", where it differs from the scene's" if n.default is not None else ""
         out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
     for name, (n, elements) in sizes().items():
-        both = [(j.name, e) for j in JOINTS.values() for e in (j.friction, element_of("", j.freely_rubbed, GIVEN))]
+        both = [(j.name, e) for j in JOINTS.values() for e in (j.friction, element_of("", j.freely_rubbed, GIVEN), j.loaded)]
         each = {joint: next(s for s in sized(e) if s.name == name) for joint, e in both if e in elements}
         who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
         count = max((s.count for s in each.values()), default=1)

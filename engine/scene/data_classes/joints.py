@@ -195,6 +195,9 @@ class Joint:
     """Pitch diameter of a gear divided by its number of teeth."""
     radii: tuple[Extent, ...] | None = None
     """Radii of wheels without teeth: inboard wheel, then outboard wheel."""
+    lead_angle: Annotated[float, Per("rad", Bound(-1.5, 1.5, advice="a lead angle is at most 85 deg"))] | None = None
+    """Lead angle of a worm at its pitch circle; negative for a left-handed thread. ``teeth`` are the threads of the worm, then the
+    teeth of its wheel; ``module`` is the axial module of the worm."""
     internal: Annotated[bool, Strict()] = False
     """Whether the larger of two gears has its teeth inside."""
     profile: Profile | None = None
@@ -205,6 +208,9 @@ class Joint:
     """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
     mimic: Mimic | None = None
     """The leading joint, of which this joint's coordinate is a linear function; both joints have one freedom."""
+    ratio: Annotated[float, Per("1", Bound(nonzero=True))] | None = None
+    """Of a gearbox, the angle of the input (inboard) shaft per angle of the output (outboard) shaft; negative if the shafts turn in
+    opposite senses."""
     length: Extent | None = None
     """Length of a rod; default: the distance of its two points in the poses of the placed bodies."""
     crossed: Annotated[bool, Strict()] = False

@@ -31,6 +31,7 @@ from trunnion.scene.data_classes.joints import (
 from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
 from trunnion.scene.data_classes.realtime_steps import RealTime
 from trunnion.scene.data_classes.signals import (
+    ByLoad,
     BySpeed,
     Drive,
     FromInput,
@@ -129,8 +130,8 @@ class Scene:
 
 
 __all__ = [
-    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "Direction",
-    "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
-    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal",
-    "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
+    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "ByLoad", "BySpeed", "Constant", "Coordinates", "Cylinder",
+    "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input",
+    "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side",
+    "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

@@ -46,6 +46,19 @@ class BySpeed:
     """One coefficient for each speed."""
 
 
+@dataclass(frozen=True, config=STRICT)
+class ByLoad:
+    """An efficiency over the torque or over the speed of the output shaft: a smooth curve, monotone between any two values. Beyond
+    its ends it is constant."""
+
+    value: tuple[Annotated[float, Per("1", Bound(0.0, 1.0))], ...]
+    """One efficiency for each torque or speed."""
+    torque: tuple[Annotated[float, Per("N*m", Bound(0.0))], ...] | None = None
+    """Two to twelve increasing torques on the output shaft."""
+    speed: tuple[Annotated[float, Per("rad/s", Bound(0.0))], ...] | None = None
+    """Two to twelve increasing speeds of the output shaft, instead of torques."""
+
+
 def _kinds(keys: tuple[str, ...]) -> list[Field]:
     return [(key, REGISTRY[key].data | None, None, REGISTRY[key].text) for key in keys]
 

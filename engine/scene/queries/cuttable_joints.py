@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Joint, Scene
+from trunnion.scene.queries.shaft_joints import couples_shafts, shaft_joints
 
 
 def is_driven(j: Joint) -> bool:
@@ -17,12 +18,13 @@ def has_rotor(j: Joint) -> bool:
 
 
 def tied(scene: Scene) -> set[str]:
-    """Names of the joints with a mimic and of their leading joints."""
+    """Names of the joints with a mimic, of their leading joints, and of the joints of shafts that a gearbox couples."""
     pairs = [(name, j.mimic.joint) for name, j in scene.joints.items() if j.mimic is not None]
+    pairs += [shaft_joints(scene, j) for j in scene.joints.values() if couples_shafts(j)]
     return {name for pair in pairs for name in pair}
 
 
 def may_be_cut(j: Joint) -> bool:
     """Whether the constraint rows of a cut joint, (46) and (49), can represent this joint. These rows represent neither a drive nor
-    rotor inertia. ``tied`` gives the joints with a mimic and their leading joints, which may not be cut either."""
+    rotor inertia. ``tied`` gives further joints that may not be cut."""
     return REGISTRY[j.type].cuttable and not is_driven(j) and not has_rotor(j)

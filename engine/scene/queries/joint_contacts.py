@@ -7,6 +7,7 @@ from dataclasses import fields
 from trunnion.basics.number_declarations import Number
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement, element_of
+from trunnion.elements.contact.registry import BY_LOAD, CONSTANT
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.joints import Friction, Joint
@@ -33,10 +34,17 @@ def touching(j: Joint) -> ContactElement | None:
     """The contact element of a joint with friction; None if the joint type does not support this friction."""
     assert j.friction is not None
     kind = REGISTRY[j.type]
+    if BY_LOAD & named(j.friction):
+        return CONTACTS.get(kind.loaded)
     return CONTACTS.get(element_of(kind.friction, kind.freely_rubbed, named(j.friction)))
 
 
+def is_constant(element: ContactElement) -> bool:
+    """Whether an element is constant friction, at any load."""
+    return element.name in CONSTANT.values()
+
+
 def given(element: ContactElement | None, n: Number, law: str) -> bool:
-    """Whether number n of a law defaults to 1. The default is 1 for the coefficient of constant friction, which scales a given
-    force or torque."""
+    """Whether number n of a law defaults to 1. The default is 1 for friction without contacts, where the coefficient scales the
+    friction that other numbers give."""
     return element is not None and not element.count and n.name == LAWS[law].scale and n.unit == "1"

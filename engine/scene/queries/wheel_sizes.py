@@ -55,5 +55,8 @@ def sizes(j: Joint) -> Sizes:
         radii = tuple(float(r) for r in j.radii or ())
         teeth = counted(radii) or (1,) * count
         module = 2 * radii[0] / teeth[0]
+    if rolls_of(j).touch == "skew":
+        lead = j.lead_angle or 1.0
+        return Sizes(float(module), (int(math.copysign(teeth[0], lead)), teeth[1]), lead)
     sense = outer(j)
     return Sizes(float(module), (sense[0] * teeth[0], sense[1] * teeth[1] if count == 2 else 0))

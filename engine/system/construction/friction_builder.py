@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from trunnion.basics.monotone_curves import filled
+from trunnion.elements.contact.gear_unit import table_labels
 from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED
@@ -27,6 +28,15 @@ def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str
     value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
     more = zip(BY_SPEED, speed[1:], value[1:], strict=True)
     return [("mu", value[0]), *(pair for names, v, mu in more for pair in zip(names, (v, mu), strict=True))]
+
+
+def _by_load(table: ParameterTable, path: str, name: str, c: sm.ByLoad) -> list[tuple[str, Leaf]]:
+    """(name, leaf) pairs of an efficiency over torque or speed: the two numbers of each point."""
+    over, unit = ("torque", "N*m") if c.torque is not None else ("speed", "rad/s")
+    at = filled([table.own(f"{path}.{over}[{i + 1}]", v, unit) for i, v in enumerate(c.torque or c.speed or ())])
+    value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
+    points = zip(table_labels(name, over), at, value, strict=True)
+    return [pair for names, x, y in points for pair in zip(names, (x, y), strict=True)]
 
 
 def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) -> FrictionElement:
@@ -53,6 +63,9 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
         if isinstance(value, sm.BySpeed):
             numbers += _by_speed(table, f"joints.{j.name}.friction.{n.name}", value)
             continue
+        if isinstance(value, sm.ByLoad):
+            numbers += _by_load(table, f"joints.{j.name}.friction.{n.name}", n.name, value)
+            continue
         values = value if isinstance(value, tuple) else (value,) * n.count
         put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # scalar: one value for two journals
         for label, one in zip(n.labels, values, strict=True):
@@ -63,8 +76,11 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
             numbers.append((label, put(f"joints.{j.name}.friction.{label}", one, n.unit)))
     if j.pitch is not None:
         numbers.append(("pitch", j.pitch))
+    if j.mimic is not None:
+        numbers.append(("ratio", j.mimic.ratio))
     if j.wheels is not None:
         numbers += [("module", j.wheels.module), ("side", _sign(j.wheels.teeth)), ("first", _sign(j.wheels.teeth[:1]))]
+        numbers += [("lead_angle", j.wheels.lead)] if j.wheels.lead is not None else []
     sliders = tuple(Slider(flag + i, tuple(eta + k for k in pair), str(i + 1)) for i, pair in enumerate(contact.pairs))
     adams = scene.normal_force_of(f) == "adams"
     return FrictionElement(contact.name, law, adams, tuple(numbers), sliders, tuple(eta + k for k in contact.bound))

@@ -1,13 +1,15 @@
-"""Couplings of joints whose freedom follows that of another joint (theory, "Joints that follow another")."""
+"""Couplings of two joints' freedoms: mimics and gearboxes (theory, "Joints that follow another")."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from trunnion.elements.joints.cam_and_curve_followers import MIMIC
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.number_units import unit_of
-from trunnion.system.structure.bodies_and_joints import GROUND, Joint
+from trunnion.scene.queries.shaft_joints import shaft_joints
+from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, Joint
 from trunnion.system.structure.joint_couplings import Mimic
 from trunnion.system.structure.parameter_table import ParameterTable
 
@@ -31,3 +33,15 @@ def ties(scene: Scene, table: ParameterTable, joints: tuple[Joint, ...]) -> tupl
             child=GROUND, rows=rows + len(out), stiffness=None, mimic=tie,
         ))  # fmt: skip
     return tuple(out)
+
+
+def gearbox(scene: Scene, table: ParameterTable, joints: Sequence[Joint], name: str) -> Joint:
+    """The gearbox ``name``, at the joint of its output shaft. joints: all tree joints."""
+    j, at = scene.joints[name], {x.name: i for i, x in enumerate(joints)}
+    leader, follower = (at[n] for n in shaft_joints(scene, j))
+    inp, out = joints[leader], joints[follower]
+    ratio = table.own(f"joints.{name}.ratio", j.ratio or 1.0, "1")
+    return replace(
+        out, name=name, kind_name=j.type, fit=Fit(), pitch=None, devices=(Device(),), friction=None, cut=True, child=GROUND,
+        stiffness=None, mimic=Mimic(follower, leader, inp.inb, inp.out, True, ratio, 0.0),
+    )  # fmt: skip

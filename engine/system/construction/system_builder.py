@@ -13,12 +13,13 @@ from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.scene.queries.rod_lengths import rod_length
+from trunnion.scene.queries.shaft_joints import couples_shafts
 from trunnion.system.construction.cam_profile_spline import profile
 from trunnion.system.construction.friction_builder import element
 from trunnion.system.construction.joint_frames import frame
 from trunnion.system.construction.light_freedoms import light_freedoms, light_rows, massless_and_free, with_inertias
 from trunnion.system.construction.load_builder import load
-from trunnion.system.construction.mimic_couplings import ties
+from trunnion.system.construction.mimic_couplings import gearbox, ties
 from trunnion.system.construction.point_curve_spline import curve
 from trunnion.system.construction.point_parameters import Points
 from trunnion.system.construction.spanning_tree import Spanning, span
@@ -78,8 +79,11 @@ class _Maker(Points):
         gravity = self.table.vector("gravity", self.scene.gravity, "m/s^2")
         bodies = tuple(self.body(i, name, child) for i, (name, child, _) in enumerate(self.spanning.tree))
         names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)
-        joints = tuple(self.joint(name) for name in names)
-        joints = self.place(joints)
+        made: list[Joint] = []
+        for name in names:
+            geared = couples_shafts(self.scene.joints[name])
+            made.append(gearbox(self.scene, self.table, made[: len(bodies)], name) if geared else self.joint(name))
+        joints = self.place(tuple(made))
         tied = ties(self.scene, self.table, joints)
         light = light_freedoms(self.scene, self.table, bodies, joints, tied)
         if undetermined := massless_and_free(self.scene, bodies, joints, light):

@@ -82,8 +82,17 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
     """(problem, remedy) for each problem with the relative pose of two wheels."""
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     a, b, s, of = Ea[:, 0], Eb[:, 0], pb - pa, sizes(j)
-    r1, r2 = (0.5 * of.module * z for z in of.teeth)
-    size, rolls = max(abs(r1), abs(r2)), rolls_of(j)
+    rolls = rolls_of(j)
+    r1, r2 = of.radii(rolls.touch, Numeric)
+    size = max(abs(r1), abs(r2))
+    if rolls.touch == "skew":
+        if abs(float(a @ b)) > ASKEW:
+            yield "the axes of worm and wheel are not at a right angle", "give the two sides axes at a right angle"
+        elif abs(abs(float(s @ np.cross(a, b))) - (r1 + r2)) > NEAR * size:
+            apart = abs(float(s @ np.cross(a, b)))
+            yield f"the axes of worm and wheel are {apart:.6g} m apart; teeth, module and lead angle require {r1 + r2:.6g} m", (
+                "move the wheel, or change the lead angle")
+        return
     if rolls.touch == "cones":
         if float(np.linalg.norm(np.cross(a, b))) < ASKEW:
             yield "the axes of the two wheels are parallel", "use type: gear, or give each side its own axis"
@@ -122,4 +131,5 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
     return Wheels(  # the module is not ``own``: a changed module moves the wheels, so the system must be built again
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
+        table.scalar(f"joints.{name}.lead_angle", of.lead, "rad") if rolls_of(j).touch == "skew" else None,
     )  # fmt: skip

@@ -34,7 +34,7 @@ PAGES = {
     ),
     "scene_keys_loads_signals": (
         "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drive", "Signal",
-        *(kind.data.__name__ for kind in SIGNALS.values()), "Limit", "FromInput", "InputCurve", "BySpeed",
+        *(kind.data.__name__ for kind in SIGNALS.values()), "Limit", "FromInput", "InputCurve", "BySpeed", "ByLoad",
     ),
     "scene_keys_assemblies": ("Scene keys: assemblies", "Assembly", "Part", "Copies", "Mirror", "Rotate", "Line"),
 }  # fmt: skip
