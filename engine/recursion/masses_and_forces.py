@@ -14,7 +14,8 @@ from trunnion.recursion.body_kinematics import Motion, Step, motions_of, point_m
 from trunnion.recursion.bushing_forces import bushing, wrenches_of
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, rotate_inertia, skew, vector, zeros
-from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, Load, Motor
+from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, LawForce, Load, Motor
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
@@ -116,16 +117,32 @@ def line_of(sym: Symbols, motions: Motions, load: Load) -> SpringLine:
 
 
 def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇). The force on the first body
-    is opposite."""
+    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇ + nonlinear forces). The
+    force on the first body is opposite."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     line = line_of(sym, motions, load)
-    force = line.unit * (k * (line.length - free) + c * line.rate)
+    force = line.unit * (k * (line.length - free) + c * line.rate + nonlinear_force(sym, load.nonlinear, line.length, line.rate))
     return [
         (body, ca.sparsify(ca.vertcat(sign * force, sign * cross(lever, force))))
         for body, lever, sign in zip(load.bodies, line.levers, (1, -1), strict=True)
         if body != GROUND
     ]
+
+
+def nonlinear_force(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> SX:
+    """Force of nonlinear springs and dampers, positive against the coordinate x (``scene.force_laws``)."""
+    return sum((FORCE_LAWS[n.law].force([sym.leaf(leaf) for leaf in n.leaves], x, rate) for n in laws), SX(0))
+
+
+def nonlinear_energy(sym: Symbols, laws: Sequence[LawForce], x: SX) -> SX:
+    """Energy that nonlinear springs store."""
+    elastic = [n for n in laws if FORCE_LAWS[n.law].elastic]
+    return sum((FORCE_LAWS[n.law].stored([sym.leaf(leaf) for leaf in n.leaves], x) for n in elastic), SX(0))
+
+
+def nonlinear_power(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> SX:
+    """Power of nonlinear dampers, W (≤ 0)."""
+    return -nonlinear_force(sym, [n for n in laws if not FORCE_LAWS[n.law].elastic], x, rate) * rate
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
@@ -136,6 +153,8 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
     if d.damping is not None:
         out = out - sym.leaf(d.damping) * rate
+    if d.nonlinear is not None:
+        out = out - nonlinear_force(sym, d.nonlinear, SX(0) if q is None else q, rate)
     if d.effort is not None:
         out = out + sym.load(d.effort)
     if d.motor is not None:

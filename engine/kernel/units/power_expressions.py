@@ -12,7 +12,7 @@ from trunnion.recursion.bushing_forces import bushing
 from trunnion.recursion.complement_equation_terms import joint_rates
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.joint_reactions import on_outboard
-from trunnion.recursion.masses_and_forces import device_force, line_of, motor_force, stop_force, wrenches
+from trunnion.recursion.masses_and_forces import device_force, line_of, motor_force, nonlinear_power, stop_force, wrenches
 from trunnion.recursion.outward_accelerations import Accelerations
 from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import Device, Joint
@@ -51,6 +51,8 @@ def _damping(m: Model) -> SX:
             if d.damping is not None:
                 total -= m.sym.leaf(d.damping) * rates[k] ** 2
             i = j.kind.coordinate_of(k)
+            if d.nonlinear is not None:
+                total += nonlinear_power(m.sym, d.nonlinear, q[i] if i >= 0 else SX(0), rates[k])
             if d.stop is not None and i >= 0:
                 total += _stop_damping(m, d, q[i], rates[k])
             if d.latch is not None and i >= 0:
@@ -61,7 +63,9 @@ def _damping(m: Model) -> SX:
                 total += pressed * rates[k]
     for load in m.sym.system.loads:
         if load.kind == "spring_damper":
-            total -= m.sym.leaf(load.numbers[1]) * line_of(m.sym, m.motions, load).rate ** 2
+            line = line_of(m.sym, m.motions, load)
+            total -= m.sym.leaf(load.numbers[1]) * line.rate**2
+            total += nonlinear_power(m.sym, load.nonlinear, line.length, line.rate)
         if load.kind == "bushing":
             total += bushing(m.sym, m.motions, load).taken
     return total

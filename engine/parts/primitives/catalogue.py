@@ -25,6 +25,7 @@ from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
+from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as KINDS
 from trunnion.scene.signals.time_formulas import OPERATIONS
 from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint, Slider
@@ -68,7 +69,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
-    forces = name in ("device", "load", "spring", "bushing", "latch") and which[-1] not in ("power", "depths")
+    forces = name in ("device", "load", "spring", "bushing", "latch", "along", "between") and which[-1] not in ("power", "depths")
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
 
 
@@ -89,6 +90,10 @@ def _small() -> Iterator[Recipe]:
     yield from (("joint_devices", end, upper) for end in ("depth", "push") for upper in SIDES)
     yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "joint_devices", "motor"
+    for law in FORCE_LAWS.values():
+        extra = "potential" if law.elastic else "power"
+        yield from (("force_laws", "along", law.key, what) for what in ("force", extra))
+        yield from (("force_laws", "between", law.key, what) for what in ("wrench", "force", extra))
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("loads_and_scalars", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]

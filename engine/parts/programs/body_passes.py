@@ -5,7 +5,7 @@ from __future__ import annotations
 from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.parts.bytecode.body_and_joint_slots import ALONG, Allocate, BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.layout.load_operands import ends, joining
+from trunnion.parts.layout.load_operands import call_joining
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
 from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE
 from trunnion.parts.programs.couplings import foot, light, piece, tied
@@ -143,7 +143,7 @@ class ScenePasses(JointForces):
         if load.joins:
             sink = program.scratch_slot(6)
             forces = [moving[b].force if b != GROUND else sink for b in load.bodies]
-            self.call(program, joining(load, "wrench"), on_a=forces[0], on_b=forces[1], **ends(self, load, moving))
+            call_joining(self, program, load, "wrench", moving, on_a=forces[0], on_b=forces[1])
             return
         m = moving[load.bodies[0]]
         self.call(
@@ -223,7 +223,7 @@ class ScenePasses(JointForces):
                 self.device(program, d, "potential", own, rate, potential)
         for load in self.system.loads:
             if load.joins:
-                self.call(program, joining(load, "potential"), out=potential, **ends(self, load, moving))
+                call_joining(self, program, load, "potential", moving, out=potential)
 
     def _spun(self, program: Program, j: Joint, m: BodySlots, kinetic: Slot) -> None:
         """Add the kinetic energy of a joint's rotors."""

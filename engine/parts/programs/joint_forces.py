@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate
 from trunnion.parts.bytecode.program import Program, Slot, Space
+from trunnion.parts.layout.load_operands import acts
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import joint_devices, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import force_laws, joint_devices, loads_and_scalars
 from trunnion.parts.primitives.primitive_keys import Primitive
 from trunnion.scene.signals.time_formulas import computed
 from trunnion.system.structure.bodies_and_joints import Device, Joint, Latch, Signal
@@ -70,7 +71,10 @@ class JointForces(SceneTables):
         return self.zeros.slice(0, 1) if s is None else self._signal(program, s, allocate, False).slice(0, 1)
 
     def device(self, program: Program, d: Device, what: str, q: Slot, rate: Slot, out: Slot) -> None:
-        """Add the force, power or potential energy of a freedom's spring, damper, stops and latch."""
+        """Add the force, power or potential energy of a freedom's springs, dampers, stops and latch."""
+        for law in d.nonlinear or ():
+            if acts(law, what):
+                self.call(program, force_laws.along(law.law, what), numbers=self.numbers(law.leaves), q=q, rate=rate, out=out)
         if d.latch is not None:
             operands = self.latch(program, d.latch)
             self.call(program, joint_devices.latch(what), q=q, rate=rate, out=out, **operands)
@@ -112,4 +116,4 @@ class JointForces(SceneTables):
     @staticmethod
     def acts(j: Joint) -> bool:
         """Whether devices act along a joint's freedoms, apart from drives and friction."""
-        return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor or d.latch for d in j.devices)
+        return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor or d.latch or d.nonlinear for d in j.devices)

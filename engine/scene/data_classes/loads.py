@@ -9,6 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
+from trunnion.scene.data_classes.joints import Nonlinear
 from trunnion.scene.data_classes.signals import LoadVector
 from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness, Time
 
@@ -55,6 +56,8 @@ class SpringDamper:
     """Force per rate of elongation."""
     length: Annotated[float, Per("m", NOT_NEGATIVE)] = 0.0
     """Length at which the spring force is 0."""
+    nonlinear: Nonlinear | None = None
+    """Nonlinear springs and dampers along the same line, over the length and its rate."""
 
 
 def _three(unit: str, wanted: str) -> Any:

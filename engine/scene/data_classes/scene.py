@@ -24,6 +24,7 @@ from trunnion.scene.data_classes.joints import (
     FrictionDefaults,
     Joint,
     JointType,
+    Nonlinear,
     Side,
     Spring,
     Start,
@@ -41,6 +42,8 @@ from trunnion.scene.data_classes.signals import (
     Motor,
     Signal,
 )
+from trunnion.scene.force_laws.damping_curve import DampingCurve
+from trunnion.scene.force_laws.spring_curve import SpringCurve
 from trunnion.scene.signals.constant import Constant
 from trunnion.scene.signals.harmonic import Harmonic
 from trunnion.scene.signals.move import Move
@@ -129,8 +132,8 @@ class Scene:
 
 
 __all__ = [
-    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "Direction",
-    "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
-    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side", "Signal",
-    "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
+    "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "DampingCurve",
+    "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
+    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear", "Position", "Ramp", "Scene", "Side", "Signal",
+    "Simulation", "Spring", "SpringCurve", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

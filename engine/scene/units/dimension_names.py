@@ -22,6 +22,8 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "N*m/rad": ("a rotational stiffness", "3 N*m/rad"),
     "N*s/m": ("a damping", "20 N*s/m"),
     "N*m*s/rad": ("a rotational damping", "0.1 N*m*s/rad"),
+    "N*s^2/m^2": ("a quadratic damping", "3 N*s^2/m^2"),
+    "N*m*s^2/rad^2": ("a quadratic rotational damping", "0.1 N*m*s^2/rad^2"),
     "Hz": ("a frequency", "2 Hz"),
     "s/m": ("a time per length", "0.2 s/m"),
     "s/rad": ("a time per angle", "0.2 s/rad"),

@@ -38,7 +38,10 @@ def _spring(points: Points, name: str, f: sm.SpringDamper) -> Load:
         s(f"forces.{name}.stiffness", f.stiffness, "N/m"), s(f"forces.{name}.damping", f.damping, "N*s/m"),
         s(f"forces.{name}.length", f.length, "m"),
     )
-    return Load(name, "spring_damper", tuple(points.index[b] for b, _ in ends), leaves, False, (), numbers)
+    nonlinear = () if f.nonlinear is None else points.devices.nonlinear(f"forces.{name}.nonlinear", f.nonlinear, "m", "N")
+    return Load(
+        name, "spring_damper", tuple(points.index[b] for b, _ in ends), leaves, numbers=numbers, nonlinear=nonlinear
+    )  # fmt: skip
 
 
 BUSHING = (("stiffness", "N/m"), ("damping", "N*s/m"), ("turning_stiffness", "N*m/rad"), ("turning_damping", "N*m*s/rad"))

@@ -74,10 +74,18 @@ class Latch:
 
 
 @dataclass(frozen=True)
+class LawForce:
+    """A nonlinear spring or damper: the key of its law (``scene.force_laws``), and the law's numbers."""
+
+    law: str
+    leaves: Leaves
+
+
+@dataclass(frozen=True)
 class Device:
     """The devices along a freedom of a joint; None: no such device. spring: (stiffness, coordinate at rest). inertia: inertia of
     the rotor that the freedom turns in addition to the bodies. added: the inertia of the ``LightFreedom``; 0 if the freedom is not
-    light."""
+    light. nonlinear: nonlinear springs and dampers."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -88,6 +96,7 @@ class Device:
     motor: Motor | None = None
     latch: Latch | None = None
     added: float = 0.0
+    nonlinear: tuple[LawForce, ...] | None = None
 
     @property
     def turned(self) -> Leaf | None:
@@ -102,6 +111,7 @@ class Load:
     vector    components of a force or torque; None for structural zeros.
     numbers   spring-damper: stiffness, damping, free length. Bushing: stiffness, damping, rotational stiffness and rotational
               damping, three values each, along the axes of ``frames``.
+    nonlinear nonlinear springs and dampers along the line of a spring-damper.
     """
 
     name: str
@@ -112,6 +122,7 @@ class Load:
     vector: tuple[Signal | None, ...] = ()
     numbers: Leaves = ()
     frames: tuple[tuple[float, ...], ...] = ()
+    nonlinear: tuple[LawForce, ...] = ()
 
     @property
     def joins(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.reference.mechanics.body_properties import GROUND, frame, place
+from tests.reference.mechanics.characteristic_curves import nonlinear
 from tests.reference.mechanics.joint_constraints import directions, free_picker, freedoms, of
 from tests.reference.mechanics.kinematics import State
 from tests.reference.mechanics.rotation import cross, quaternion_from_matrix
@@ -65,11 +66,12 @@ class Applied:
         along = (p2 - p1) / length
         rate = along @ (v2 - v1)
         stretch = length - load.length
-        pull = load.stiffness * stretch + load.damping * rate
+        more, lost, kept = nonlinear(load.nonlinear, length, rate)
+        pull = load.stiffness * stretch + load.damping * rate + more
         self.push(b1, p1, pull * along)
         self.push(b2, p2, -pull * along)
-        self.power["dampers"] -= load.damping * rate**2
-        self.stored["springs"] += load.stiffness * stretch**2 / 2
+        self.power["dampers"] += lost - load.damping * rate**2
+        self.stored["springs"] += load.stiffness * stretch**2 / 2 + kept
 
     def _bushing(self, load) -> None:
         (a, p, _), (b, q, v) = (self._end(text) for text in load.between)
@@ -136,8 +138,8 @@ def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
     q, qd, numbers = state.q[name], state.qd[name], scalar_freedoms(joint)
     effort, stored = np.zeros(n), {"joint_springs": 0.0, "end_stops": 0.0}
     power = {"joint_damping": 0.0, "effort": 0.0, "end_stops": 0.0}
-    lists = [per_freedom(x, n) for x in (joint.spring, joint.damping, joint.end_stops, joint.effort)]
-    for k, (spring, damping, stops, load) in enumerate(zip(*lists, strict=True)):
+    lists = [per_freedom(x, n) for x in (joint.spring, joint.damping, joint.end_stops, joint.effort, joint.nonlinear)]
+    for k, (spring, damping, stops, load, more) in enumerate(zip(*lists, strict=True)):
         if (spring or stops) and k >= numbers:
             raise ValueError(f"{name}: no scalar coordinate for freedom {k + 1}")
         if spring:
@@ -146,6 +148,10 @@ def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
         if damping:
             effort[k] -= damping * qd[k]
             power["joint_damping"] -= damping * qd[k] ** 2
+        force, lost, kept = nonlinear(more, q[k] if k < numbers else 0.0, qd[k])
+        effort[k] -= force
+        stored["joint_springs"] += kept
+        power["joint_damping"] += lost
         if stops:
             push, elastic = stop_force(stops, q[k], qd[k])
             effort[k] += push
