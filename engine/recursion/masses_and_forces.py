@@ -84,7 +84,14 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     if load.kind == "torque":
         return [(body, ca.sparsify(ca.vertcat(zeros(3), value)))]
     lever = motions[body].R @ sym.leaves(load.points[0])
+    if load.kind == "drag":
+        value = drag(value, point_motion(motions[body], lever)[1])
     return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
+
+
+def drag(numbers: SX, v: SX) -> SX:
+    """Drag −½ ρ c A |v| v. numbers: density ρ, coefficient c, area A."""
+    return -0.5 * numbers[0] * numbers[1] * numbers[2] * ca.sqrt(ca.dot(v, v) + TINY) * v
 
 
 @dataclass

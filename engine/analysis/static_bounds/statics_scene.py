@@ -118,7 +118,7 @@ def _force(
     name: str, f: sm.Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]
 ) -> tuple[sm.Applied, list[Load]]:  # fmt: skip
     """(the force with constant components, list with a load for its amount along its direction at the start)."""
-    if isinstance(f, sm.SpringDamper | sm.Bushing):
+    if not isinstance(f, sm.Force | sm.Torque):
         return f, []
     given, field = (f.force, "force") if isinstance(f, sm.Force) else (f.torque, "torque")
     now = [known[f"forces.{name}.{k}"] for k in range(3)]

@@ -87,6 +87,7 @@ def _small() -> Iterator[Recipe]:
     yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
     yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
     yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
+    yield from (("loads_and_scalars", "load", "drag", False, what) for what in ("wrench", "power"))
     yield from (("joint_devices", end, upper) for end in ("depth", "push") for upper in SIDES)
     yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "joint_devices", "motor"

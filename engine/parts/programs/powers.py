@@ -46,4 +46,5 @@ def write_powers(
             call_joining(s, program, load, "power", moving, out=damping)
         else:
             operands = s.applied(program, load, moving[load.bodies[0]], program.scratch_slot)
-            s.call(program, loads_and_scalars.load(load.kind, load.body_frame, "power"), out=loads, **operands)
+            out = damping if load.dissipates else loads
+            s.call(program, loads_and_scalars.load(load.kind, load.body_frame, "power"), out=out, **operands)

@@ -30,7 +30,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 def _group(path: Path, group: Nonlinear) -> Iterator[Finding]:
     given = list(registry.given(group))
     if not given:
-        known = ", ".join(registry.REGISTRY)
+        known = ", ".join(key for key, law in registry.REGISTRY.items() if law.data)
         yield Finding(path, "no spring or damper is given", f"give one or more of: {known}, or remove the key")
     for law, data in given:
         yield from law.findings((*path, law.key), data)

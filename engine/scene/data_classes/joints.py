@@ -97,7 +97,7 @@ class Start:
 
 
 @dataclass(frozen=True, config=STRICT)
-@with_fields([(law.key, law.data | None, None, law.text) for law in LAWS.values()])
+@with_fields([(law.key, law.data | None, None, law.text) for law in LAWS.values() if law.data])
 class Nonlinear:
     """Nonlinear springs and dampers along a freedom, or along the line between two points; their forces add up."""
 

@@ -10,6 +10,7 @@ from pydantic.dataclasses import dataclass
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
 from trunnion.scene.data_classes.joints import Nonlinear
+from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.signals import LoadVector
 from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness, Time
 
@@ -99,7 +100,8 @@ class Bushing:
     """Torque per angular velocity."""
 
 
-APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing}
+APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing, "drag": Drag,
+           "point_gravity": PointGravity}  # fmt: skip
 
 
 def _kind(value: Any) -> str:
@@ -111,8 +113,10 @@ Applied = Annotated[
     Annotated[Force, Tag("·force")]
     | Annotated[Torque, Tag("·torque")]
     | Annotated[SpringDamper, Tag("·spring_damper")]
-    | Annotated[Bushing, Tag("·bushing")],
-    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message="type: force, torque, spring_damper or bushing"),
+    | Annotated[Bushing, Tag("·bushing")]
+    | Annotated[Drag, Tag("·drag")]
+    | Annotated[PointGravity, Tag("·point_gravity")],
+    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message=f"type: {', '.join(APPLIED)}"),
 ]
 
 

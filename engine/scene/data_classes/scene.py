@@ -30,6 +30,7 @@ from trunnion.scene.data_classes.joints import (
     Start,
 )
 from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
+from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.realtime_steps import RealTime
 from trunnion.scene.data_classes.signals import (
     BySpeed,
@@ -133,7 +134,7 @@ class Scene:
 
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "DampingCurve",
-    "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
-    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear", "Position", "Ramp", "Scene", "Side", "Signal",
+    "Direction", "Drag", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
+    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear", "PointGravity", "Position", "Ramp", "Scene", "Side", "Signal",
     "Simulation", "Spring", "SpringCurve", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

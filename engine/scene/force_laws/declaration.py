@@ -15,7 +15,7 @@ class ForceLaw:
     then their distance). The force is positive if it acts against x, or pulls the points together.
 
     key        the law's key in a scene; ``text`` describes it.
-    data       type of the key's value.
+    data       type of the key's value; None if no key gives the law.
     units      unit of each number, by the last word of its path. In it, {x} and {f} are the units of x and of the force.
     count      number of leaves.
     elastic    whether the force depends on x alone. Its work is then stored, otherwise it is lost."""

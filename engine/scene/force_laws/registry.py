@@ -12,6 +12,7 @@ LAWS = (
     "spring_curve.SpringCurveLaw",
     "quadratic_damping.QuadraticDampingLaw",
     "damping_curve.DampingCurveLaw",
+    "attraction.AttractionLaw",
 )
 REGISTRY: dict[str, ForceLaw] = {law.key: law() for law in objects(__package__, LAWS)}
 

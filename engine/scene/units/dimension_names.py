@@ -31,6 +31,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "1/m": ("a number per length", "1e5 1/m"),
     "m^2": ("an area", "4 mm^2"),
     "m^3": ("a volume", "2 cm^3"),
+    "m^3/s^2": ("a gravitational constant times a mass", "3.986e14 m^3/s^2"),
     "W": ("a power", "10 W"),
     "m^2/N": ("a wear coefficient", "1e-6 mm^3/(N*m)"),
 }

@@ -5,10 +5,11 @@ from __future__ import annotations
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import named_point, point_of
+from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.construction.joint_frames import frame
 from trunnion.system.construction.point_parameters import Points
-from trunnion.system.structure.bodies_and_joints import Load
-from trunnion.system.structure.parameter_table import Leaf
+from trunnion.system.structure.bodies_and_joints import LawForce, Load, Signal
+from trunnion.system.structure.parameter_table import Leaf, Leaves
 
 
 def load(points: Points, name: str, f: sm.Applied) -> Load:
@@ -17,16 +18,39 @@ def load(points: Points, name: str, f: sm.Applied) -> Load:
         return _spring(points, name, f)
     if isinstance(f, sm.Bushing):
         return _bushing(points, name, f)
+    if isinstance(f, sm.PointGravity):
+        return _attraction(points, name, f)
+    body, at = _place(points, f.on)
+    if isinstance(f, sm.Drag):
+        factors = (("density", f.density, "kg/m^3"), ("coefficient", f.coefficient, "1"), ("area", f.area, "m^2"))
+        own = tuple(Signal("value", (points.table.own(f"forces.{name}.{key}", x, unit),)) for key, x, unit in factors)
+        return Load(name, "drag", (points.index[body],), (at,), vector=own)
     path = f"forces.{name}.{f.type}"
     values = f.force if isinstance(f, sm.Force) else f.torque
     unit = "N" if isinstance(f, sm.Force) else "N*m"
     vector = tuple(points.devices.component(f"{path}[{k + 1}]", v, unit) for k, v in enumerate(values))
-    body, point = point_of(points.scene, f.on)
-    if isinstance(f, sm.Force) and not named_point(f.on):
+    return Load(name, f.type, (points.index[body],), (at,), f.frame == "body", vector)
+
+
+def _place(points: Points, on: str) -> tuple[str, Leaves]:
+    """(body, point as leaves) of the text "body.point", or of "body" for its mass centre."""
+    body, point = point_of(points.scene, on)
+    if not named_point(on):
         x, y, z = points.scene.bodies[body].center
         point = (float(x), float(y), float(z))
-    leaves = points.relative(body, points.named(body, named_point(f.on)) if named_point(f.on) else f"bodies.{body}.center", point)
-    return Load(name, f.type, (points.index[body],), (leaves,), f.frame == "body", vector)
+    label = points.named(body, named_point(on)) if named_point(on) else f"bodies.{body}.center"
+    return body, points.relative(body, label, point)
+
+
+def _attraction(points: Points, name: str, f: sm.PointGravity) -> Load:
+    """The attraction of a body by a point: a spring-damper without stiffness and damping, with a law over the length."""
+    body, at = _place(points, f.on)
+    other, point = point_of(points.scene, f.towards)
+    end = points.relative(other, points.label(f.towards, f"bodies.{other}.origin.point"), point)
+    mass = points.table.scalar(f"bodies.{body}.mass", mass_properties(points.scene.bodies[body])[0], "kg")
+    law = LawForce("attraction", (points.table.own(f"forces.{name}.gm", f.gm, "m^3/s^2"), mass))
+    bodies = (points.index[body], points.index[other])
+    return Load(name, "spring_damper", bodies, (at, end), numbers=(0.0, 0.0, 0.0), nonlinear=(law,))
 
 
 def _spring(points: Points, name: str, f: sm.SpringDamper) -> Load:

@@ -106,9 +106,9 @@ class Device:
 
 @dataclass(frozen=True)
 class Load:
-    """An applied load: a force or torque on a body, or a spring-damper or bushing between two bodies.
+    """An applied load: a force, torque or drag on a body, or a spring-damper or bushing between two bodies.
 
-    vector    components of a force or torque; None for structural zeros.
+    vector    components of a force or torque; None for structural zeros. Of drag: density, coefficient and area.
     numbers   spring-damper: stiffness, damping, free length. Bushing: stiffness, damping, rotational stiffness and rotational
               damping, three values each, along the axes of ``frames``.
     nonlinear nonlinear springs and dampers along the line of a spring-damper.
@@ -128,6 +128,11 @@ class Load:
     def joins(self) -> bool:
         """Whether the load acts between two bodies."""
         return len(self.bodies) == 2
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether the load on a body only takes energy."""
+        return self.kind == "drag"
 
     @property
     def leaves(self) -> Leaves:

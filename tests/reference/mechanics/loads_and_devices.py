@@ -24,8 +24,7 @@ class Applied:
         self.stored = {"gravity": 0.0, "springs": 0.0}
         self._gravity()
         for load in state.scene.forces.values():
-            {"force": self._force, "torque": self._torque, "spring_damper": self._spring_damper, "bushing": self._bushing}[
-                load.type](load)
+            getattr(self, f"_{load.type}")(load)
 
     def push(self, body: str, point: np.ndarray, force: np.ndarray) -> None:
         """Apply a force to a body at a point of the world."""
@@ -72,6 +71,22 @@ class Applied:
         self.push(b2, p2, -pull * along)
         self.power["dampers"] += lost - load.damping * rate**2
         self.stored["springs"] += load.stiffness * stretch**2 / 2 + kept
+
+    def _drag(self, load) -> None:
+        body, local = place(self.state.scene, load.on)
+        p, v = self.state.point(body, self.state.part(body).center if local is None else local)
+        f = -load.density * load.coefficient * load.area / 2 * np.linalg.norm(v) * v
+        self.push(body, p, f)
+        self.power["dampers"] += f @ v
+
+    def _point_gravity(self, load) -> None:
+        attractor, q, _ = self._end(load.towards)
+        to = q - self.state.c[load.on]
+        r = np.linalg.norm(to)
+        f = load.gm * self.state.parts[load.on].mass / r**3 * to
+        self.push(load.on, self.state.c[load.on], f)
+        self.push(attractor, q, -f)
+        self.stored["gravity"] -= f @ to
 
     def _bushing(self, load) -> None:
         (a, p, _), (b, q, v) = (self._end(text) for text in load.between)
