@@ -15,7 +15,8 @@ from trunnion.recursion.bushing_forces import bushing, wrenches_of
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, rotate_inertia, skew, vector, zeros
 from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
-from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, LawForce, Load, Motor
+from trunnion.scene.signals.time_formulas import computed, operate
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, LawForce, Load, Motor, Signal
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
@@ -78,7 +79,11 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     if load.kind == "bushing":
         return wrenches_of(bushing(sym, motions, load), load)
     body = load.bodies[0]
-    value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
+    if load.kind == "field":
+        at = point_motion(motions[body], motions[body].R @ sym.leaves(load.points[0]))[0]
+        value = vector([SX(0) if s is None else at_place(sym, s, at) for s in load.vector])
+    else:
+        value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
     if load.body_frame:
         value = motions[body].R @ value
     if load.kind == "torque":
@@ -87,6 +92,11 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     if load.kind == "drag":
         value = drag(value, point_motion(motions[body], lever)[1])
     return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
+
+
+def at_place(sym: Symbols, s: Signal, at: SX) -> SX:
+    """Value of a function of the position ``at`` (3), m."""
+    return computed(s.formula, lambda i: [sym.leaf(s.leaves[i])], lambda k: [at[k]], operate)[0]
 
 
 def drag(numbers: SX, v: SX) -> SX:

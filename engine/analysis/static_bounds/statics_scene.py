@@ -139,7 +139,8 @@ def _start_amounts(built: Built) -> dict[str, float]:
     signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
     signals |= {f"{j.name}.motor.{k}": d.motor.signal for j in built.system.joints for k, d in enumerate(j.devices) if d.motor}
     signals |= {f"{j.name}.latch.{k}": d.latch.release for j in built.system.joints for k, d in enumerate(j.devices) if d.latch}
-    loads = {f"forces.{load.name}.{k}": s for load in built.system.loads for k, s in enumerate(load.vector)}
+    loads = {f"forces.{load.name}.{k}": s for load in built.system.loads if load.kind in ("force", "torque")
+             for k, s in enumerate(load.vector)}  # fmt: skip
     p, x = np.array(built.parameters.values, float), external(built, 0.0)
     rubs: dict[str, Follows | None] = {
         f"{j.name}.friction.{n}": s for j in built.system.frictional if j.friction for n, s in j.friction.numbers

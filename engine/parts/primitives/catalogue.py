@@ -57,7 +57,7 @@ def every() -> Iterator[Recipe]:
 
 
 SMOOTH = {
-    "signal", "limit", "operation", "time", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift",
+    "signal", "limit", "operation", "time", "place", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift",
     "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
 }  # fmt: skip
 """Functions whose primitives have tangents for all their arguments."""
@@ -83,7 +83,7 @@ def _follows(which: FrictionKey) -> bool:
 def _small() -> Iterator[Recipe]:
     yield from (("loads_and_scalars", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
     yield from (("loads_and_scalars", "operation", *each) for each in product(OPERATIONS, (1, 3)))
-    yield from (("loads_and_scalars", name) for name in ("limit", "time"))
+    yield from (("loads_and_scalars", name) for name in ("limit", "time", "place"))
     yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
     yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
     yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))

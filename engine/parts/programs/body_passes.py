@@ -148,7 +148,7 @@ class ScenePasses(JointForces):
         m = moving[load.bodies[0]]
         self.call(
             program,
-            loads_and_scalars.load(load.kind, load.body_frame, "wrench"),
+            loads_and_scalars.load(load.acts_as, load.body_frame, "wrench"),
             out=m.force,
             **self.applied(program, load, m, allocate),
         )
@@ -237,9 +237,12 @@ class ScenePasses(JointForces):
             program.call(Builtin.ADD_DOT, [half, momentum, kinetic], [1, 1])
 
     def applied(self, program: Program, load: Load, m: BodySlots, allocate: Allocate) -> dict[str, Slot]:
-        """Operands for the primitives of a force or torque."""
-        value = allocate(3)
+        """Operands for the primitives of a load on a body."""
+        numbers, value, at = self.numbers(load.points[0] if load.points else (0.0, 0.0, 0.0)), allocate(3), None
+        if load.kind == "field":
+            at = program.scratch_slot(3)
+            self.call(program, loads_and_scalars.place(), numbers=numbers, motion=m.motion, out=at)
         for k, s in enumerate(load.vector):
-            program.copy(self.value(program, s, allocate), value.slice(k, 1))
-        point = load.points[0] if load.points else (0.0, 0.0, 0.0)
-        return {"numbers": self.numbers(point), "motion": m.motion, "value": value}
+            found = self.value(program, s, allocate) if at is None or s is None else self.formula(program, s, allocate, at=at)
+            program.copy(found, value.slice(k, 1))
+        return {"numbers": numbers, "motion": m.motion, "value": value}

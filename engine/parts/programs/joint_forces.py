@@ -27,7 +27,7 @@ class JointForces(SceneTables):
         if s.kind == "value" and not moves:
             return self.numbers(s.leaves)
         if s.kind == "expression":
-            return self._formula(program, s, allocate, 3 if moves else 1)
+            return self.formula(program, s, allocate, 3 if moves else 1)
         out = allocate(3 if moves else 1)
         if s.of is not None:
             u = self._signal(program, s.of, program.scratch_slot, False)
@@ -44,8 +44,8 @@ class JointForces(SceneTables):
         )
         return out
 
-    def _formula(self, program: Program, s: Signal, allocate: Allocate, order: int) -> Slot:
-        """Value of a formula of time; with order 3, also its first two derivatives by time."""
+    def formula(self, program: Program, s: Signal, allocate: Allocate, order: int = 1, at: Slot | None = None) -> Slot:
+        """Value of a formula of time, or of the position ``at`` (3); with order 3, also its first two derivatives by time."""
 
         def call(primitive: Primitive, **operands: Slot) -> Slot:
             out = program.scratch_slot(order)
@@ -55,14 +55,16 @@ class JointForces(SceneTables):
         def number(i: int) -> Slot:
             return self.numbers([s.leaves[i], 0.0, 0.0][:order])
 
-        def time() -> Slot:
+        def variable(*which: int) -> Slot:
+            if at is not None:
+                return at.slice(which[0], 1)
             x = Slot(Space.X, 0, 2)
             return x.slice(0, 1) if order == 1 else call(loads_and_scalars.time(), x=x)
 
         def operation(what: str, *given: Slot) -> Slot:
             return call(loads_and_scalars.operation(what, order), **dict(zip("ab", given, strict=False)))
 
-        found, out = computed(s.formula, number, time, operation), allocate(order)
+        found, out = computed(s.formula, number, variable, operation), allocate(order)
         program.copy(found, out)
         return out
 

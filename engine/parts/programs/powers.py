@@ -47,4 +47,4 @@ def write_powers(
         else:
             operands = s.applied(program, load, moving[load.bodies[0]], program.scratch_slot)
             out = damping if load.dissipates else loads
-            s.call(program, loads_and_scalars.load(load.kind, load.body_frame, "power"), out=out, **operands)
+            s.call(program, loads_and_scalars.load(load.acts_as, load.body_frame, "power"), out=out, **operands)

@@ -9,6 +9,7 @@ from trunnion.scene.checks import (
     bodiless_joints,
     body_placement,
     cam_profiles,
+    force_fields,
     input_and_speed_curves,
     joint_devices,
     joint_frames,
@@ -32,7 +33,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, error_of
 TOPICS = (
     names, bodies, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods, joint_mimics,
     bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, time_formulas, loads, nonlinear_forces,
-    number_bounds, output_patterns,
+    force_fields, number_bounds, output_patterns,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 

@@ -9,6 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
+from trunnion.scene.data_classes.force_field import Field
 from trunnion.scene.data_classes.joints import Nonlinear
 from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.signals import LoadVector
@@ -100,7 +101,7 @@ class Bushing:
     """Torque per angular velocity."""
 
 
-APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing, "drag": Drag,
+APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing, "drag": Drag, "field": Field,
            "point_gravity": PointGravity}  # fmt: skip
 
 
@@ -115,6 +116,7 @@ Applied = Annotated[
     | Annotated[SpringDamper, Tag("·spring_damper")]
     | Annotated[Bushing, Tag("·bushing")]
     | Annotated[Drag, Tag("·drag")]
+    | Annotated[Field, Tag("·field")]
     | Annotated[PointGravity, Tag("·point_gravity")],
     Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message=f"type: {', '.join(APPLIED)}"),
 ]

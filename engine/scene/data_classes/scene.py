@@ -15,6 +15,7 @@ from trunnion.runtime.integrators import METHODS
 from trunnion.scene.data_classes.assemblies import Assembly
 from trunnion.scene.data_classes.bodies import Body, Cylinder, Ground, Turn
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
+from trunnion.scene.data_classes.force_field import Field, PlaceFormula
 from trunnion.scene.data_classes.friction_keys import Wear
 from trunnion.scene.data_classes.joints import (
     AxisAngle,
@@ -134,7 +135,7 @@ class Scene:
 
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "DampingCurve",
-    "Direction", "Drag", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
-    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear", "PointGravity", "Position", "Ramp", "Scene", "Side", "Signal",
+    "Direction", "Drag", "Drive", "EndStops", "Field", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
+    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear", "PlaceFormula", "PointGravity", "Position", "Ramp", "Scene", "Side", "Signal",
     "Simulation", "Spring", "SpringCurve", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

@@ -77,7 +77,7 @@ def unit_of(scene: Scene, path: Path) -> str:
     mark = unit_at(shape(path))
     if mark is not None and mark.unit:
         return mark.unit
-    if path[-3:-1] == ("expression", "numbers"):
+    if path[-2:-1] == ("numbers",):
         return _own_unit(number_at(scene, path))
     if path[0] == "joints" and path[2] == "mimic":
         return _mimic_unit(scene, str(path[1]), str(path[-1]))

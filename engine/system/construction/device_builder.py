@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,9 +12,11 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.force_laws import registry as force_laws
 from trunnion.scene.signals.registry import given
 from trunnion.scene.signals.table import Table
+from trunnion.scene.units.dimension_names import unit_of
+from trunnion.scene.units.quantities import Quantity
 from trunnion.system.construction.point_curve_spline import length
 from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
-from trunnion.system.structure.parameter_table import Leaf, ParameterTable
+from trunnion.system.structure.parameter_table import Leaf, Leaves, ParameterTable
 
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch", "nonlinear")
 
@@ -76,6 +79,11 @@ class Builder:
             leaves = (self.table.own(name, value, law.unit(word_of(name), x, f)) for name, value in named)
             out.append(LawForce(law.key, tuple(leaves)))
         return tuple(out)
+
+    def constants(self, path: str, numbers: Sequence[float]) -> Leaves:
+        """The constant parts of a formula. path: of the formula's group."""
+        units = [(unit_of(n.dimension) if isinstance(n, Quantity) else "") or "1" for n in numbers]
+        return tuple(self.table.own(f"{path}.numbers[{i + 1}]", n, u) for i, (n, u) in enumerate(zip(numbers, units, strict=True)))
 
     def stop(self, path: str, st: sm.EndStops, u: str, f: str) -> Stop:
         """The end stops of a freedom, with the indices of their flags (1 while engaged)."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.data_classes.force_field import COMPONENTS
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import named_point, point_of
 from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.scene.signals.place_formulas import separate
 from trunnion.system.construction.joint_frames import frame
 from trunnion.system.construction.point_parameters import Points
 from trunnion.system.structure.bodies_and_joints import LawForce, Load, Signal
@@ -25,11 +27,20 @@ def load(points: Points, name: str, f: sm.Applied) -> Load:
         factors = (("density", f.density, "kg/m^3"), ("coefficient", f.coefficient, "1"), ("area", f.area, "m^2"))
         own = tuple(Signal("value", (points.table.own(f"forces.{name}.{key}", x, unit),)) for key, x, unit in factors)
         return Load(name, "drag", (points.index[body],), (at,), vector=own)
+    if isinstance(f, sm.Field):
+        given = tuple((key, getattr(f, key)) for key in COMPONENTS)
+        fields = tuple(None if x is None else _field(points, f"forces.{name}.{key}", x) for key, x in given)
+        return Load(name, "field", (points.index[body],), (at,), vector=fields)
     path = f"forces.{name}.{f.type}"
     values = f.force if isinstance(f, sm.Force) else f.torque
     unit = "N" if isinstance(f, sm.Force) else "N*m"
     vector = tuple(points.devices.component(f"{path}[{k + 1}]", v, unit) for k, v in enumerate(values))
     return Load(name, f.type, (points.index[body],), (at,), f.frame == "body", vector)
+
+
+def _field(points: Points, path: str, f: sm.PlaceFormula) -> Signal:
+    """A component of a field."""
+    return Signal("place", points.devices.constants(path, f.numbers), formula=separate(f.formula)[0])
 
 
 def _place(points: Points, on: str) -> tuple[str, Leaves]:

@@ -17,6 +17,7 @@ class Signal:
     table      no leaves; ``index`` is that of the table. External inputs are the first tables.
     through    a curve of an input: ``KNOTS`` values of the input, then ``KNOTS`` results; ``index``: the input's table.
     limit      lower and upper limit of the signal ``of``.
+    place      a function of the position of a point (``scene.signals.place_formulas``).
 
     formula: the tree of an expression (``scene.signals.time_formulas``)."""
 
@@ -106,7 +107,7 @@ class Device:
 
 @dataclass(frozen=True)
 class Load:
-    """An applied load: a force, torque or drag on a body, or a spring-damper or bushing between two bodies.
+    """An applied load: a force, torque, drag or field on a body, or a spring-damper or bushing between two bodies.
 
     vector    components of a force or torque; None for structural zeros. Of drag: density, coefficient and area.
     numbers   spring-damper: stiffness, damping, free length. Bushing: stiffness, damping, rotational stiffness and rotational
@@ -128,6 +129,11 @@ class Load:
     def joins(self) -> bool:
         """Whether the load acts between two bodies."""
         return len(self.bodies) == 2
+
+    @property
+    def acts_as(self) -> str:
+        """The kind of load whose primitives apply the load, once its value is known."""
+        return "force" if self.kind == "field" else self.kind
 
     @property
     def dissipates(self) -> bool:

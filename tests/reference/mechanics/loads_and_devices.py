@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from tests.reference.mechanics.body_properties import GROUND, frame, place
@@ -79,6 +81,13 @@ class Applied:
         self.push(body, p, f)
         self.power["dampers"] += f @ v
 
+    def _field(self, load) -> None:
+        body, local = place(self.state.scene, load.on)
+        p, v = self.state.point(body, self.state.part(body).center if local is None else local)
+        f = np.array([0.0 if x is None else formula_value(x.formula, p) for x in (load.fx, load.fy, load.fz)])
+        self.push(body, p, f)
+        self.power["loads"] += f @ v
+
     def _point_gravity(self, load) -> None:
         attractor, q, _ = self._end(load.towards)
         to = q - self.state.c[load.on]
@@ -140,6 +149,13 @@ class Applied:
             inertia = R @ part.inertia @ R.T
             out += [self.force[body], self.torque[body] - cross(w, inertia @ w)]
         return np.concatenate(out) if out else np.zeros(0)
+
+
+def formula_value(formula: str, at: np.ndarray) -> float:
+    """Value of a formula of a position, read as Python without its units, which are SI."""
+    text = re.sub(r"(?<=\d) ?(N/m\^2|N/m|N|1/m|m|rad/m)(?![\w/])", "", formula).replace("^", "**")
+    known = {n: getattr(np, n) for n in ("sin", "cos", "exp", "tanh", "sqrt", "log")} | {"atan": np.arctan}
+    return float(eval(text, known | dict(zip("xyz", at, strict=True))))
 
 
 def scalar_freedoms(joint) -> int:
