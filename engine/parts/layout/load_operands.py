@@ -29,7 +29,7 @@ def call_joining(s: SceneTables, program: Program, load: Load, what: str, moving
     for law in load.nonlinear:
         if acts(law, what):
             own = operands | {"numbers": law_numbers(s, load, law)}
-            s.call(program, force_laws.between(law.law, what), **outputs, **own)
+            s.call(program, force_laws.between_points(law.law, what), **outputs, **own)
 
 
 def acts(law: LawForce, what: str) -> bool:

@@ -57,10 +57,14 @@ def every() -> Iterator[Recipe]:
 
 
 SMOOTH = {
-    "signal", "limit", "operation", "time", "place", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift",
-    "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
+    "signal", "limit", "operation", "time", "place", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin",
+    "drift", "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
 }  # fmt: skip
 """Functions whose primitives have tangents for all their arguments."""
+
+
+FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "between_points"}
+"""Functions whose primitives have tangents unless they compute powers or depths."""
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
@@ -69,7 +73,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
-    forces = name in ("device", "load", "spring", "bushing", "latch", "along", "between") and which[-1] not in ("power", "depths")
+    forces = name in FORCES and which[-1] not in ("power", "depths")
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
 
 
@@ -93,8 +97,8 @@ def _small() -> Iterator[Recipe]:
     yield "joint_devices", "motor"
     for law in FORCE_LAWS.values():
         extra = "potential" if law.elastic else "power"
-        yield from (("force_laws", "along", law.key, what) for what in ("force", extra))
-        yield from (("force_laws", "between", law.key, what) for what in ("wrench", "force", extra))
+        yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra))
+        yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", extra))
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("loads_and_scalars", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]

@@ -18,7 +18,7 @@ from trunnion.system.structure.bodies_and_joints import LawForce, Load
 
 
 @cache
-def along(law: str, what: str) -> Primitive:
+def along_freedom(law: str, what: str) -> Primitive:
     """Inputs: numbers, coordinate, rate. Adds to the output the ``force`` of a law along a freedom, the ``power`` of a damper, or
     the ``potential`` energy."""
     count = ParameterCounter()
@@ -32,7 +32,7 @@ def along(law: str, what: str) -> Primitive:
 
 
 @cache
-def between(law: str, what: str) -> Primitive:
+def between_points(law: str, what: str) -> Primitive:
     """Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. Adds to the output the ``wrench`` of a law on both
     bodies (6 each), the ``force`` that pulls the points together, the ``power`` of a damper, or the ``potential`` energy."""
     count = ParameterCounter()

@@ -247,7 +247,7 @@ class ColumnOperands:
             self.program.zero(out)
             for law in load.nonlinear:
                 numbers = law_numbers(self.scene, load, law)
-                self.scene.call(self.program, force_laws.between(law.law, "force"), numbers=numbers, out=out, **operands)
+                self.scene.call(self.program, force_laws.between_points(law.law, "force"), numbers=numbers, out=out, **operands)
 
         return self.once(("nonlinear", i), 1, add)
 

@@ -76,7 +76,8 @@ class JointForces(SceneTables):
         """Add the force, power or potential energy of a freedom's springs, dampers, stops and latch."""
         for law in d.nonlinear or ():
             if acts(law, what):
-                self.call(program, force_laws.along(law.law, what), numbers=self.numbers(law.leaves), q=q, rate=rate, out=out)
+                numbers = self.numbers(law.leaves)
+                self.call(program, force_laws.along_freedom(law.law, what), numbers=numbers, q=q, rate=rate, out=out)
         if d.latch is not None:
             operands = self.latch(program, d.latch)
             self.call(program, joint_devices.latch(what), q=q, rate=rate, out=out, **operands)

@@ -135,7 +135,8 @@ class Scene:
 
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "BySpeed", "Constant", "Coordinates", "Cylinder", "DampingCurve",
-    "Direction", "Drag", "Drive", "EndStops", "Field", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input", "InputCurve",
-    "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear", "PlaceFormula", "PointGravity", "Position", "Ramp", "Scene", "Side", "Signal",
-    "Simulation", "Spring", "SpringCurve", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
+    "Direction", "Drag", "Drive", "EndStops", "Field", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground",
+    "Harmonic", "Input", "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Nonlinear",
+    "PlaceFormula", "PointGravity", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring", "SpringCurve",
+    "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

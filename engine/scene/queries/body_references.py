@@ -5,7 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trunnion.scene.data_classes.scene import Bushing, Direction, Drag, Field, Force, Joint, PointGravity, Scene, Side, SpringDamper, Torque
+from trunnion.scene.data_classes.scene import (
+    Bushing,
+    Direction,
+    Drag,
+    Field,
+    Force,
+    Joint,
+    PointGravity,
+    Scene,
+    Side,
+    SpringDamper,
+    Torque,
+)
 from trunnion.scene.findings.findings_and_paths import Path
 
 GROUND = "ground"

@@ -26,7 +26,9 @@ def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
 
 def depends_on_place(node: Node) -> bool:
     """Whether a coordinate occurs in a formula."""
-    return (isinstance(node, Name) and node.name in PLACE) or (isinstance(node, Call) and any(map(depends_on_place, node.arguments)))
+    if isinstance(node, Call):
+        return any(map(depends_on_place, node.arguments))
+    return isinstance(node, Name) and node.name in PLACE
 
 
 def _separate(node: Node, numbers: list[Node]) -> Tree:

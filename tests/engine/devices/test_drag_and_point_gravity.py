@@ -20,6 +20,7 @@ from trunnion.simulation.run import simulate
 
 CLOSE = 1e-9
 G = 9.81
+SUN = np.array([1.0, 2.0, 3.0])
 BODY = sm.Body(mass=2.0, inertia=(0.2, 0.3, 0.4), points={"eye": (0.1, 0.2, -0.1)})
 
 
@@ -106,11 +107,11 @@ def test_a_body_around_a_point_follows_keplers_ellipse(seed: int) -> None:
     v0 = np.cross(r0, rng.normal(size=3))
     v0 *= rng.uniform(0.7, 1.2) * np.sqrt(gm / np.linalg.norm(r0)) / np.linalg.norm(v0)
     sun = sm.PointGravity("point_gravity", "b", "ground.sun", gm)
-    scene = flying(tuple(r0 + [1.0, 2.0, 3.0]), tuple(v0), gravity=(0.0, 0.0, 0.0), forces={"sun": sun},
-                   ground=sm.Ground(points={"sun": (1.0, 2.0, 3.0)}))  # fmt: skip
+    scene = flying(tuple(r0 + SUN), tuple(v0), gravity=(0.0, 0.0, 0.0), forces={"sun": sun},
+                   ground=sm.Ground(points={"sun": tuple(SUN)}))  # fmt: skip
     around = 2 * np.pi * np.sqrt(np.linalg.norm(r0) ** 3 / gm)
     r = simulate(scene, until=around, every=around / 4, rtol=1e-13)
-    expected = np.array([kepler(gm, r0, v0, t) for t in r.time]) + [1.0, 2.0, 3.0]
+    expected = np.array([kepler(gm, r0, v0, t) for t in r.time]) + SUN
     found = np.column_stack([r[f"j.q[{i}]"] for i in (1, 2, 3)])
     assert np.abs(found - expected).max() <= 1e-8 * np.linalg.norm(r0)
     assert r["sun.force"] == pytest.approx(gm * 2.0 / r["sun.length"] ** 2, rel=1e-14)

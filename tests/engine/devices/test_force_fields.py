@@ -48,7 +48,7 @@ def with_fields(make, seed: int) -> Case:
     """A random mechanism in fields, at a point and at a mass centre."""
     case = make(seed, t=TIME, bodies=4) if make is random_tree else make(seed, t=TIME)
     rng, names = np.random.default_rng(seed), list(case.scene.bodies)
-    more = {f"f{i}": replace(flying(random_field(rng)).forces["magnet"], on=on) for i, on in enumerate((f"{names[0]}.s", names[-1]))}
+    more = {on.replace(".", "_"): replace(flying(random_field(rng)).forces["magnet"], on=on) for on in (f"{names[0]}.s", names[-1])}
     return replace(case, scene=replace(case.scene, forces=case.scene.forces | more))
 
 

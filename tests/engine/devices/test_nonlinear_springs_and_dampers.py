@@ -78,8 +78,9 @@ def with_nonlinear(make, seed: int) -> Case:
     for name, j in joints.items():
         kind = JOINTS[j.type]
         if kind.nv and not kind.bodiless:
-            each = (random.group(rng) if kind.coordinate_of(k) >= 0 else sm.Nonlinear(quadratic_damping=0.7) for k in range(kind.nv))
-            joints[name] = replace(j, nonlinear=tuple(each))
+            scalar = [kind.coordinate_of(k) >= 0 for k in range(kind.nv)]
+            each = tuple(random.group(rng) if s else sm.Nonlinear(quadratic_damping=0.7) for s in scalar)
+            joints[name] = replace(j, nonlinear=each)
     names = list(case.scene.bodies)
     line = sm.SpringDamper("spring_damper", (f"{names[0]}.s", "ground"), 50.0, 2.0, 0.2, random.group(rng, low=0.1, high=3.0))
     more = {"x1": line, "x2": replace(line, between=(f"{names[1]}.a", f"{names[-1]}.s"), stiffness=0.0, damping=0.0)}

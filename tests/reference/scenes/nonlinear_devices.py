@@ -28,7 +28,8 @@ def damping_curve(rng: np.random.Generator) -> dict[str, Any]:
     if rng.random() < 0.5:
         return {"speed": (0.0, *speed), "effort": (0.0, *effort)}
     back = rng.uniform(0.2, 3.0)
-    return {"speed": (*(-x for x in reversed(speed)), 0.0, *speed), "effort": (*(-back * x for x in reversed(effort)), 0.0, *effort)}
+    below = {"speed": [-x for x in reversed(speed)], "effort": [-back * x for x in reversed(effort)]}
+    return {"speed": (*below["speed"], 0.0, *speed), "effort": (*below["effort"], 0.0, *effort)}
 
 
 def group(rng: np.random.Generator, damped: bool = True, **span: float) -> sm.Nonlinear:

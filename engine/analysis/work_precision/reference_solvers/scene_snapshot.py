@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TypeGuard, field
 
 import numpy as np
 
@@ -131,7 +132,7 @@ def take_snapshot(ready: BenchmarkModel) -> Snapshot:
     system = model.system
     parts = tuple(_part(scene, at, b.name, b.parent) for b in system.bodies)
     links = tuple(_link(model, parts, j, at) for j in system.joints)
-    springs = tuple(_spring(model, parts, s) for s in scene.forces.values() if isinstance(s, sm.SpringDamper) and s.nonlinear is None)
+    springs = tuple(_spring(model, parts, s) for s in scene.forces.values() if _is_linear(s))
     return Snapshot(parts, links, springs, np.array(scene.gravity, float), tuple(_unsupported_parts(scene)))
 
 
@@ -191,6 +192,11 @@ UNSUPPORTED = ("spring", "damping", "nonlinear", "rotor_inertia", "end_stops", "
 """Parts of joints that a snapshot cannot represent."""
 
 
+def _is_linear(f: sm.Applied) -> TypeGuard[sm.SpringDamper]:
+    """Whether a load is a linear spring-damper."""
+    return isinstance(f, sm.SpringDamper) and f.nonlinear is None
+
+
 def _unsupported_parts(scene: sm.Scene) -> list[str]:
     """Parts of the scene that a snapshot cannot represent, such as "spring of hinge"."""
     out = []
@@ -198,4 +204,4 @@ def _unsupported_parts(scene: sm.Scene) -> list[str]:
         out += [f"{what} of {name}" for what in UNSUPPORTED if getattr(j, what) is not None]
         efforts = j.effort if isinstance(j.effort, tuple) else (j.effort,)
         out += [f"effort of {name}"] if any(e is not None and not isinstance(e, int | float) for e in efforts) else []
-    return out + [f"force {n}" for n, f in scene.forces.items() if not isinstance(f, sm.SpringDamper) or f.nonlinear is not None]
+    return out + [f"force {n}" for n, f in scene.forces.items() if not _is_linear(f)]
