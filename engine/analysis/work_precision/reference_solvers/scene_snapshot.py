@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeGuard, field
+from dataclasses import dataclass, field
+from typing import TypeGuard
 
 import numpy as np
 
