@@ -36,7 +36,8 @@ PAGES = {
         "Spring", "Nonlinear", *(x.__name__ for x in CURVES), "EndStops", "Latch", "Motor", "Mimic", "Profile", "Curve",
     ),
     "scene_keys_loads_signals": (
-        "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drag", "PointGravity", "Field", "PlaceFormula", "Drive", "Signal",
+        "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drag", "PointGravity", "Field",
+        "PlaceFormula", "Drive", "Signal",
         *(kind.data.__name__ for kind in SIGNALS.values()), "Limit", "FromInput", "InputCurve", "BySpeed",
     ),
     "scene_keys_assemblies": ("Scene keys: assemblies", "Assembly", "Part", "Copies", "Mirror", "Rotate", "Line"),

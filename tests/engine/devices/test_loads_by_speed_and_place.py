@@ -88,6 +88,7 @@ def test_four_cases_at_once_in_vector_lanes_have_the_results_of_single_runs() ->
             assert table[f"final:{n}"].to_numpy()[i] == pytest.approx(one[n][-1], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_long_chains_have_them_in_both_kernels() -> None:
     """Bodies of a long tree share code; each has its own numbers."""
     bodies, joints, forces = {}, {}, {}
