@@ -97,7 +97,7 @@ def _small() -> Iterator[Recipe]:
     yield "joint_devices", "motor"
     for law in FORCE_LAWS.values():
         extra = "potential" if law.elastic else "power"
-        yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra))
+        yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra) if law.data)
         yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", extra))
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("loads_and_scalars", name) for name in plain)

@@ -1,4 +1,4 @@
-"""Applied forces, torques, spring-dampers and bushings as leaves of the parameter table."""
+"""Applied forces, torques, drag, fields, spring-dampers, attractions and bushings as leaves of the parameter table."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ def load(points: Points, name: str, f: sm.Applied) -> Load:
         return _bushing(points, name, f)
     if isinstance(f, sm.PointGravity):
         return _attraction(points, name, f)
-    body, at = _place(points, f.on)
     if isinstance(f, sm.Drag):
+        body, at = _place(points, f.on)
         factors = (("density", f.density, "kg/m^3"), ("coefficient", f.coefficient, "1"), ("area", f.area, "m^2"))
         own = tuple(Signal("value", (points.table.own(f"forces.{name}.{key}", x, unit),)) for key, x, unit in factors)
         return Load(name, "drag", (points.index[body],), (at,), vector=own)
     if isinstance(f, sm.Field):
+        body, at = _place(points, f.on)
         given = tuple((key, getattr(f, key)) for key in COMPONENTS)
         fields = tuple(None if x is None else _field(points, f"forces.{name}.{key}", x) for key, x in given)
         return Load(name, "field", (points.index[body],), (at,), vector=fields)
@@ -35,6 +36,7 @@ def load(points: Points, name: str, f: sm.Applied) -> Load:
     values = f.force if isinstance(f, sm.Force) else f.torque
     unit = "N" if isinstance(f, sm.Force) else "N*m"
     vector = tuple(points.devices.component(f"{path}[{k + 1}]", v, unit) for k, v in enumerate(values))
+    body, at = _place(points, f.on)
     return Load(name, f.type, (points.index[body],), (at,), f.frame == "body", vector)
 
 
@@ -74,9 +76,8 @@ def _spring(points: Points, name: str, f: sm.SpringDamper) -> Load:
         s(f"forces.{name}.length", f.length, "m"),
     )
     nonlinear = () if f.nonlinear is None else points.devices.nonlinear(f"forces.{name}.nonlinear", f.nonlinear, "m", "N")
-    return Load(
-        name, "spring_damper", tuple(points.index[b] for b, _ in ends), leaves, numbers=numbers, nonlinear=nonlinear
-    )  # fmt: skip
+    bodies = tuple(points.index[b] for b, _ in ends)
+    return Load(name, "spring_damper", bodies, leaves, numbers=numbers, nonlinear=nonlinear)
 
 
 BUSHING = (("stiffness", "N/m"), ("damping", "N*s/m"), ("turning_stiffness", "N*m/rad"), ("turning_damping", "N*m*s/rad"))

@@ -63,7 +63,7 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
     derivatives_agree(scene)
 
 
-@pytest.mark.parametrize("seed", sampled(range(100), 2))
+@pytest.mark.parametrize("seed", sampled(range(100), 1))
 def test_a_flight_through_a_field_is_what_scipy_integrates_and_its_work_is_accounted(seed: int) -> None:
     field = random_field(np.random.default_rng(seed))
     r = simulate(flying(field), until=2.0, every=0.5, rtol=1e-12)
