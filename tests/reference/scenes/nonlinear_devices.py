@@ -15,10 +15,12 @@ MOST = 12
 
 
 def spring_curve(rng: np.random.Generator, low: float = -1.0, high: float = 1.0) -> dict[str, Any]:
-    """A spring curve with 2 to 12 points: monotone, or with falling parts such as those of a disc spring."""
+    """A spring curve with 2 to 12 points: monotone, or with falling parts such as those of a disc spring. It does not fall at its
+    ends, where a motion could run away."""
     n = int(rng.integers(2, MOST + 1))
     at = low + (high - low) * (np.sort(rng.uniform(0.0, 1.0, n)) + 0.05 * np.arange(n)) / (1.0 + 0.05 * n)
     effort = np.cumsum(rng.uniform(0.0, 1.0, n) ** 3) * 100.0 - 100.0 if rng.random() < 0.5 else rng.uniform(-100.0, 100.0, n)
+    effort[0], effort[-1] = effort.min(), effort.max()
     return {"at": tuple(at.tolist()), "effort": tuple(effort.tolist())}
 
 
