@@ -31,6 +31,27 @@ def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) ->
     return out
 
 
+def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, SX]:
+    """A curve as in ``monotone`` that continues straight beyond its ends, with the slopes of its first and last chord; and its
+    integral from the first point to x. At a point, the derivatives are those of the piece above."""
+    n = len(at)
+    h = [at[i + 1] - at[i] for i in range(n - 1)]
+    safe = [ca.if_else(x > 0, x, 1) for x in h]
+    rise = [(value[i + 1] - value[i]) / s for i, s in enumerate(safe)]
+    for i in range(1, n - 1):  # a repeated last point has the slope of the last chord
+        rise[i] = ca.if_else(h[i] > 0, rise[i], rise[i - 1])
+    slope = [rise[0], *[_slope(safe[i - 1 : i + 1], rise[i - 1 : i + 1]) for i in range(1, n - 1)], rise[-1]]
+    below, above = ca.if_else(x < at[0], x - at[0], 0), ca.if_else(x >= at[-1], x - at[-1], 0)
+    out = value[0] + slope[0] * below + slope[-1] * above
+    area = (value[0] + 0.5 * slope[0] * below) * below + (value[-1] + 0.5 * slope[-1] * above) * above
+    for i in range(n - 1):
+        u = ca.if_else(x >= at[i + 1], 1, ca.if_else(x >= at[i], (x - at[i]) / safe[i], 0))
+        a, b, c = slope[i], 3 * rise[i] - 2 * slope[i] - slope[i + 1], slope[i] + slope[i + 1] - 2 * rise[i]
+        out += h[i] * u * (a + u * (b + u * c))
+        area += h[i] * u * (value[i] + h[i] * u * (a / 2 + u * (b / 3 + u * c / 4)))
+    return out, area
+
+
 def _slope(h: Sequence[SX], rise: Sequence[SX]) -> SX:
     """Slope at the point between two pieces: 0 at a local extremum, else a weighted harmonic mean of both chords' slopes."""
     one, two, product = 2 * h[1] + h[0], h[1] + 2 * h[0], rise[0] * rise[1]

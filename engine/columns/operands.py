@@ -102,6 +102,8 @@ LOAD_ENDS = Operand("load_ends", 36, 1)
 """The ``Motion`` of each of the two bodies that a load joins."""
 SPRING_NUMBERS = Operand("load_numbers", 9, 1)
 """Parameters of a spring-damper: stiffness, damping, free length, then the points on the first and second body (3 each)."""
+NONLINEAR_FORCE = Operand("nonlinear_force", 1, 1)
+"""Force of the nonlinear springs and dampers of a spring-damper, N; positive if it pulls the ends together."""
 BUSHING_NUMBERS = Operand("load_numbers", 36, 1)
 """Parameters of a bushing: stiffness and damping (12), then points (3 each) and frames (9 each) on the first and second body."""
 

@@ -13,7 +13,10 @@ from trunnion.system.structure.bodies_and_joints import Body, Joint, Load, Syste
 
 UNITS = {"angle": "rad", "length": "m", "quaternion": "1"}
 """Unit of each kind of coordinate."""
-DEVICES = {"spring": "spring", "damping": "damper", "stop": "end_stop", "effort": "effort", "motor": "motor", "latch": "latch"}
+DEVICES = {
+    "spring": "spring", "damping": "damper", "nonlinear": "nonlinear", "stop": "end_stop", "effort": "effort", "motor": "motor",
+    "latch": "latch",
+}  # fmt: skip
 """For each device of a freedom: the field of the device, and the word in column names."""
 
 

@@ -14,7 +14,9 @@ from trunnion.recursion.body_kinematics import Motion, Step, motions_of, point_m
 from trunnion.recursion.bushing_forces import bushing, wrenches_of
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, rotate_inertia, skew, vector, zeros
-from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, Load, Motor
+from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
+from trunnion.scene.signals.time_formulas import computed, operate
+from trunnion.system.structure.bodies_and_joints import GROUND, Body, Device, Joint, LawForce, Load, Motor, Signal
 
 TINY = 1e-300
 Motions = Sequence[Motion] | Mapping[int, Motion]
@@ -69,13 +71,29 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     if load.kind == "bushing":
         return wrenches_of(bushing(sym, motions, load), load)
     body = load.bodies[0]
-    value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
+    if load.kind == "field":
+        at = point_motion(motions[body], motions[body].R @ sym.leaves(load.points[0]))[0]
+        value = vector([SX(0) if s is None else at_place(sym, s, at) for s in load.vector])
+    else:
+        value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
     if load.body_frame:
         value = motions[body].R @ value
     if load.kind == "torque":
         return [(body, ca.sparsify(ca.vertcat(zeros(3), value)))]
     lever = motions[body].R @ sym.leaves(load.points[0])
+    if load.kind == "drag":
+        value = drag(value, point_motion(motions[body], lever)[1])
     return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
+
+
+def at_place(sym: Symbols, s: Signal, at: SX) -> SX:
+    """Value of a function of the position ``at`` (3), m."""
+    return computed(s.formula, lambda i: [sym.leaf(s.leaves[i])], lambda k: [at[k]], operate)[0]
+
+
+def drag(numbers: SX, v: SX) -> SX:
+    """Drag −½ ρ c A |v| v. numbers: density ρ, coefficient c, area A."""
+    return -0.5 * numbers[0] * numbers[1] * numbers[2] * ca.sqrt(ca.dot(v, v) + TINY) * v
 
 
 @dataclass
@@ -108,16 +126,32 @@ def line_of(sym: Symbols, motions: Motions, load: Load) -> SpringLine:
 
 
 def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇). The force on the first body
-    is opposite."""
+    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇ + nonlinear forces). The
+    force on the first body is opposite."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     line = line_of(sym, motions, load)
-    force = line.unit * (k * (line.length - free) + c * line.rate)
+    force = line.unit * (k * (line.length - free) + c * line.rate + nonlinear_force(sym, load.nonlinear, line.length, line.rate))
     return [
         (body, ca.sparsify(ca.vertcat(sign * force, sign * cross(lever, force))))
         for body, lever, sign in zip(load.bodies, line.levers, (1, -1), strict=True)
         if body != GROUND
     ]
+
+
+def nonlinear_force(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> SX:
+    """Force of nonlinear springs and dampers, positive against the coordinate x (``scene.force_laws``)."""
+    return sum((FORCE_LAWS[n.law].force([sym.leaf(leaf) for leaf in n.leaves], x, rate) for n in laws), SX(0))
+
+
+def nonlinear_energy(sym: Symbols, laws: Sequence[LawForce], x: SX) -> SX:
+    """Energy that nonlinear springs store."""
+    elastic = [n for n in laws if FORCE_LAWS[n.law].elastic]
+    return sum((FORCE_LAWS[n.law].stored([sym.leaf(leaf) for leaf in n.leaves], x) for n in elastic), SX(0))
+
+
+def nonlinear_power(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> SX:
+    """Power of nonlinear dampers, W (≤ 0)."""
+    return -nonlinear_force(sym, [n for n in laws if not FORCE_LAWS[n.law].elastic], x, rate) * rate
 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
@@ -128,6 +162,8 @@ def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
     if d.damping is not None:
         out = out - sym.leaf(d.damping) * rate
+    if d.nonlinear is not None:
+        out = out - nonlinear_force(sym, d.nonlinear, SX(0) if q is None else q, rate)
     if d.effort is not None:
         out = out + sym.load(d.effort)
     if d.motor is not None:

@@ -29,7 +29,9 @@ GROUPS = {
         *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "models" / "designer").glob("*/README.md")),
         *LAST,
     ],
-    "guide, plain": [f"engine/docs/guide/{page}.md" for page in ("installation", "first_run", "scene", "friction", "pictures")],
+    "guide, plain": [
+        f"engine/docs/guide/{page}.md" for page in ("installation", "first_run", "scene", "loads", "friction", "pictures")
+    ],
     "tables": [f"engine/docs/guide/{page}.md" for page in ("accuracy", "batches")],
     "analysis": ["engine/docs/guide/rest_and_wear.md"],
     "pandas": ["models/cookbook/data.md"],

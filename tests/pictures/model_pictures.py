@@ -121,6 +121,15 @@ CHOICES: dict[str, Choice] = {
         around=(1.1, 1.12),
         aside=(12.0, 12.0),
     ),
+    "hatch": Choice(
+        0.5,
+        "The gas spring lifts the hatch, its damper slows it, and the stop in the strut catches it",
+        (
+            Plot("Angle of the hatch", "angle", ("hinge.q[1]",), True),
+            Plot("Force with which the strut pulls", "force", ("strut.force",)),
+        ),
+        aside=(20.0, 14.0),
+    ),
     "n_four_bar": Choice(
         4.7,
         "Five turns in 10 s, ten times through the singular horizontal, and the cranks stay parallel",

@@ -118,7 +118,7 @@ def _force(
     name: str, f: sm.Applied, known: dict[str, float], uses: dict[str, list[tuple[str, float]]]
 ) -> tuple[sm.Applied, list[Load]]:  # fmt: skip
     """(the force with constant components, list with a load for its amount along its direction at the start)."""
-    if isinstance(f, sm.SpringDamper | sm.Bushing):
+    if not isinstance(f, sm.Force | sm.Torque):
         return f, []
     given, field = (f.force, "force") if isinstance(f, sm.Force) else (f.torque, "torque")
     now = [known[f"forces.{name}.{k}"] for k in range(3)]
@@ -139,7 +139,8 @@ def _start_amounts(built: Built) -> dict[str, float]:
     signals = {f"{j.name}.{k}": d.effort for j in built.system.joints for k, d in enumerate(j.devices) if d.effort is not None}
     signals |= {f"{j.name}.motor.{k}": d.motor.signal for j in built.system.joints for k, d in enumerate(j.devices) if d.motor}
     signals |= {f"{j.name}.latch.{k}": d.latch.release for j in built.system.joints for k, d in enumerate(j.devices) if d.latch}
-    loads = {f"forces.{load.name}.{k}": s for load in built.system.loads for k, s in enumerate(load.vector)}
+    loads = {f"forces.{load.name}.{k}": s for load in built.system.loads if load.kind in ("force", "torque")
+             for k, s in enumerate(load.vector)}  # fmt: skip
     p, x = np.array(built.parameters.values, float), external(built, 0.0)
     rubs: dict[str, Follows | None] = {
         f"{j.name}.friction.{n}": s for j in built.system.frictional if j.friction for n, s in j.friction.numbers

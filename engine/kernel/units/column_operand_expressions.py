@@ -23,7 +23,7 @@ from trunnion.recursion.complement_equation_terms import (
 )
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.joint_reactions import on_outboard, pose_of
-from trunnion.recursion.masses_and_forces import device_force
+from trunnion.recursion.masses_and_forces import device_force, line_of, nonlinear_force
 from trunnion.recursion.outward_accelerations import Accelerations, balance
 from trunnion.recursion.vector_algebra import SX, zeros
 from trunnion.runtime.abi.run_records import EXTRA
@@ -153,6 +153,11 @@ class ColumnOperands:
 
     def load_numbers(self, i: int) -> SX:
         return self.sym.leaves(self.system.loads[i].leaves)
+
+    def nonlinear_force(self, i: int) -> SX:
+        load = self.system.loads[i]
+        line = line_of(self.sym, self.m.motions, load)
+        return nonlinear_force(self.sym, load.nonlinear, line.length, line.rate)
 
     def energies(self) -> SX:
         return ca.vertcat(self.m.once(kinetic), self.m.once(potential))

@@ -8,7 +8,7 @@ from trunnion.kernel.units.power_expressions import coordinates_of
 from trunnion.recursion import latch_forces
 from trunnion.recursion.bushing_forces import bushing
 from trunnion.recursion.inward_reduction import Model
-from trunnion.recursion.masses_and_forces import line_of
+from trunnion.recursion.masses_and_forces import line_of, nonlinear_energy
 from trunnion.recursion.vector_algebra import SX
 
 
@@ -38,6 +38,8 @@ def potential(m: Model) -> SX:
             i = j.kind.coordinate_of(k)
             if d.spring is not None and i >= 0:
                 total += 0.5 * sym.leaf(d.spring[0]) * (q[i] - sym.leaf(d.spring[1])) ** 2
+            if d.nonlinear is not None and i >= 0:
+                total += nonlinear_energy(sym, d.nonlinear, q[i])
             if d.latch is not None and i >= 0:
                 total += latch_forces.potential(sym, d.latch, sym.latch_flags(d.latch), q[i])
             if d.stop is not None and i >= 0:
@@ -48,6 +50,7 @@ def potential(m: Model) -> SX:
         if load.kind == "spring_damper":
             length = line_of(sym, m.motions, load).length
             total += 0.5 * sym.leaf(load.numbers[0]) * (length - sym.leaf(load.numbers[2])) ** 2
+            total += nonlinear_energy(sym, load.nonlinear, length)
         if load.kind == "bushing":
             total += bushing(sym, m.motions, load).potential
     return total

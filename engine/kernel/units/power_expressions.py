@@ -12,10 +12,10 @@ from trunnion.recursion.bushing_forces import bushing
 from trunnion.recursion.complement_equation_terms import joint_rates
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.joint_reactions import on_outboard
-from trunnion.recursion.masses_and_forces import device_force, line_of, motor_force, stop_force, wrenches
+from trunnion.recursion.masses_and_forces import device_force, line_of, motor_force, nonlinear_power, stop_force, wrenches
 from trunnion.recursion.outward_accelerations import Accelerations
 from trunnion.recursion.vector_algebra import SX
-from trunnion.system.structure.bodies_and_joints import Device, Joint
+from trunnion.system.structure.bodies_and_joints import Device, Joint, Load
 
 
 def powers(m: Model, acc: Accelerations, pick: SX) -> list[tuple[str, SX]]:
@@ -41,7 +41,7 @@ def coordinates_of(m: Model, j: Joint) -> list[SX]:
 
 
 def _damping(m: Model) -> SX:
-    """Power of joint dampers, dampers between points, bushings, and the damping part of stops and latches, W (≤ 0)."""
+    """Power of joint dampers, dampers between points, drag, bushings, and the damping part of stops and latches, W (≤ 0)."""
     total = SX(0)
     for j in m.sym.system.joints:
         if not j.kind.nv:
@@ -51,6 +51,8 @@ def _damping(m: Model) -> SX:
             if d.damping is not None:
                 total -= m.sym.leaf(d.damping) * rates[k] ** 2
             i = j.kind.coordinate_of(k)
+            if d.nonlinear is not None:
+                total += nonlinear_power(m.sym, d.nonlinear, q[i] if i >= 0 else SX(0), rates[k])
             if d.stop is not None and i >= 0:
                 total += _stop_damping(m, d, q[i], rates[k])
             if d.latch is not None and i >= 0:
@@ -61,10 +63,20 @@ def _damping(m: Model) -> SX:
                 total += pressed * rates[k]
     for load in m.sym.system.loads:
         if load.kind == "spring_damper":
-            total -= m.sym.leaf(load.numbers[1]) * line_of(m.sym, m.motions, load).rate ** 2
+            line = line_of(m.sym, m.motions, load)
+            total -= m.sym.leaf(load.numbers[1]) * line.rate**2
+            total += nonlinear_power(m.sym, load.nonlinear, line.length, line.rate)
         if load.kind == "bushing":
             total += bushing(m.sym, m.motions, load).taken
+        if load.dissipates:
+            total += load_power(m, load)
     return total
+
+
+def load_power(m: Model, load: Load) -> SX:
+    """Power of a load on a body, W."""
+    each = ((m.motions[body], w) for body, w in wrenches(m.sym, m.motions, load))
+    return sum((ca.dot(w[:3], motion.rdot) + ca.dot(w[3:], motion.omega) for motion, w in each), SX(0))
 
 
 def _stop_damping(m: Model, d: Device, q: SX, rate: SX) -> SX:
@@ -115,11 +127,8 @@ def _loads(m: Model) -> SX:
     """Power of applied forces and torques, of joint efforts and of motors, W."""
     total = SX(0)
     for load in m.sym.system.loads:
-        if load.joins:
-            continue
-        for body, w in wrenches(m.sym, m.motions, load):
-            motion = m.motions[body]
-            total += ca.dot(w[:3], motion.rdot) + ca.dot(w[3:], motion.omega)
+        if not load.joins and not load.dissipates:
+            total += load_power(m, load)
     for j in m.sym.system.joints:
         for k, d in enumerate(j.devices):
             if d.effort is not None:

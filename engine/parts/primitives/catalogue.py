@@ -27,6 +27,7 @@ from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
 from trunnion.elements.joints.cam_and_curve_followers import MIMIC
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
+from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as KINDS
 from trunnion.scene.signals.time_formulas import OPERATIONS
 from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint, Slider
@@ -58,10 +59,14 @@ def every() -> Iterator[Recipe]:
 
 
 SMOOTH = {
-    "signal", "limit", "operation", "time", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin", "drift",
-    "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
+    "signal", "limit", "operation", "time", "place", "at_least", "motor", "quaternion", "outboard", "weighed", "sprung", "pin",
+    "drift", "residual", "pressed", "outward", "moved", "turned", "weigh", "carry", "energies", "along", "over", "span",
 }  # fmt: skip
 """Functions whose primitives have tangents for all their arguments."""
+
+
+FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "between_points"}
+"""Functions whose primitives have tangents unless they compute powers or depths."""
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
@@ -70,7 +75,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
-    forces = name in ("device", "load", "spring", "bushing", "latch") and which[-1] not in ("power", "depths")
+    forces = name in FORCES and which[-1] not in ("power", "depths")
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
 
 
@@ -84,13 +89,18 @@ def _follows(which: FrictionKey) -> bool:
 def _small() -> Iterator[Recipe]:
     yield from (("loads_and_scalars", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
     yield from (("loads_and_scalars", "operation", *each) for each in product(OPERATIONS, (1, 3)))
-    yield from (("loads_and_scalars", name) for name in ("limit", "time"))
+    yield from (("loads_and_scalars", name) for name in ("limit", "time", "place"))
     yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
     yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
     yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
+    yield from (("loads_and_scalars", "load", "drag", False, what) for what in ("wrench", "power"))
     yield from (("joint_devices", end, upper) for end in ("depth", "push") for upper in SIDES)
     yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "joint_devices", "motor"
+    for law in FORCE_LAWS.values():
+        extra = "potential" if law.elastic else "power"
+        yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra) if law.data)
+        yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", extra))
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("loads_and_scalars", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]

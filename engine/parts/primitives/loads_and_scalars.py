@@ -99,6 +99,14 @@ def load(kind: str, body_frame: bool, what: str) -> Primitive:
 
 
 @cache
+def place() -> Primitive:
+    """Inputs: point (3), motion of its body. Output: position of the point."""
+    sym, motion = PrimitiveSymbols(3), SX.sym("motion", MOTION)
+    m = unpack_motion(ca.vertsplit(motion))
+    return expression_primitive("l_place", {"numbers": sym.p, "motion": motion}, {"out": m.r + m.R @ sym.p})
+
+
+@cache
 def spring(what: str) -> Primitive:
     """Spring-damper. Inputs: numbers (3, points 3 + 3), motions of two bodies. Adds to the output the ``wrench`` on both bodies (6
     each), the ``power`` of the damper, or the ``potential`` energy."""

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from trunnion.parts.primitives import (
         body_step,
         column_primitives,
+        force_laws,
         friction,
         inverse_dynamics,
         joint_devices,
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
 else:
     inverse_dynamics, body_step, column_primitives = map(_LazyModule, ("inverse_dynamics", "body_step", "column_primitives"))
     friction, joint_devices, loads_and_scalars = map(_LazyModule, ("friction", "joint_devices", "loads_and_scalars"))
-    loop_joint, tangents = map(_LazyModule, ("loop_joint", "tangents"))
+    force_laws, loop_joint, tangents = map(_LazyModule, ("force_laws", "loop_joint", "tangents"))
 
 
 def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.parts.bytecode.body_and_joint_slots import ALONG, Allocate, BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.layout.load_operands import ends, joining
+from trunnion.parts.layout.load_operands import call_joining
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
 from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE
 from trunnion.parts.programs.couplings import foot, light, piece, tied
@@ -144,12 +144,12 @@ class ScenePasses(JointForces):
         if load.joins:
             sink = program.scratch_slot(6)
             forces = [moving[b].force if b != GROUND else sink for b in load.bodies]
-            self.call(program, joining(load, "wrench"), on_a=forces[0], on_b=forces[1], **ends(self, load, moving))
+            call_joining(self, program, load, "wrench", moving, on_a=forces[0], on_b=forces[1])
             return
         m = moving[load.bodies[0]]
         self.call(
             program,
-            loads_and_scalars.load(load.kind, load.body_frame, "wrench"),
+            loads_and_scalars.load(load.acts_as, load.body_frame, "wrench"),
             out=m.force,
             **self.applied(program, load, m, allocate),
         )
@@ -224,7 +224,7 @@ class ScenePasses(JointForces):
                 self.device(program, d, "potential", own, rate, potential)
         for load in self.system.loads:
             if load.joins:
-                self.call(program, joining(load, "potential"), out=potential, **ends(self, load, moving))
+                call_joining(self, program, load, "potential", moving, out=potential)
 
     def _spun(self, program: Program, j: Joint, m: BodySlots, kinetic: Slot) -> None:
         """Add the kinetic energy of a joint's rotors."""
@@ -238,9 +238,12 @@ class ScenePasses(JointForces):
             program.call(Builtin.ADD_DOT, [half, momentum, kinetic], [1, 1])
 
     def applied(self, program: Program, load: Load, m: BodySlots, allocate: Allocate) -> dict[str, Slot]:
-        """Operands for the primitives of a force or torque."""
-        value = allocate(3)
+        """Operands for the primitives of a load on a body."""
+        numbers, value, at = self.numbers(load.points[0] if load.points else (0.0, 0.0, 0.0)), allocate(3), None
+        if load.kind == "field":
+            at = program.scratch_slot(3)
+            self.call(program, loads_and_scalars.place(), numbers=numbers, motion=m.motion, out=at)
         for k, s in enumerate(load.vector):
-            program.copy(self.value(program, s, allocate), value.slice(k, 1))
-        point = load.points[0] if load.points else (0.0, 0.0, 0.0)
-        return {"numbers": self.numbers(point), "motion": m.motion, "value": value}
+            found = self.value(program, s, allocate) if at is None or s is None else self.formula(program, s, allocate, at=at)
+            program.copy(found, value.slice(k, 1))
+        return {"numbers": numbers, "motion": m.motion, "value": value}

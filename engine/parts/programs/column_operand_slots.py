@@ -11,6 +11,8 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.kernel.interface.runtime_tables import GIVING, names_of_powers
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
+from trunnion.parts.layout.load_operands import law_numbers
+from trunnion.parts.primitives.primitive_cache import force_laws
 from trunnion.parts.primitives.primitive_keys import PIN_IN, PIN_OUT
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.operands import element_operands, write_pin, write_span
@@ -234,6 +236,20 @@ class ColumnOperands:
 
     def load_numbers(self, i: int) -> Slot:
         return self.numbers(("load", i), self.system.loads[i].leaves)
+
+    def nonlinear_force(self, i: int) -> Slot:
+        load = self.system.loads[i]
+        if not load.nonlinear:
+            return self.scene.zeros.slice(0, 1)
+        operands = self.load_ends(i).slots
+
+        def add(out: Slot) -> None:
+            self.program.zero(out)
+            for law in load.nonlinear:
+                numbers = law_numbers(self.scene, load, law)
+                self.scene.call(self.program, force_laws.between_points(law.law, "force"), numbers=numbers, out=out, **operands)
+
+        return self.once(("nonlinear", i), 1, add)
 
     def energies(self) -> Slot:
         moving = self.moving()

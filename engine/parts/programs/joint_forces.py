@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate
 from trunnion.parts.bytecode.program import Program, Slot, Space
+from trunnion.parts.layout.load_operands import acts
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import joint_devices, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import force_laws, joint_devices, loads_and_scalars
 from trunnion.parts.primitives.primitive_keys import Primitive
 from trunnion.scene.signals.time_formulas import computed
 from trunnion.system.structure.bodies_and_joints import Device, Joint, Latch, Signal
@@ -26,7 +27,7 @@ class JointForces(SceneTables):
         if s.kind == "value" and not moves:
             return self.numbers(s.leaves)
         if s.kind == "expression":
-            return self._formula(program, s, allocate, 3 if moves else 1)
+            return self.formula(program, s, allocate, 3 if moves else 1)
         out = allocate(3 if moves else 1)
         if s.of is not None:
             u = self._signal(program, s.of, program.scratch_slot, False)
@@ -43,8 +44,8 @@ class JointForces(SceneTables):
         )
         return out
 
-    def _formula(self, program: Program, s: Signal, allocate: Allocate, order: int) -> Slot:
-        """Value of a formula of time; with order 3, also its first two derivatives by time."""
+    def formula(self, program: Program, s: Signal, allocate: Allocate, order: int = 1, at: Slot | None = None) -> Slot:
+        """Value of a formula of time, or of the position ``at`` (3); with order 3, also its first two derivatives by time."""
 
         def call(primitive: Primitive, **operands: Slot) -> Slot:
             out = program.scratch_slot(order)
@@ -54,14 +55,16 @@ class JointForces(SceneTables):
         def number(i: int) -> Slot:
             return self.numbers([s.leaves[i], 0.0, 0.0][:order])
 
-        def time() -> Slot:
+        def variable(*which: int) -> Slot:
+            if at is not None:
+                return at.slice(which[0], 1)
             x = Slot(Space.X, 0, 2)
             return x.slice(0, 1) if order == 1 else call(loads_and_scalars.time(), x=x)
 
         def operation(what: str, *given: Slot) -> Slot:
             return call(loads_and_scalars.operation(what, order), **dict(zip("ab", given, strict=False)))
 
-        found, out = computed(s.formula, number, time, operation), allocate(order)
+        found, out = computed(s.formula, number, variable, operation), allocate(order)
         program.copy(found, out)
         return out
 
@@ -70,7 +73,11 @@ class JointForces(SceneTables):
         return self.zeros.slice(0, 1) if s is None else self._signal(program, s, allocate, False).slice(0, 1)
 
     def device(self, program: Program, d: Device, what: str, q: Slot, rate: Slot, out: Slot) -> None:
-        """Add the force, power or potential energy of a freedom's spring, damper, stops and latch."""
+        """Add the force, power or potential energy of a freedom's springs, dampers, stops and latch."""
+        for law in d.nonlinear or ():
+            if acts(law, what):
+                numbers = self.numbers(law.leaves)
+                self.call(program, force_laws.along_freedom(law.law, what), numbers=numbers, q=q, rate=rate, out=out)
         if d.latch is not None:
             operands = self.latch(program, d.latch)
             self.call(program, joint_devices.latch(what), q=q, rate=rate, out=out, **operands)
@@ -112,4 +119,4 @@ class JointForces(SceneTables):
     @staticmethod
     def acts(j: Joint) -> bool:
         """Whether devices act along a joint's freedoms, apart from drives and friction."""
-        return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor or d.latch for d in j.devices)
+        return any(d.spring or d.damping is not None or d.stop or d.effort or d.motor or d.latch or d.nonlinear for d in j.devices)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from trunnion.kernel.interface.runtime_tables import GIVING
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.layout.load_operands import ends, joining
+from trunnion.parts.layout.load_operands import call_joining
 from trunnion.parts.primitives.primitive_cache import loads_and_scalars
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import Joint
@@ -43,7 +43,8 @@ def write_powers(
                 program.call(Builtin.ADD_DOT, [effort, rate, drive], [1, 1])
     for load in system.loads:
         if load.joins:
-            s.call(program, joining(load, "power"), out=damping, **ends(s, load, moving))
+            call_joining(s, program, load, "power", moving, out=damping)
         else:
             operands = s.applied(program, load, moving[load.bodies[0]], program.scratch_slot)
-            s.call(program, loads_and_scalars.load(load.kind, load.body_frame, "power"), out=loads, **operands)
+            out = damping if load.dissipates else loads
+            s.call(program, loads_and_scalars.load(load.acts_as, load.body_frame, "power"), out=out, **operands)

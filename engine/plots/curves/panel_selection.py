@@ -81,7 +81,8 @@ def _listed(names: Sequence[str]) -> str:
 def _devices(result: Result) -> Iterator[Panel]:
     """Efforts of devices along freedoms; axial forces of rods; forces and lengths of springs; forces, torques and offsets of
     bushings."""
-    words = ("drive.effort", "effort", "motor.effort", "spring.effort", "damper.effort", "end_stop.effort", "latch.effort")
+    devices = ("drive", "motor", "spring", "damper", "nonlinear", "end_stop", "latch")
+    words = ("effort", *(f"{d}.effort" for d in devices))
     efforts = [n for w in words for j in result.scene.joints for n in result.matching(f"{j}.{w}[*]")]
     springs = [n for n, f in result.scene.forces.items() if f"{n}.length" in result]
     held = [n for n, f in result.scene.forces.items() if f.type == "bushing"]

@@ -9,6 +9,7 @@ from trunnion.scene.checks import (
     bodiless_joints,
     body_placement,
     cam_profiles,
+    force_fields,
     gearboxes,
     input_and_speed_curves,
     joint_devices,
@@ -17,6 +18,7 @@ from trunnion.scene.checks import (
     joint_mimics,
     loads,
     names,
+    nonlinear_forces,
     number_bounds,
     output_patterns,
     point_curves,
@@ -32,7 +34,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, error_of
 TOPICS = (
     names, bodies, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods, joint_mimics,
     gearboxes, bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, time_formulas, loads,
-    number_bounds, output_patterns,
+    nonlinear_forces, force_fields, number_bounds, output_patterns,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 

@@ -12,7 +12,7 @@ from trunnion.scene.signals import limit
 from trunnion.scene.signals.registry import DRIVES, LOADS
 from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 
-FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
+FIELDS = ("spring", "damping", "nonlinear", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")
 NEED_COORDINATE = {"spring": "a spring", "end_stops": "an end stop", "drive": "a drive", "latch": "a latch"}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from trunnion.scene.data_classes.scene import Bushing, Scene, SpringDamper
+from trunnion.scene.data_classes.scene import Bushing, PointGravity, Scene, SpringDamper
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import shown
 from trunnion.scene.queries.body_references import split
@@ -15,6 +15,13 @@ def check(scene: Scene) -> Iterator[Finding]:
     for name, f in scene.forces.items():
         if isinstance(f, SpringDamper | Bushing):
             yield from _between(("forces", name), f)
+
+
+        if isinstance(f, PointGravity) and split(f.on)[0] == split(f.towards)[0]:
+            what = f"{shown(split(f.on)[0])} attracts itself"
+            yield Finding(("forces", name, "towards"), what, "give a point of another body or of the ground")
+        if isinstance(f, PointGravity) and split(f.on)[1]:
+            yield Finding(("forces", name, "on"), "the attraction acts at the mass centre", f"write {split(f.on)[0]}")
 
 
 def _between(path: Path, f: SpringDamper | Bushing) -> Iterator[Finding]:

@@ -31,8 +31,8 @@ class Usual:
 
 
 USUAL = (
-    Usual(("joints.*.start.q*", "joints.*.end_stops*", "joints.*.spring*.rest", "joints.*.latch*.at", "joints.*.latch*.pitch",
-           "joints.*.drive*.start", "joints.*.drive*.origin",
+    Usual(("joints.*.start.q*", "joints.*.end_stops*", "joints.*.spring*.rest", "joints.*.nonlinear*.at*",
+           "joints.*.latch*.at", "joints.*.latch*.pitch", "joints.*.drive*.start", "joints.*.drive*.origin",
            "joints.*.drive*.phase", "joints.*.drive*.amplitude"), "rad", 0.0, 2 * math.pi,
           "an angle of more than one turn", "deg"),
     Usual(("bodies.*.box*", "bodies.*.cylinder.*", "bodies.*.sphere", "bodies.*.points*", "bodies.*.center*"), "m", 1e-6, 100.0,

@@ -241,7 +241,8 @@ def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note
         j["pitch"] = times(-1.0, j["pitch"])
         return -1.0
     if len(set(turns)) > 1:
-        said = [k for k in ("start", "spring", "end_stops", "drive", "effort", "motor", "latch") if j.get(k) is not None]
+        devices = ("spring", "nonlinear", "end_stops", "drive", "effort", "motor", "latch")
+        said = [k for k in ("start", *devices) if j.get(k) is not None]
         for k in said:
             what = f"{k} of a {kind.name} joint has no mirror image: mirrored, travels keep their sign but angles change it"
             notes.append((("joints", name, k), what, "write the joint for each side"))

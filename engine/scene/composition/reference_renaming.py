@@ -8,7 +8,7 @@ from typing import Any
 
 from trunnion.scene.expressions.formula_evaluation import value
 from trunnion.scene.expressions.formula_parser import parse_formula, rename_names
-from trunnion.scene.expressions.parameter_evaluation import expression_text, is_expression
+from trunnion.scene.expressions.parameter_evaluation import FORMULAS, expression_text, is_expression
 from trunnion.scene.findings.findings_and_paths import Path
 from trunnion.scene.units.unit_parser import UnitError
 
@@ -33,8 +33,9 @@ def rename_references(section: str, name: str, part: Any, by: Renamer) -> Any:
     if section == "joints":
         return {k: _rename_side(v, (*path, k), by) if k in ("inboard", "outboard", "at") else v for k, v in part.items()}
     out = dict(part)
-    if isinstance(part.get("on"), str):
-        out["on"] = by(part["on"], (*path, "on"))
+    for key in ("on", "towards"):
+        if isinstance(part.get(key), str):
+            out[key] = by(part[key], (*path, key))
     if isinstance(part.get("between"), list):
         ends = enumerate(part["between"])
         out["between"] = [by(e, (*path, "between", i)) if isinstance(e, str) else e for i, e in ends]
@@ -80,8 +81,8 @@ def rename_parameters(node: Any, names: dict[str, str]) -> Any:
 
 
 def _rename_in_formula(key: str, given: Any, names: dict[str, str]) -> str:
-    """The text of a formula of time without braces, with other names of parameters; "" for any other value."""
-    timed = key in ("expression", "formula") and isinstance(given, str) and not is_expression(given)
+    """The text of a formula of time or place without braces, with other names of parameters; "" for any other value."""
+    timed = key in (*FORMULAS, "formula") and isinstance(given, str) and not is_expression(given)
     return rename_names(given, names) if timed else ""
 
 

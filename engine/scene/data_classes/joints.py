@@ -15,6 +15,7 @@ from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT,
 from trunnion.scene.data_classes.friction_keys import LawName, Wear, of_joints, of_scene
 from trunnion.scene.data_classes.joint_couplings import Curve, Mimic, Profile
 from trunnion.scene.data_classes.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
+from trunnion.scene.force_laws.registry import REGISTRY as LAWS
 from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 
 
@@ -99,6 +100,16 @@ class Start:
 
 
 @dataclass(frozen=True, config=STRICT)
+@with_fields([(law.key, law.data | None, None, law.text) for law in LAWS.values() if law.data])
+class Nonlinear:
+    """Nonlinear springs and dampers along a freedom, or along the line between two points; their forces add up."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, **given: Any) -> None: ...
+
+
+@dataclass(frozen=True, config=STRICT)
 class Spring:
     """A torque or force of -stiffness (q - rest) along one freedom of a joint."""
 
@@ -167,8 +178,8 @@ class Joint:
 
     ``axis`` and ``reference`` apply to both sides, except to a side with its own values. Travels and angles describe the motion of
     the outboard part relative to the inboard part; at q = 0 the frames of both sides coincide. ``spring``, ``damping``,
-    ``rotor_inertia``, ``end_stops``, ``drive``, ``effort`` and ``motor`` are lists with one entry per freedom; a joint with one
-    freedom may give the entry without a list.
+    ``nonlinear``, ``rotor_inertia``, ``end_stops``, ``drive``, ``effort`` and ``motor`` are lists with one entry per freedom; a
+    joint with one freedom may give the entry without a list.
     """
 
     type: JointType
@@ -228,6 +239,8 @@ class Joint:
     """Springs along the freedoms."""
     damping: NumberPerFreedom[DampingOfFreedom] | None = None
     """Viscous damping along the freedoms, independent of the normal force: N*s/m or N*m*s/rad."""
+    nonlinear: GroupPerFreedom[Nonlinear] | None = None
+    """Nonlinear springs and dampers along the freedoms."""
     rotor_inertia: NumberPerFreedom[InertiaOfFreedom] | None = None
     """Additional inertia of the joint's own motion, kg or kg*m^2. For a geared motor: rotor inertia times the gear ratio squared.
     All rotations of a free or spherical joint have the same value. A joint with rotor inertia is never cut."""

@@ -9,6 +9,9 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
+from trunnion.scene.data_classes.force_field import Field
+from trunnion.scene.data_classes.joints import Nonlinear
+from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.signals import LoadVector
 from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness, Time
 
@@ -55,6 +58,8 @@ class SpringDamper:
     """Force per rate of elongation."""
     length: Annotated[float, Per("m", NOT_NEGATIVE)] = 0.0
     """Length at which the spring force is 0."""
+    nonlinear: Nonlinear | None = None
+    """Nonlinear springs and dampers along the same line, over the length and its rate."""
 
 
 def _three(unit: str, wanted: str) -> Any:
@@ -96,7 +101,8 @@ class Bushing:
     """Torque per angular velocity."""
 
 
-APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing}
+APPLIED = {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "bushing": Bushing, "drag": Drag, "field": Field,
+           "point_gravity": PointGravity}  # fmt: skip
 
 
 def _kind(value: Any) -> str:
@@ -108,8 +114,11 @@ Applied = Annotated[
     Annotated[Force, Tag("·force")]
     | Annotated[Torque, Tag("·torque")]
     | Annotated[SpringDamper, Tag("·spring_damper")]
-    | Annotated[Bushing, Tag("·bushing")],
-    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message="type: force, torque, spring_damper or bushing"),
+    | Annotated[Bushing, Tag("·bushing")]
+    | Annotated[Drag, Tag("·drag")]
+    | Annotated[Field, Tag("·field")]
+    | Annotated[PointGravity, Tag("·point_gravity")],
+    Discriminator(_kind, custom_error_type="unknown_kind", custom_error_message=f"type: {', '.join(APPLIED)}"),
 ]
 
 

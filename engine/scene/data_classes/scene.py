@@ -15,6 +15,7 @@ from trunnion.runtime.integrators import METHODS
 from trunnion.scene.data_classes.assemblies import Assembly
 from trunnion.scene.data_classes.bodies import Body, Cylinder, Ground, Turn
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
+from trunnion.scene.data_classes.force_field import Field, PlaceFormula
 from trunnion.scene.data_classes.friction_keys import Wear
 from trunnion.scene.data_classes.joints import (
     AxisAngle,
@@ -24,11 +25,13 @@ from trunnion.scene.data_classes.joints import (
     FrictionDefaults,
     Joint,
     JointType,
+    Nonlinear,
     Side,
     Spring,
     Start,
 )
 from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
+from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.realtime_steps import RealTime
 from trunnion.scene.data_classes.signals import (
     ByLoad,
@@ -42,6 +45,8 @@ from trunnion.scene.data_classes.signals import (
     Motor,
     Signal,
 )
+from trunnion.scene.force_laws.damping_curve import DampingCurve
+from trunnion.scene.force_laws.spring_curve import SpringCurve
 from trunnion.scene.signals.constant import Constant
 from trunnion.scene.signals.harmonic import Harmonic
 from trunnion.scene.signals.move import Move
@@ -131,7 +136,8 @@ class Scene:
 
 __all__ = [
     "Applied", "AxisAngle", "AxisName", "Body", "Bushing", "ByLoad", "BySpeed", "Constant", "Coordinates", "Cylinder",
-    "Direction", "Drive", "EndStops", "Force", "Friction", "FrictionDefaults", "FromInput", "Ground", "Harmonic", "Input",
-    "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move", "Position", "Ramp", "Scene", "Side",
-    "Signal", "Simulation", "Spring", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
+    "DampingCurve", "Direction", "Drag", "Drive", "EndStops", "Field", "Force", "Friction", "FrictionDefaults", "FromInput",
+    "Ground", "Harmonic", "Input", "InputCurve", "Joint", "JointType", "Latch", "Load", "LoadVector", "Motor", "Move",
+    "Nonlinear", "PlaceFormula", "PointGravity", "Position", "Ramp", "Scene", "Side", "Signal", "Simulation", "Spring",
+    "SpringCurve", "SpringDamper", "Start", "Table", "Torque", "Turn", "Vector", "Wear",
 ]  # fmt: skip

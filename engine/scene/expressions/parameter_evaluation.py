@@ -9,17 +9,18 @@ from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
+from trunnion.scene.data_classes.force_field import COMPONENTS
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, shape, unit_at
 from trunnion.scene.expressions.formula_evaluation import dimension, value
 from trunnion.scene.expressions.formula_parser import RESERVED, WHATEVER, Formula, parse_formula
 from trunnion.scene.file_format.yaml_reader import DEEPEST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
-from trunnion.scene.signals.expression import Expression
-from trunnion.scene.signals.time_formulas import separate
 from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
+FORMULAS = ("expression", *COMPONENTS)
+"""Keys whose values are formulas of time or place."""
 NAMED = "parameters"
 MEND_FIRST = "correct the parameter first"
 """The hint for an expression that has no value because one of its parameters has none."""
@@ -157,15 +158,16 @@ def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
 
 
 def _with_numbers(given: Any, path: Path) -> Any:
-    """The group of a formula of time, with the formula's constant parts as numbers. Any other value is unchanged; so is a formula
-    with a mistake, which the checks report."""
-    if path[-1] != "expression" or Expression not in classes_at(shape(path)):
+    """The group of a formula of time or place, with the formula's constant parts as numbers. Any other value is unchanged; so is a
+    formula with a mistake, which the checks report."""
+    kind = next((c for c in classes_at(shape(path)) if hasattr(c, "__separate__")), None) if path[-1] in FORMULAS else None
+    if kind is None:
         return given
     group = {"formula": expression_text(given) if is_expression(given) else given} if isinstance(given, str) else given
     if not isinstance(group, dict) or not isinstance(group.get("formula"), str) or group.get("numbers"):
         return group
     try:
-        return {**group, "numbers": list(separate(group["formula"])[1])}
+        return {**group, "numbers": list(kind.__separate__(group["formula"])[1])}
     except UnitError:
         return group
 

@@ -5,7 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trunnion.scene.data_classes.scene import Bushing, Direction, Force, Joint, Scene, Side, SpringDamper, Torque
+from trunnion.scene.data_classes.scene import (
+    Bushing,
+    Direction,
+    Drag,
+    Field,
+    Force,
+    Joint,
+    PointGravity,
+    Scene,
+    Side,
+    SpringDamper,
+    Torque,
+)
 from trunnion.scene.findings.findings_and_paths import Path
 
 GROUND = "ground"
@@ -61,8 +73,10 @@ def references(scene: Scene) -> Iterator[Reference]:
         yield from _sides(name, j)
     for name, f in scene.forces.items():
         at: Path = ("forces", name)
-        if isinstance(f, Force | Torque):
+        if isinstance(f, Force | Torque | Drag | PointGravity | Field):
             yield Reference((*at, "on"), *split(f.on), "load")
+        if isinstance(f, PointGravity):
+            yield Reference((*at, "towards"), *split(f.towards), "end")
         elif isinstance(f, SpringDamper | Bushing):
             for i, end in enumerate(f.between):
                 yield Reference((*at, "between", i), *split(end), "end")

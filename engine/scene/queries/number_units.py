@@ -15,6 +15,7 @@ from trunnion.scene.data_classes.joints import ORDERS
 from trunnion.scene.data_classes.scene import Force, Scene
 from trunnion.scene.data_classes.type_tree import bound_at, shape, unit_at
 from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 from trunnion.scene.units.dimension_names import unit_of as unit_text
 from trunnion.scene.units.quantities import Quantity
@@ -76,13 +77,15 @@ def unit_of(scene: Scene, path: Path) -> str:
     mark = unit_at(shape(path))
     if mark is not None and mark.unit:
         return mark.unit
-    if path[-3:-1] == ("expression", "numbers"):
+    if path[-2:-1] == ("numbers",):
         return _own_unit(number_at(scene, path))
     if path[0] == "joints" and path[2] == "mimic":
         return _mimic_unit(scene, str(path[1]), str(path[-1]))
     if path[0] == "joints":
         return _joint_unit(REGISTRY[scene.joints[str(path[1])].type], path[2:])
     if path[0] == "forces":
+        if "nonlinear" in path:
+            return _law_unit(path[3:], "m", "N")
         if "at" in path:
             return PLAIN  # the values ``at`` are in the unit of the input
         return _load_unit(path, "N" if isinstance(scene.forces[str(path[1])], Force) else "N*m")
@@ -114,11 +117,13 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
         return _start_unit(kind, rest)
     if field == "friction":
         return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
-    if field not in ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch"):
+    if field not in ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch", "nonlinear"):
         return PLAIN  # the components of a direction have no unit
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
+    if field == "nonlinear":
+        return _law_unit(keys, coordinate, effort)
     if field == "drive":
         return _drive_unit(keys, coordinate)
     if (field, *keys[:1]) in (("motor", "signal"), ("latch", "release")):
@@ -131,6 +136,12 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
         return f"{effort}*s/{coordinate}"
     of_motor = {"holds": effort, "stall": effort, "no_load": f"{coordinate}/s"}
     return {**of_motor, "stiffness": f"{effort}/{coordinate}", "damping": f"s/{coordinate}"}.get(keys[-1], coordinate)
+
+
+def _law_unit(path: Path, coordinate: str, effort: str) -> str:
+    """Unit of a number of a nonlinear spring or damper, whose path begins with the law's key."""
+    keys = [str(key) for key in path if not isinstance(key, int)]
+    return FORCE_LAWS[keys[0]].unit(keys[-1], coordinate, effort)
 
 
 def _mimic_unit(scene: Scene, name: str, key: str) -> str:

@@ -31,6 +31,8 @@ class Expression:
 
     __text_key__ = "formula"
     """A text instead of the group is this key's value."""
+    __separate__ = staticmethod(separate)
+    """Separates the constant parts of the formula."""
 
 
 class ExpressionKind(SignalKind):

@@ -33,7 +33,7 @@ def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
     tree = _separate(parse_formula(formula, timed=True).root, numbers)
     if not any(part == ("time",) for part in parts(tree)):
         raise UnitError("this formula does not depend on the time t", "write a plain number or an expression in braces")
-    return tree, tuple("{" + _text(n) + "}" for n in numbers)
+    return tree, tuple("{" + text_of(n) + "}" for n in numbers)
 
 
 def parts(tree: Tree) -> Iterator[Tree]:
@@ -44,13 +44,14 @@ def parts(tree: Tree) -> Iterator[Tree]:
             yield from parts(inner)
 
 
-def computed(tree: Tree, number: Callable[[int], T], time: Callable[[], T], operation: Callable[..., T]) -> T:
-    """A tree's result, from the results of its numbers (by index), of the time and of operations (by name, then operands)."""
+def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T], operation: Callable[..., T]) -> T:
+    """A tree's result, from the results of its numbers (by index), of the time or of the coordinates of a place (by index), and of
+    operations (by name, then operands)."""
     if tree[0] == "number":
         return number(tree[1])
-    if tree[0] == "time":
-        return time()
-    return operation(tree[0], *(computed(inner, number, time, operation) for inner in tree[1:]))
+    if tree[0] in ("time", "place"):
+        return variable(*tree[1:])
+    return operation(tree[0], *(computed(inner, number, variable, operation) for inner in tree[1:]))
 
 
 def rates_of_angles(tree: Tree) -> Iterator[int]:
@@ -72,7 +73,7 @@ def _separate(node: Node, numbers: list[Node]) -> Tree:
     if not isinstance(node, Call):
         return ("time",)
     if node.function == "^":
-        return _power(node, numbers)
+        return power(node, "time", lambda base: _separate(base, numbers))
     if node.function in PERIODIC:
         return _periodic(node, numbers)
     if node.function in KINKS:
@@ -84,18 +85,19 @@ def _separate(node: Node, numbers: list[Node]) -> Tree:
     return node.function, *(_separate(a, numbers) for a in node.arguments)
 
 
-def _power(node: Call, numbers: list[Node]) -> Tree:
-    """A whole power of a part that depends on time, by products."""
+def power(node: Call, variable: str, separated: Callable[[Node], Tree]) -> Tree:
+    """A whole power of a part that depends on a variable, by products. separated: makes the tree of the base."""
     base, exponent = node.arguments
     try:
         n = value(exponent, {})
     except KeyError:
         n = math.nan
     if not float(n).is_integer():
-        raise UnitError("a power that depends on the time must have a whole number as exponent", "write exp or sqrt for others")
+        what = f"a power that depends on the {variable} must have a whole number as exponent"
+        raise UnitError(what, "write exp or sqrt for others")
     if not 1 <= abs(n) <= LARGEST_POWER:
-        raise UnitError(f"the exponent of the time must be a whole number from 1 to {LARGEST_POWER}, or its negative")
-    of = _separate(base, numbers)
+        raise UnitError(f"the exponent of the {variable} must be a whole number from 1 to {LARGEST_POWER}, or its negative")
+    of = separated(base)
     out = of
     for digit in bin(int(abs(n)))[3:]:
         out = ("square", out)
@@ -160,8 +162,8 @@ def _sum(sign: str, a: Node | None, b: Node | None) -> Node | None:
 _BINDS = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "^": 4}
 
 
-def _text(node: Node) -> str:
-    """A node without time as text, with numbers in SI units."""
+def text_of(node: Node) -> str:
+    """A node without variables as text, with numbers in SI units."""
     if isinstance(node, Number):
         unit = unit_of(node.dimension)
         return f"{node.value!r} {unit}" if unit else f"{node.value!r}" if node.dimension == NONE else f"{node.value!r} SI"
@@ -169,19 +171,19 @@ def _text(node: Node) -> str:
         return node.name
     own = _BINDS.get(node.function)
     if own is None:
-        return f"{node.function}({', '.join(map(_text, node.arguments))})"
+        return f"{node.function}({', '.join(map(text_of, node.arguments))})"
     if node.function == "neg":
         return f"-{_operand(node.arguments[0], own)}"
     first, second = node.arguments
     strict = node.function == "^"
     exponent = f"{value(second, {})!r}" if strict and not has_names(second) else _operand(second, own + 1)
-    base = f"({_text(first)})" if strict else _operand(first, own)
+    base = f"({text_of(first)})" if strict else _operand(first, own)
     return f"{base}{node.function}{exponent}"
 
 
 def _operand(node: Node, least: int) -> str:
     binds = _BINDS.get(node.function, 5) if isinstance(node, Call) else 5
-    return _text(node) if binds >= least else f"({_text(node)})"
+    return text_of(node) if binds >= least else f"({text_of(node)})"
 
 
 def operate(operation: str, *given: Sequence[SX]) -> list[SX]:

@@ -22,6 +22,8 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "N*m/rad": ("a rotational stiffness", "3 N*m/rad"),
     "N*s/m": ("a damping", "20 N*s/m"),
     "N*m*s/rad": ("a rotational damping", "0.1 N*m*s/rad"),
+    "N*s^2/m^2": ("a quadratic damping", "3 N*s^2/m^2"),
+    "N*m*s^2/rad^2": ("a quadratic rotational damping", "0.1 N*m*s^2/rad^2"),
     "Hz": ("a frequency", "2 Hz"),
     "s/m": ("a time per length", "0.2 s/m"),
     "s/rad": ("a time per angle", "0.2 s/rad"),
@@ -29,6 +31,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "1/m": ("a number per length", "1e5 1/m"),
     "m^2": ("an area", "4 mm^2"),
     "m^3": ("a volume", "2 cm^3"),
+    "m^3/s^2": ("a gravitational constant times a mass", "3.986e14 m^3/s^2"),
     "W": ("a power", "10 W"),
     "m^2/N": ("a wear coefficient", "1e-6 mm^3/(N*m)"),
 }

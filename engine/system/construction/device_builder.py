@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from trunnion.basics.monotone_curves import filled
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.force_laws import registry as force_laws
 from trunnion.scene.signals.registry import given
 from trunnion.scene.signals.table import Table
+from trunnion.scene.units.dimension_names import unit_of
+from trunnion.scene.units.quantities import Quantity
 from trunnion.system.construction.point_curve_spline import length
-from trunnion.system.structure.bodies_and_joints import Device, Latch, Motor, Signal, Stop
-from trunnion.system.structure.parameter_table import Leaf, ParameterTable
+from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
+from trunnion.system.structure.parameter_table import Leaf, Leaves, ParameterTable
 
-FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch")
+FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch", "nonlinear")
 
 ENDLESS = 1e300
 """Largest force of a latch, and limit of a signal, if the scene gives no limit."""
@@ -50,7 +54,7 @@ class Builder:
             return f"joints.{name}.{field}", value
 
         (ps, spring), (pd, damping), (pi, inertia), (pt, stops) = map(mine, FIELDS[:4])
-        (pe, effort), (pv, drive), (pm, motor), (pl, latch) = map(mine, FIELDS[4:])
+        (pe, effort), (pv, drive), (pm, motor), (pl, latch), (pn, nonlinear) = map(mine, FIELDS[4:])
         return Device(
             spring=None if spring is None else (
                 s(f"{ps}.stiffness", spring.stiffness, f"{f}/{u}"), s(f"{ps}.rest", spring.rest, u)),
@@ -63,7 +67,23 @@ class Builder:
                 s(f"{pm}.stall", motor.stall, f), s(f"{pm}.no_load", motor.no_load, f"{u}/s"),
                 self.load(f"{pm}.signal", motor.signal, "1")),
             latch=None if latch is None else self.latch(pl, latch, u, f),
+            nonlinear=None if nonlinear is None else self.nonlinear(pn, nonlinear, u, f),
         )
+
+    def nonlinear(self, path: str, group: sm.Nonlinear, x: str, f: str) -> tuple[LawForce, ...]:
+        """The nonlinear springs and dampers of a freedom or of the line between two points. x, f: units of its coordinate and
+        force."""
+        out = []
+        for law, data in force_laws.given(group):
+            named = [(f"{path}.{law.key}{own}", value) for own, value in law.numbers(data)]
+            leaves = (self.table.own(name, value, law.unit(word_of(name), x, f)) for name, value in named)
+            out.append(LawForce(law.key, tuple(leaves)))
+        return tuple(out)
+
+    def constants(self, path: str, numbers: Sequence[float]) -> Leaves:
+        """The constant parts of a formula. path: of the formula's group."""
+        units = [(unit_of(n.dimension) if isinstance(n, Quantity) else "") or "1" for n in numbers]
+        return tuple(self.table.own(f"{path}.numbers[{i + 1}]", n, u) for i, (n, u) in enumerate(zip(numbers, units, strict=True)))
 
     def stop(self, path: str, st: sm.EndStops, u: str, f: str) -> Stop:
         """The end stops of a freedom, with the indices of their flags (1 while engaged)."""
@@ -164,6 +184,11 @@ class SignalLeaves:
         """The signal of a table."""
         self.builder.tables.append((self.use, table))
         return Signal("table", index=len(self.builder.tables) - 1)
+
+
+def word_of(path: str) -> str:
+    """The last word of a path, without an index."""
+    return path.split(".")[-1].split("[")[0]
 
 
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:

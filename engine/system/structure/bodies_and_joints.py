@@ -11,6 +11,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY, TIES, JointKind
 from trunnion.system.structure.devices_and_loads import Device as Device
 from trunnion.system.structure.devices_and_loads import Latch as Latch
+from trunnion.system.structure.devices_and_loads import LawForce as LawForce
 from trunnion.system.structure.devices_and_loads import Load as Load
 from trunnion.system.structure.devices_and_loads import Motor as Motor
 from trunnion.system.structure.devices_and_loads import Signal as Signal

@@ -17,6 +17,7 @@ class Signal:
     table      no leaves; ``index`` is that of the table. External inputs are the first tables.
     through    a curve of an input: ``KNOTS`` values of the input, then ``KNOTS`` results; ``index``: the input's table.
     limit      lower and upper limit of the signal ``of``.
+    place      a function of the position of a point (``scene.signals.place_formulas``).
 
     formula: the tree of an expression (``scene.signals.time_formulas``)."""
 
@@ -74,10 +75,18 @@ class Latch:
 
 
 @dataclass(frozen=True)
+class LawForce:
+    """A nonlinear spring or damper: the key of its law (``scene.force_laws``), and the law's numbers."""
+
+    law: str
+    leaves: Leaves
+
+
+@dataclass(frozen=True)
 class Device:
     """The devices along a freedom of a joint; None: no such device. spring: (stiffness, coordinate at rest). inertia: inertia of
     the rotor that the freedom turns in addition to the bodies. added: the inertia of the ``LightFreedom``; 0 if the freedom is not
-    light."""
+    light. nonlinear: nonlinear springs and dampers."""
 
     spring: tuple[Leaf, Leaf] | None = None
     damping: Leaf | None = None
@@ -88,6 +97,7 @@ class Device:
     motor: Motor | None = None
     latch: Latch | None = None
     added: float = 0.0
+    nonlinear: tuple[LawForce, ...] | None = None
 
     @property
     def turned(self) -> Leaf | None:
@@ -97,11 +107,12 @@ class Device:
 
 @dataclass(frozen=True)
 class Load:
-    """An applied load: a force or torque on a body, or a spring-damper or bushing between two bodies.
+    """An applied load: a force, torque, drag or field on a body, or a spring-damper or bushing between two bodies.
 
-    vector    components of a force or torque; None for structural zeros.
+    vector    components of a force or torque; None for structural zeros. Of drag: density, coefficient and area.
     numbers   spring-damper: stiffness, damping, free length. Bushing: stiffness, damping, rotational stiffness and rotational
               damping, three values each, along the axes of ``frames``.
+    nonlinear nonlinear springs and dampers along the line of a spring-damper.
     """
 
     name: str
@@ -112,11 +123,22 @@ class Load:
     vector: tuple[Signal | None, ...] = ()
     numbers: Leaves = ()
     frames: tuple[tuple[float, ...], ...] = ()
+    nonlinear: tuple[LawForce, ...] = ()
 
     @property
     def joins(self) -> bool:
         """Whether the load acts between two bodies."""
         return len(self.bodies) == 2
+
+    @property
+    def acts_as(self) -> str:
+        """The kind of load whose primitives apply the load, once its value is known."""
+        return "force" if self.kind == "field" else self.kind
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether the load on a body only takes energy."""
+        return self.kind == "drag"
 
     @property
     def leaves(self) -> Leaves:

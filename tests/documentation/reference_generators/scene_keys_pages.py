@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from functools import cache
 from pathlib import Path as FilePath
 from typing import Any
@@ -18,8 +18,11 @@ from trunnion.scene.file_format import json_schema
 from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.file_format.yaml_writer import flow
 from trunnion.scene.findings.findings_and_paths import Path
+from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 
+CURVES = [law.data for law in FORCE_LAWS.values() if is_dataclass(law.data)]
+"""Groups of keys of nonlinear springs and dampers."""
 EXAMPLES = FilePath(json_schema.__file__).with_name("key_examples")
 """Folder of the scene of examples and of the files that it names."""
 RUBS: Path = ("joints", "axle", "friction")
@@ -30,10 +33,12 @@ PAGES = {
     "scene_keys": ("Scene keys", "Scene", "Simulation", "RealTime", "Input", "Ground", "FrictionDefaults"),
     "scene_keys_bodies_joints": (
         "Scene keys: bodies and joints", "Body", "Cylinder", "AxialInertia", "Turn", "Joint", "Side", "Friction", "Wear", "Start",
-        "AxisAngle", "Spring", "EndStops", "Latch", "Motor", "Mimic", "Profile", "Curve",
+        "AxisAngle", "Spring", "Nonlinear", *(x.__name__ for x in CURVES), "EndStops", "Latch", "Motor", "Mimic", "Profile",
+        "Curve",
     ),
     "scene_keys_loads_signals": (
-        "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drive", "Signal",
+        "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drag", "PointGravity", "Field",
+        "PlaceFormula", "Drive", "Signal",
         *(kind.data.__name__ for kind in SIGNALS.values()), "Limit", "FromInput", "InputCurve", "BySpeed", "ByLoad",
     ),
     "scene_keys_assemblies": ("Scene keys: assemblies", "Assembly", "Part", "Copies", "Mirror", "Rotate", "Line"),

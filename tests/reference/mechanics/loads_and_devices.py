@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from tests.reference.mechanics.body_properties import GROUND, frame, place
+from tests.reference.mechanics.characteristic_curves import nonlinear
 from tests.reference.mechanics.joint_constraints import directions, free_picker, freedoms, of
 from tests.reference.mechanics.kinematics import State
 from tests.reference.mechanics.rotation import cross, quaternion_from_matrix
@@ -23,8 +26,7 @@ class Applied:
         self.stored = {"gravity": 0.0, "springs": 0.0}
         self._gravity()
         for load in state.scene.forces.values():
-            {"force": self._force, "torque": self._torque, "spring_damper": self._spring_damper, "bushing": self._bushing}[
-                load.type](load)
+            getattr(self, f"_{load.type}")(load)
 
     def push(self, body: str, point: np.ndarray, force: np.ndarray) -> None:
         """Apply a force to a body at a point of the world."""
@@ -65,11 +67,35 @@ class Applied:
         along = (p2 - p1) / length
         rate = along @ (v2 - v1)
         stretch = length - load.length
-        pull = load.stiffness * stretch + load.damping * rate
+        more, lost, kept = nonlinear(load.nonlinear, length, rate)
+        pull = load.stiffness * stretch + load.damping * rate + more
         self.push(b1, p1, pull * along)
         self.push(b2, p2, -pull * along)
-        self.power["dampers"] -= load.damping * rate**2
-        self.stored["springs"] += load.stiffness * stretch**2 / 2
+        self.power["dampers"] += lost - load.damping * rate**2
+        self.stored["springs"] += load.stiffness * stretch**2 / 2 + kept
+
+    def _drag(self, load) -> None:
+        body, local = place(self.state.scene, load.on)
+        p, v = self.state.point(body, self.state.part(body).center if local is None else local)
+        f = -load.density * load.coefficient * load.area / 2 * np.linalg.norm(v) * v
+        self.push(body, p, f)
+        self.power["dampers"] += f @ v
+
+    def _field(self, load) -> None:
+        body, local = place(self.state.scene, load.on)
+        p, v = self.state.point(body, self.state.part(body).center if local is None else local)
+        f = np.array([0.0 if x is None else formula_value(x.formula, p) for x in (load.fx, load.fy, load.fz)])
+        self.push(body, p, f)
+        self.power["loads"] += f @ v
+
+    def _point_gravity(self, load) -> None:
+        attractor, q, _ = self._end(load.towards)
+        to = q - self.state.c[load.on]
+        r = np.linalg.norm(to)
+        f = load.gm * self.state.parts[load.on].mass / r**3 * to
+        self.push(load.on, self.state.c[load.on], f)
+        self.push(attractor, q, -f)
+        self.stored["gravity"] -= f @ to
 
     def _bushing(self, load) -> None:
         (a, p, _), (b, q, v) = (self._end(text) for text in load.between)
@@ -125,6 +151,13 @@ class Applied:
         return np.concatenate(out) if out else np.zeros(0)
 
 
+def formula_value(formula: str, at: np.ndarray) -> float:
+    """Value of a formula of a position, read as Python without its units, which are SI."""
+    text = re.sub(r"(?<=\d) ?(N/m\^2|N/m|N|1/m|m|rad/m)(?![\w/])", "", formula).replace("^", "**")
+    known = {n: getattr(np, n) for n in ("sin", "cos", "exp", "tanh", "sqrt", "log")} | {"atan": np.arctan}
+    return float(eval(text, known | dict(zip("xyz", at, strict=True))))
+
+
 def scalar_freedoms(joint) -> int:
     """How many leading freedoms have a coordinate that is a number (the others belong to a quaternion)."""
     return of(joint.type).scalars
@@ -136,8 +169,8 @@ def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
     q, qd, numbers = state.q[name], state.qd[name], scalar_freedoms(joint)
     effort, stored = np.zeros(n), {"joint_springs": 0.0, "end_stops": 0.0}
     power = {"joint_damping": 0.0, "effort": 0.0, "end_stops": 0.0}
-    lists = [per_freedom(x, n) for x in (joint.spring, joint.damping, joint.end_stops, joint.effort)]
-    for k, (spring, damping, stops, load) in enumerate(zip(*lists, strict=True)):
+    lists = [per_freedom(x, n) for x in (joint.spring, joint.damping, joint.end_stops, joint.effort, joint.nonlinear)]
+    for k, (spring, damping, stops, load, more) in enumerate(zip(*lists, strict=True)):
         if (spring or stops) and k >= numbers:
             raise ValueError(f"{name}: no scalar coordinate for freedom {k + 1}")
         if spring:
@@ -146,6 +179,10 @@ def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
         if damping:
             effort[k] -= damping * qd[k]
             power["joint_damping"] -= damping * qd[k] ** 2
+        force, lost, kept = nonlinear(more, q[k] if k < numbers else 0.0, qd[k])
+        effort[k] -= force
+        stored["joint_springs"] += kept
+        power["joint_damping"] += lost
         if stops:
             push, elastic = stop_force(stops, q[k], qd[k])
             effort[k] += push

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeGuard
 
 import numpy as np
 
@@ -131,7 +132,7 @@ def take_snapshot(ready: BenchmarkModel) -> Snapshot:
     system = model.system
     parts = tuple(_part(scene, at, b.name, b.parent) for b in system.bodies)
     links = tuple(_link(model, parts, j, at) for j in system.joints)
-    springs = tuple(_spring(model, parts, s) for s in scene.forces.values() if isinstance(s, sm.SpringDamper))
+    springs = tuple(_spring(model, parts, s) for s in scene.forces.values() if _is_linear(s))
     return Snapshot(parts, links, springs, np.array(scene.gravity, float), tuple(_unsupported_parts(scene)))
 
 
@@ -187,8 +188,13 @@ def _spring(model: Model, parts: tuple[Part, ...], s: sm.SpringDamper) -> Spring
     return Spring((bodies[0], bodies[1]), (points[0], points[1]), float(s.stiffness), float(s.damping), float(s.length))
 
 
-UNSUPPORTED = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "motor", "latch")
+UNSUPPORTED = ("spring", "damping", "nonlinear", "rotor_inertia", "end_stops", "drive", "motor", "latch")
 """Parts of joints that a snapshot cannot represent."""
+
+
+def _is_linear(f: sm.Applied) -> TypeGuard[sm.SpringDamper]:
+    """Whether a load is a linear spring-damper."""
+    return isinstance(f, sm.SpringDamper) and f.nonlinear is None
 
 
 def _unsupported_parts(scene: sm.Scene) -> list[str]:
@@ -198,4 +204,4 @@ def _unsupported_parts(scene: sm.Scene) -> list[str]:
         out += [f"{what} of {name}" for what in UNSUPPORTED if getattr(j, what) is not None]
         efforts = j.effort if isinstance(j.effort, tuple) else (j.effort,)
         out += [f"effort of {name}"] if any(e is not None and not isinstance(e, int | float) for e in efforts) else []
-    return out + [f"force {n}" for n, f in scene.forces.items() if not isinstance(f, sm.SpringDamper)]
+    return out + [f"force {n}" for n, f in scene.forces.items() if not _is_linear(f)]

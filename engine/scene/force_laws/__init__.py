@@ -1,0 +1,1 @@
+"""Nonlinear springs and dampers: one file per law, and the list of all laws."""

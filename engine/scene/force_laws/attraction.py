@@ -1,0 +1,21 @@
+"""Attraction by a point: μ m / r². Only loads have this law (``PointGravity``); it is no key of nonlinear springs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from trunnion.basics.lazy_casadi import SX
+from trunnion.scene.force_laws.declaration import ForceLaw
+
+
+class AttractionLaw(ForceLaw):
+    """Leaves: gravitational constant times attracting mass, and the attracted mass. The energy is 0 at infinity."""
+
+    key, data, text = "attraction", None, ""
+    count, elastic = 2, True
+
+    def force(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
+        return n[0] * n[1] / (x * x)
+
+    def stored(self, n: Sequence[SX], x: SX) -> SX:
+        return -n[0] * n[1] / x

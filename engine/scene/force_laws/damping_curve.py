@@ -1,0 +1,51 @@
+"""A damper by a curve: its force over the rate, as of a shock absorber."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pydantic.dataclasses import dataclass
+
+from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.monotone_curves import KNOTS, straight_beyond
+from trunnion.scene.data_classes.field_types import STRICT
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.force_laws.declaration import ForceLaw, faults_of_points, points
+from trunnion.scene.units.quantities import Number
+
+
+@dataclass(frozen=True, config=STRICT)
+class DampingCurve:
+    """A damper by points of its characteristic. The curve through the points has no kink, is monotone between any two of them, and
+    continues straight beyond its ends. If the first speed is 0, both directions have the same curve."""
+
+    speed: tuple[Number, ...]
+    """Two to twelve increasing rates, one of them 0."""
+    effort: tuple[Number, ...]
+    """The effort of the damper at each of them, against the motion: with the sign of the rate, and 0 at 0."""
+
+
+class DampingCurveLaw(ForceLaw):
+    """Leaves: rates, then efforts."""
+
+    key, data, text = "damping_curve", DampingCurve, "Damper whose effort is a curve over the rate."
+    units, count, elastic = {"speed": "{x}/s", "effort": "{f}"}, 2 * KNOTS, False
+
+    def numbers(self, data: DampingCurve) -> Sequence[tuple[str, float]]:
+        return points(("speed", "effort"), data)
+
+    def force(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
+        sign = ca.if_else(ca.logic_and(n[0] >= 0, rate < 0), -1, 1)
+        return sign * straight_beyond(sign * rate, n[:KNOTS], n[KNOTS:])[0]
+
+    def findings(self, path: Path, data: DampingCurve) -> Iterator[Finding]:
+        yield from faults_of_points(path, "speed", data.speed, data.effort)
+        if data.speed and 0.0 not in data.speed:
+            yield Finding((*path, "speed"), "no speed is 0: a damper at rest has no effort", "add the speed 0 with the effort 0")
+        elif data.speed and data.speed[-1] <= 0.0:
+            yield Finding((*path, "speed"), "no speed is above 0", "add one; with 0 as the first, both directions are alike")
+        for i, (v, f) in enumerate(zip(data.speed, data.effort, strict=False)):
+            if (v == 0.0 and f != 0.0) or v * f < 0.0:
+                wanted = "0 at the speed 0" if v == 0.0 else f"not {'negative' if v > 0.0 else 'positive'} at the speed {v:g}"
+                yield Finding((*path, "effort", i), f"a damper only takes energy: its effort must be {wanted}, not {f:g}",
+                              "give the effort the sign of its speed")  # fmt: skip
