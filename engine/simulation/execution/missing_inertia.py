@@ -29,10 +29,13 @@ Moved = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 def missing_inertia(model: Model) -> Outcome | None:
     """The outcome of a mechanism in which a motion that the joints allow moves no inertia; None if there is no such motion.
     Requires an assembled state."""
-    if not any(map(_lacks, model.built.scene.bodies.values())):
+    block = model.block
+    state = b"".join(map(np.ndarray.tobytes, (block.parameters, block.y, block.x)))
+    if state == model.with_inertia_at:
         return None
-    names = freedoms_without_inertia(model)
+    names = freedoms_without_inertia(model) if any(map(_lacks, model.built.scene.bodies.values())) else []
     if not names:
+        model.with_inertia_at = state
         return None
     plain = Outcome.named(NO_INERTIA, model.block.time, names[0][0].name)
     told = "; ".join(j.freedom(k) for j, k in names)

@@ -41,6 +41,7 @@ class Model:
         self.build_seconds = 0.0
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
+        self.with_inertia_at = b""  # parameters and state of the last start, at which every motion moved inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
     def _load(self, redundant: bool) -> None:
