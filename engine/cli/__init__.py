@@ -10,11 +10,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command. Exit code: 0 done, 1 failed with a diagnosis, 2 wrong use."""
     from trunnion.basics.interrupts import held
 
+    words = list(sys.argv[1:] if arguments is None else arguments)
     with held() as interrupt:
         try:
             with interrupt.open():
+                from trunnion.cli.stored_help import stored_answer
+
+                if (text := stored_answer(words)) is not None:
+                    print(text, end="", flush=True)
+                    return 0
                 from trunnion.cli.entry_point import run
 
-                return run(list(sys.argv[1:] if arguments is None else arguments))
+                return run(words)
         except KeyboardInterrupt:  # Ctrl-C was pressed before the command began or while the command ended
             return 1

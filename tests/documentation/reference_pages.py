@@ -15,6 +15,7 @@ from trunnion.scene.file_format.json_schema import json_schema
 REFERENCE = Path(__file__).resolve().parents[2] / "engine/docs/reference"
 SCENE_KEYS = ("scene_keys", "scene_keys_bodies_joints", "scene_keys_loads_signals", "scene_keys_assemblies")
 PAGES: dict[str, Callable[[], str]] = {
+    "../../cli/help.txt": command_line_page.help_text,
     "columns.md": result_pages.columns_text,
     "command_line.md": command_line_page.page_text,
     "events.md": result_pages.events_text,

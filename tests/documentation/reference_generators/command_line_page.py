@@ -19,6 +19,15 @@ def page_text() -> str:
     return HEAD + "".join(f"\n{section(f'trunnion {name}', command)}" for name, command in made.items())
 
 
+def help_text() -> str:
+    """What ``trunnion --help`` prints on terminals of 80 columns and more."""
+    from trunnion.cli.command_group import COMMAND
+    from trunnion.cli.stored_help import WIDTH
+
+    context = COMMAND.make_context("trunnion", [], resilient_parsing=True, terminal_width=WIDTH - 2)
+    return f"{context.get_help()}\n"
+
+
 def section(name: str, command: Any) -> str:
     """One command: usage, help, and a table of its options."""
     shown = [p for p in command.params if not p.hidden]

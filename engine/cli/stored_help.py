@@ -1,0 +1,27 @@
+"""Answers without typer, whose import takes twice as long as Python's own start: the help of ``trunnion``, which ``help.txt``
+stores, and the names of commands for completion in bash."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+WIDTH = 80
+"""Columns of the stored text. Wider terminals get the same text."""
+
+
+def stored_answer(words: Sequence[str]) -> str | None:
+    """What to print; None if typer must answer: other requests, and narrow terminals."""
+    completed = os.environ.get("_TRUNNION_COMPLETE")
+    if completed is None and words in (["--help"], ["-h"]):
+        from shutil import get_terminal_size
+
+        return Path(__file__).with_name("help.txt").read_text(encoding="utf-8") if get_terminal_size().columns >= WIDTH else None
+    typed = os.environ.get("COMP_WORDS", "").split()[1:]
+    if completed == "complete_bash" and os.environ.get("COMP_CWORD") == "1" and (not typed or typed[0].isalpha()):
+        from trunnion.cli.command_registry import COMMANDS
+
+        names = dict.fromkeys(n.split()[0] for n in COMMANDS)
+        return "\n".join([n for n in names if n.startswith("".join(typed[:1]))]) + "\n"
+    return None
