@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import groupby
 
-from trunnion.basics.object_paths import objects
+from trunnion.basics.objects_by_import_path import objects
 from trunnion.columns.declaration import ColumnKind, registered
 from trunnion.columns.subjects import Subject, items
 from trunnion.system.structure.bodies_and_joints import System

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.importers.pose_matrices import Pose
-from trunnion.scene.queries.surface_meshes import packed
+from trunnion.scene.queries.packed_surfaces import packed
 
 AROUND = 20
 """Number of sides of the polygon that replaces a circle."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 from trunnion.recursion.vector_algebra import SX
-from trunnion.system.structure.joint_couplings import ENDLESS, FOOT, Curve, gauss_points
+from trunnion.system.structure.coupling_joint_data import ENDLESS, FOOT, Curve, gauss_points
 
 ROUNDS, STEPS = 3, 3
 """The foot is searched in ROUNDS rounds. A round takes STEPS Newton steps, and then searches for the piece that contains the
@@ -17,7 +17,7 @@ foot."""
 
 def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
     """Position on the curve, m, and its first and second derivative with respect to the parameter (2 each). foot: the values of
-    ``joint_couplings.FOOT``."""
+    ``coupling_joint_data.FOOT``."""
     x, both = foot[-1] - foot[0], (foot[2:6], foot[6:10])
     at = [a + x * (b + x * (c + x * d)) for a, b, c, d in both]
     way = [b + x * (2 * c + 3 * x * d) for _, b, c, d in both]
@@ -75,7 +75,7 @@ def _chord(of: Sequence[float], h: float) -> float:
 
 
 def _with_piece(curve: Curve, u: SX) -> list[SX]:
-    """The foot (``joint_couplings.FOOT``) at parameter u. On a closed curve, u is reduced to one period."""
+    """The foot (``coupling_joint_data.FOOT``) at parameter u. On a closed curve, u is reduced to one period."""
     if curve.around:
         u = u - curve.around * ca.floor(u / curve.around)
     return [*numbers_of_piece([(piece.start, piece.way, *piece.e2, *piece.e3) for piece in curve.pieces], u), u]

@@ -21,7 +21,7 @@ from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
 from trunnion.recursion.wheel_pair_constraint import rolling_freedoms, rolling_row, worm_frame
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
-from trunnion.system.structure.joint_couplings import Mimic
+from trunnion.system.structure.coupling_joint_data import Mimic
 
 FREEDOMS = "freedoms"
 """Key in ``Cut.made`` of the freedoms of a bodiless joint, as rows."""

@@ -54,7 +54,7 @@ class Symbols:
         return along_piece(numbers_of_piece(pieces, angle), angle)
 
     def foot(self, j: Joint, p: SX) -> SX:
-        """The foot of point p on the joint's curve (the numbers that ``joint_couplings.FOOT`` describes)."""
+        """The foot of point p on the joint's curve (the numbers that ``coupling_joint_data.FOOT`` describes)."""
         assert j.curve is not None
         return find_foot(j.curve, p)
 

@@ -76,7 +76,7 @@ TR_RARE
 TR_OFTEN
 #include "events/stop_events.c"
 #include "events/direction_turns.c"
-#include "events/event_margin.c"
+#include "events/event_outcome_margin.c"
 #include "events/violation_maxima_in_step.c"
 #include "events/event_location.c"
 TR_RARE

@@ -8,7 +8,7 @@ from typing import Any
 
 from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
-from trunnion.service.store.job_and_chunk_records import Chunk, Job
+from trunnion.service.store.store_records import Chunk, Job
 
 FIRST_CHUNK = 8
 LARGEST_CHUNK = 100_000

@@ -20,8 +20,8 @@ from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
 from trunnion.service.executor.study_rounds import round_results
 from trunnion.service.request_models.job_request import current_settings, study_of_document
-from trunnion.service.store.job_and_chunk_records import Chunk, Job
 from trunnion.service.store.leases_and_chunks import Done, Lost, WorkStore
+from trunnion.service.store.store_records import Chunk, Job
 
 
 class LeasedJobs:

@@ -10,8 +10,8 @@ from typing import Any
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.store.database_connection import Unreachable
-from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.job_store import Store
+from trunnion.service.store.store_records import Job
 
 log = logging.getLogger("trunnion.service")
 PAUSE_SECONDS = 600.0

@@ -18,8 +18,8 @@ import httpx
 
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.store.database_connection import Unreachable
-from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.job_store import Store, Webhook
+from trunnion.service.store.store_records import Job
 
 log = logging.getLogger("trunnion.service")
 ATTEMPTS, FIRST_DELAY = 10, 5.0

@@ -16,7 +16,7 @@ from sqlalchemy import Connection, and_, delete, func, insert, or_, select, upda
 from sqlalchemy.exc import IntegrityError
 
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
-from trunnion.service.store.job_and_chunk_records import Job, Key, StoredEvent, record_of
+from trunnion.service.store.store_records import Job, Key, StoredEvent, record_of
 from trunnion.service.store.table_definitions import ACTIVE, ENDED, STATES, audit, events, hooks, jobs, keys
 
 T = TypeVar("T")

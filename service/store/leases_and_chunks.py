@@ -14,8 +14,8 @@ from typing import Any
 from sqlalchemy import Connection, and_, bindparam, case, func, insert, or_, select, update
 
 from trunnion.service.store.database_connection import transaction
-from trunnion.service.store.job_and_chunk_records import Chunk, Job, record_of
 from trunnion.service.store.job_store import Store
+from trunnion.service.store.store_records import Chunk, Job, record_of
 from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, jobs
 
 RECENT = 0.25

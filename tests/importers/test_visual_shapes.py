@@ -13,7 +13,7 @@ from tests.scene.bodies.test_surfaces import volume
 from trunnion.importers import scene_of_mjcf, scene_of_sdf, scene_of_urdf
 from trunnion.importers.pose_matrices import pose
 from trunnion.importers.visual_shapes import FACES, Solid, coarse, drawn
-from trunnion.scene.queries.surface_meshes import unpacked
+from trunnion.scene.queries.packed_surfaces import unpacked
 
 EXACT = {
     "box": ((0.2, 0.3, 0.4), 0.024), "cylinder": ((0.1, 0.5), np.pi * 0.01 * 0.5), "sphere": ((0.2,), 4 / 3 * np.pi * 0.008),

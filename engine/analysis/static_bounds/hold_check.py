@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any, Literal, overload
 
 from trunnion.analysis.static_bounds.bounds_results import HoldBounds, PairBounds
-from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.equilibrium_space import space
+from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion, motions
 from trunnion.analysis.static_bounds.pair_and_load_bounds import (
     NEVER,
     AdmissibleStates,

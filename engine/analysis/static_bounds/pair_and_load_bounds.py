@@ -9,10 +9,10 @@ import numpy as np
 from trunnion.analysis.static_bounds.bounds_results import Breakaway, End, Interval, JointState, LoadBounds, PairBounds, State
 from trunnion.analysis.static_bounds.branch_and_bound import Found, minimise
 from trunnion.analysis.static_bounds.domain_reduction import first_cell, limit_norms
-from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.equilibrium_space import Space, holding_program, space
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Cell, Relaxation
+from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion, motions
 from trunnion.analysis.static_bounds.norm_program import Program, Row, term_index
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort

@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from trunnion.analysis.static_bounds.elementary_motions import Motion
 from trunnion.analysis.static_bounds.equilibrium_space import Space
+from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion
 from trunnion.analysis.static_bounds.norm_program import Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Pair
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.basics.interrupts import Unwanted
+from trunnion.batch.execution.batch_memory import CaseBlocks
 from trunnion.batch.execution.cancellation_and_time_limit import CALL_SECONDS, Tick
-from trunnion.batch.execution.case_blocks import CaseBlocks
 from trunnion.batch.execution.lane_batch import ensemble_of
 from trunnion.batch.execution.outcomes_and_audits import ends_of
 from trunnion.batch.preparation.case_parameters import Rows

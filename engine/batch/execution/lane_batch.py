@@ -8,8 +8,8 @@ import time
 import numpy as np
 
 from trunnion.basics.interrupts import Unwanted
+from trunnion.batch.execution.batch_memory import CaseBlocks
 from trunnion.batch.execution.cancellation_and_time_limit import CALL_SECONDS, Tick
-from trunnion.batch.execution.case_blocks import CaseBlocks
 from trunnion.kernel.shared_libraries import lanes_fit
 from trunnion.runtime.abi.batch_records import BATCH, ENSEMBLE, STRAND, STRANDS
 from trunnion.runtime.abi.enumerations import Strand

@@ -20,7 +20,8 @@ SHOWN = 12
 
 @dataclass(frozen=True)
 class SampleQueries:
-    """The requested statistics of a sample: probabilities of quantiles, bounds by result, and the file of a picture."""
+    """The requested statistics of a sample. at: probabilities of the quantiles. above: for each result, the bounds whose
+    probability of being exceeded is requested. picture: file of a picture."""
 
     at: tuple[float, ...]
     above: Mapping[str, tuple[str, ...]]

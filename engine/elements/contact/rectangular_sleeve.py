@@ -46,8 +46,8 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _forces(w: Wrench, k: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX, SX]:
-    """Signed forces on the inner part for friction ratio k, N: along e2 at −c and +c, along e3 at −c and +c, and the total force of
-    the torsion couple."""
+    """Signed forces, N, on the inner part for friction ratio k: along e2 at −c and +c, along e3 at −c and +c, and the total force
+    of the torsion couple."""
     a, b, c = g["half_width"], g["half_height"], half_length(w, g)
     d2 = (w["m3"] - k * a * w["f2"]) / (2 * c)
     d3 = (w["m2"] + k * b * w["f3"]) / (2 * c)

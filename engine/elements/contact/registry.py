@@ -7,7 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from trunnion.basics.number_declarations import Number, merged
-from trunnion.basics.object_paths import objects
+from trunnion.basics.objects_by_import_path import objects
 from trunnion.elements.contact.constant_friction import BOTH, CROSSED, SLIDING, TURNING
 from trunnion.elements.contact.contact_element import ContactElement
 from trunnion.elements.contact.journal import PRELOAD

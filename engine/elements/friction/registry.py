@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from trunnion.basics.number_declarations import Number, merged
-from trunnion.basics.object_paths import objects
+from trunnion.basics.objects_by_import_path import objects
 from trunnion.elements.friction.friction_law import Law
 
 

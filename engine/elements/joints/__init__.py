@@ -1,6 +1,6 @@
 """Joint types. A new type needs a new file here and a line in TYPES; the rest of the engine does not depend on type names."""
 
-from trunnion.basics.object_paths import objects
+from trunnion.basics.objects_by_import_path import objects
 from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW, MIMIC
 from trunnion.elements.joints.declaration_checks import registered
 from trunnion.elements.joints.free import FREE

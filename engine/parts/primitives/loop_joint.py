@@ -25,7 +25,7 @@ from trunnion.recursion.joint_reactions import at_point, on_pin_part
 from trunnion.recursion.loop_contact_springs import PART, spring_rows
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, FrictionElement, Joint
-from trunnion.system.structure.joint_couplings import FOOT, Mimic, Profile, Wheels
+from trunnion.system.structure.coupling_joint_data import FOOT, Mimic, Profile, Wheels
 from trunnion.system.structure.loop_joints import NO_SIZE
 
 

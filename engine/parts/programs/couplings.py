@@ -10,7 +10,7 @@ from trunnion.parts.bytecode.program import Builtin, Program, Slot
 from trunnion.parts.primitives.primitive_cache import loop_joint
 from trunnion.parts.primitives.primitive_keys import PIECE_SIZE, POSE, Primitive
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
-from trunnion.system.structure.joint_couplings import FOOT, Curve, Profile
+from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Profile
 
 if TYPE_CHECKING:
     from trunnion.parts.layout.scene_tables import SceneTables

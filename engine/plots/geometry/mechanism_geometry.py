@@ -23,7 +23,7 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import GROUND, body_of, point_of
 from trunnion.scene.queries.joint_contacts import sizes_given, touching
-from trunnion.scene.queries.surface_meshes import unpacked
+from trunnion.scene.queries.packed_surfaces import unpacked
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.load_builder import as_joint
 

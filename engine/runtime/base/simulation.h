@@ -52,7 +52,7 @@ typedef struct tr_stepping {
   int have_jac;        /* whether the Jacobian at jac_t is valid */
   double margin;       /* largest violation (tr_worst_violation) at the state `y`; NaN: unknown */
   double margin_end;   /* largest violation at the end of the last step, or at the last decision */
-  int far_known;       /* whether the violations at the start of the step are stored (``events/event_margin.c``) */
+  int far_known;       /* whether the violations at the start of the step are stored (``events/event_outcome_margin.c``) */
   int mapped;          /* maps that exist for the current state: TR_MAPS_… */
   double mapped_t;     /* time of the current state, s; only with a kernel's recursion */
   int recursive;       /* whether the solution was found without maps; `acc` and NN then belong to the solution */
@@ -145,7 +145,7 @@ typedef struct tr_events {
   int count, capacity; /* number of records in the buffer; size of the buffer */
   int chatter;         /* number of consecutive events at nearly the same time */
   double chatter_t;    /* time of the last of these events, s */
-  double margin;       /* margin of the next event (``events/event_margin.c``) */
+  double margin;       /* margin of the next event (``events/event_outcome_margin.c``) */
   int unsure;          /* whether `margin` is below the run's error, or the slow crossing makes the time of the event inaccurate */
   tr_last last;
 } tr_events;

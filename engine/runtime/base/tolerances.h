@@ -63,7 +63,7 @@
 #define HELD_SPEED 1e-12   /* × the speed unit: speed of a held pair from round-off of loop closure */
 #define POWER_GIVEN 1e-6   /* × friction · speed: largest power with which friction may drive a pair; round-off */
 #define FAINT_RATIO 1e-5   /* × the acceleration by friction: the direction of a smaller acceleration has no meaning */
-#define KEPT_GAIN 1e-7     /* × the capacity: smallest reserve of shared loads; with less, groups reshare or release endlessly */
+#define KEPT_GAIN 1e-7     /* × the capacity: least reserve of a stuck pair after resharing; with less, groups reshare endlessly */
 #define DECISION_STEPS 40  /* largest number of mode changes from one start; a longer search repeats earlier modes */
 #define CLEAR_MARGIN 1.0   /* largest margin of an event: for a pair without load, or if a threshold is exceeded by far */
 

@@ -8,7 +8,7 @@ enum {
   TR_HAS_MAPS = 1,       /* rates of the pairs; also the kernel's maps if `step.mapped` is not TR_MAPS_NONE */
   TR_HAS_FACTOR = 2,     /* factor of S, in the order `perm` */
   TR_HAS_LOADS = 4,      /* load maps, with λ eliminated: Np, T */
-  TR_HAS_HELD = 8,       /* held maps, the accelerations of the sliding freedoms with λ eliminated: Q */
+  TR_HAS_HELD = 8,       /* held maps: accelerations of the sliding freedoms by η, with λ eliminated: Q */
   TR_HAS_ROWS = 16,      /* kind of equation of each multiplier in the modes in force: row_kind, share */
   TR_HAS_LAW = 32,       /* values of the laws at the loads NN: law, dn, sliding */
   TR_HAS_SOLUTION = 64,  /* multipliers z that solve the equations in the modes in force */

@@ -112,7 +112,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* scale of friction: with μ = 0, friction is round-off of the load */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: a scale, too, because with μ = 0 friction is its round-off */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);
@@ -142,7 +142,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
   const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   const tr_element *el = s->k->element + pair->element;
-  double friction = 0.0, load = 0.0; /* scale of friction: with μ = 0, friction is round-off of the load */
+  double friction = 0.0, load = 0.0; /* load: a scale, too, because with μ = 0 friction is its round-off */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
   if (power >= 0.0) return 0; /* levers are not needed, because they cancel in the power */

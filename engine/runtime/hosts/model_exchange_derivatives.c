@@ -1,8 +1,8 @@
 /* Directional derivatives for model exchange: derivatives of rates and columns along a change of states and inputs, in fixed modes.
  *
  * The derivatives are computed as in ``hosts/linearization.c``. Columns are defined for closed loops and unit quaternions, so the
- * direction is first projected onto these states; with loops, by central differences. Derivatives of works, and of columns that
- * contain works, are central differences, too. */
+ * direction is first projected onto such states. With loops, central differences compute this projection. Derivatives of works, and
+ * of columns that contain works, are central differences, too. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

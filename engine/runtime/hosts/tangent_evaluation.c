@@ -104,8 +104,9 @@ static double tr_correction(tr_march *c) {
   return most < NO_MULTIPLIERS ? 0.0 : most / fmax(tr_largest_size(nz, c->g->z), most);
 }
 
-/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. If the first
- * correction is large, the extrapolated start is poor; then starts again from `before`, the multipliers of the last stage. */
+/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. A
+ * large correction means that the extrapolated start is poor. Then f is evaluated at `before`, the multipliers of the last stage,
+ * and `solved` becomes 0. */
 static void tr_settle_multipliers(tr_march *c, const double *y) {
   const tr_tangents *g = c->g;
   double last = NEAR_MULTIPLIERS;

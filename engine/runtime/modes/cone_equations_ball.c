@@ -20,8 +20,8 @@ static void tr_ball_sliding_branch(tr_ball_equation *b, double mu, double turn, 
   b->dB[0] = -b->B / P, b->dB[1] = -turn * mu * c / P, b->dB[2] = b->B / b->F;
 }
 
-/* Spinning branch, or rest. The unknown w = |x_⊥|²/x_∥², with x perpendicular and parallel to f, solves along² w² + (along² + F² −
- * P) w = P. P = |t|². */
+/* Spinning branch, or rest. Let x_⊥ and x_∥ be the parts of x perpendicular and parallel to f, and P = |t|². The unknown
+ * w = |x_⊥|²/x_∥² solves along² w² + (along² + F² − P) w = P. */
 static void tr_ball_spinning_branch(tr_ball_equation *b, double turn, double P) {
   const double l = b->along, F = b->F, c = l * l + F * F - P, r = sqrt(c * c + 4.0 * l * l * P);
   const double w = c > 0.0 ? 2.0 * P / (c + r) : (r - c) / (2.0 * l * l), h = turn * l * sqrt(1.0 + w) / F, half = 0.5 * h / (1.0 + w);

@@ -9,7 +9,7 @@ from trunnion.scene.data_classes.scene import Body, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.body_poses import vector
 from trunnion.scene.queries.mass_properties import matrix, principal_moments
-from trunnion.scene.queries.surface_meshes import unpacked
+from trunnion.scene.queries.packed_surfaces import unpacked
 
 SHAPES = ("box", "cylinder", "sphere")
 SLACK = 1e-9

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from trunnion.scene.data_classes.force_field import COMPONENTS, Field, PlaceFormula
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.expressions.formula_evaluation import dimension
 from trunnion.scene.expressions.formula_parser import parse_formula
+from trunnion.scene.expressions.formula_values_and_dimensions import dimension
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.place_formulas import PLACE, separate
 from trunnion.scene.units.quantities import Computed, Quantity, agree

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.expressions.formula_evaluation import dimension
 from trunnion.scene.expressions.formula_parser import TIME, Call, Node, Number, nodes, parse_formula
+from trunnion.scene.expressions.formula_values_and_dimensions import dimension
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import signals
 from trunnion.scene.queries.number_units import unit_of

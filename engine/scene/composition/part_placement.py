@@ -12,7 +12,7 @@ from typing import Any
 from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.scene.expressions.expression_arithmetic import Term, is_number, known, plus, three, times
 from trunnion.scene.findings.findings_and_paths import Path
-from trunnion.scene.queries import surface_meshes
+from trunnion.scene.queries import packed_surfaces
 from trunnion.scene.units.unit_parser import UnitError
 
 AXES = ("x", "y", "z")
@@ -136,7 +136,7 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
         out["center"] = _mirror_vector(out["center"], k)
     if isinstance(out.get("surface"), str):
         with suppress(ValueError):  # checks.bodies reports an invalid surface
-            out["surface"] = surface_meshes.mirrored(out["surface"], k)
+            out["surface"] = packed_surfaces.mirrored(out["surface"], k)
     if isinstance(out.get("inertia"), dict) and "axis" in out["inertia"]:
         out["inertia"] = {**out["inertia"], "axis": _mirror_vector(out["inertia"]["axis"], k)}
     if isinstance(out.get("inertia"), list) and len(out["inertia"]) == 6:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from trunnion.scene.expressions.formula_evaluation import value
 from trunnion.scene.expressions.formula_parser import parse_formula, rename_names
+from trunnion.scene.expressions.formula_values_and_dimensions import value
 from trunnion.scene.expressions.parameter_evaluation import FORMULAS, expression_text, is_expression
 from trunnion.scene.findings.findings_and_paths import Path
 from trunnion.scene.units.unit_parser import UnitError

@@ -7,8 +7,8 @@ from typing import Any
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.expressions.formula_evaluation import Gradient, slope, value
 from trunnion.scene.expressions.formula_parser import Formula, parse_formula
+from trunnion.scene.expressions.formula_values_and_dimensions import Gradient, slope, value
 from trunnion.scene.expressions.parameter_evaluation import NAMED, expression_text, in_order
 from trunnion.scene.findings.findings_and_paths import dotted, parse_path
 from trunnion.scene.queries.number_units import number_values

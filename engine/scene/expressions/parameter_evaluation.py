@@ -11,8 +11,8 @@ from typing import Any
 
 from trunnion.scene.data_classes.force_field import COMPONENTS
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, shape, unit_at
-from trunnion.scene.expressions.formula_evaluation import dimension, value
 from trunnion.scene.expressions.formula_parser import RESERVED, WHATEVER, Formula, parse_formula
+from trunnion.scene.expressions.formula_values_and_dimensions import dimension, value
 from trunnion.scene.file_format.yaml_reader import DEEPEST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from trunnion.basics.object_paths import objects
+from trunnion.basics.objects_by_import_path import objects
 from trunnion.scene.force_laws.declaration import ForceLaw
 
 LAWS = (

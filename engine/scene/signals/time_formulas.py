@@ -12,8 +12,8 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from trunnion.basics.lazy_casadi import SX, ca
-from trunnion.scene.expressions.formula_evaluation import LARGEST_POWER, value
 from trunnion.scene.expressions.formula_parser import TIME, Call, Name, Node, Number, has_names, nodes, parse_formula
+from trunnion.scene.expressions.formula_values_and_dimensions import LARGEST_POWER, value
 from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.unit_parser import NONE, UnitError
 

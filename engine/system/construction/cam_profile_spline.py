@@ -8,7 +8,7 @@ import numpy as np
 
 from trunnion.scene.data_classes.joint_couplings import Profile as Given
 from trunnion.system.signals.signal_tables import spline_moments, tridiagonal
-from trunnion.system.structure.joint_couplings import Profile
+from trunnion.system.structure.coupling_joint_data import Profile
 from trunnion.system.structure.parameter_table import Leaf
 
 TURN = 2 * math.pi

@@ -11,7 +11,7 @@ from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, way_to_ground
-from trunnion.system.structure.joint_couplings import LightFreedom
+from trunnion.system.structure.coupling_joint_data import LightFreedom
 from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTable
 
 LIGHT = 1e-3

@@ -10,7 +10,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.number_units import unit_of
 from trunnion.scene.queries.shaft_joints import shaft_joints
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, Joint
-from trunnion.system.structure.joint_couplings import Mimic
+from trunnion.system.structure.coupling_joint_data import Mimic
 from trunnion.system.structure.parameter_table import ParameterTable
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from trunnion.scene.data_classes.joint_couplings import Curve as Given
 from trunnion.system.construction.cam_profile_spline import spline_pieces
-from trunnion.system.structure.joint_couplings import ENDLESS, Curve, Piece, gauss_points
+from trunnion.system.structure.coupling_joint_data import ENDLESS, Curve, Piece, gauss_points
 
 
 def curve(given: Given) -> Curve:

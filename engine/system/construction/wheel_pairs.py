@@ -18,7 +18,7 @@ from trunnion.scene.queries.body_references import GROUND, body_of
 from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import Spanning
-from trunnion.system.structure.joint_couplings import Wheels
+from trunnion.system.structure.coupling_joint_data import Wheels
 from trunnion.system.structure.parameter_table import ParameterTable
 
 ASKEW = 1e-9

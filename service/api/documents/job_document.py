@@ -9,7 +9,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from trunnion.service.api.documents.problem_documents import ProblemItem
-from trunnion.service.store.job_and_chunk_records import Job
+from trunnion.service.store.store_records import Job
 from trunnion.service.store.table_definitions import ENDED
 
 COPIED = ("id", "state", "scene", "label", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")

@@ -15,7 +15,7 @@ from trunnion.service.api.server_state.server_components import JobContents, Ser
 from trunnion.service.api.transport.api_keys_and_rates import Caller
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
 from trunnion.service.request_models.job_request import plan_of_document
-from trunnion.service.store.job_and_chunk_records import Chunk, Job
+from trunnion.service.store.store_records import Chunk, Job
 from trunnion.service.store.table_definitions import ENDED
 
 log = logging.getLogger("trunnion.service")

@@ -14,7 +14,7 @@ from trunnion.service.api.job_data.job_rows import MOST_REPAIRS, job_contents, r
 from trunnion.service.api.server_state.server_components import JobContents, JobTally, Service
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, read_part_bytes
 from trunnion.service.executor.part_tallies import BATCH, MANY, is_tallied, tallies
-from trunnion.service.store.job_and_chunk_records import Chunk
+from trunnion.service.store.store_records import Chunk
 
 
 class DrawnDocument(BaseModel):

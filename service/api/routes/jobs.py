@@ -27,7 +27,7 @@ from trunnion.service.executor.webhooks import is_allowed
 from trunnion.service.request_models.job_request import JobRequest, current_document
 from trunnion.service.request_workers import rerun_and_extend_plans as plans
 from trunnion.service.request_workers import worker_tasks
-from trunnion.service.store.job_and_chunk_records import Job
+from trunnion.service.store.store_records import Job
 from trunnion.service.store.table_definitions import ACTIVE, ENDED
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])

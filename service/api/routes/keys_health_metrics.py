@@ -13,7 +13,7 @@ from trunnion.service.api.documents.job_document import rfc3339
 from trunnion.service.api.documents.problem_documents import Json, Refusal, content_schema, error_responses
 from trunnion.service.api.transport.api_keys_and_rates import Admin, Reader, ServerState, new_key
 from trunnion.service.request_models.job_request import PlainText, RequestModel
-from trunnion.service.store.job_and_chunk_records import Key
+from trunnion.service.store.store_records import Key
 
 router = APIRouter()
 KEYS: Any = {"robot": {"summary": "For a script that submits", "value": {"name": "nightly sweep", "role": "submit"}}}

@@ -19,7 +19,7 @@ from limits.strategies import SlidingWindowCounterRateLimiter
 
 from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.server_components import Service, service
-from trunnion.service.store.job_and_chunk_records import Key
+from trunnion.service.store.store_records import Key
 
 COOKIE = "trunnion_key"
 ROLES = ("read", "submit", "admin")

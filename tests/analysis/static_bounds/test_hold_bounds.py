@@ -13,9 +13,9 @@ import pytest
 import trunnion
 from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.bounds_results import LoadBounds
-from trunnion.analysis.static_bounds.elementary_motions import motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.hold_check import CELLS
+from trunnion.analysis.static_bounds.minimal_sliding_motions import motions
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states, load_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.scene.overrides import scene_given

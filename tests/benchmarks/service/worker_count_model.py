@@ -27,8 +27,8 @@ from trunnion.service.executor.chunk_dispatcher import AHEAD
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import Piece
-from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.leases_and_chunks import Done, WorkStore
+from trunnion.service.store.store_records import Job
 
 CHUNK_SECONDS = 2.0
 

@@ -11,7 +11,7 @@ import pytest
 
 from trunnion.basics.problems import SceneError
 from trunnion.plots.geometry.mechanism_geometry import scenery
-from trunnion.scene.queries.surface_meshes import GRID, HEAD, mirrored, packed, unpacked
+from trunnion.scene.queries.packed_surfaces import GRID, HEAD, mirrored, packed, unpacked
 from trunnion.scene.scene_loader import scene_from_dict
 
 POINTS = np.array([[0.1, 0.2, -0.3], [0.5, 0.2, -0.3], [0.1, 0.9, -0.3], [0.1, 0.2, 0.4]])

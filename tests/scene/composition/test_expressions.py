@@ -11,8 +11,8 @@ import pytest
 from tests.scene.valid_scene import ARM as TEXT
 from tests.scene.valid_scene import problems_in
 from trunnion.scene import scene_from_text
-from trunnion.scene.expressions.formula_evaluation import slope, value
 from trunnion.scene.expressions.formula_parser import FUNCTIONS, parse_formula, rename_names
+from trunnion.scene.expressions.formula_values_and_dimensions import slope, value
 from trunnion.scene.units.unit_parser import UNITS
 
 SMOOTH = [f for f in FUNCTIONS if f not in ("atan2", "abs", "min", "max")]

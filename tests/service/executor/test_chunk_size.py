@@ -11,7 +11,7 @@ from tests.benchmarks.service.worker_count_model import Fleet, simulated
 from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_and_case_runs import MARKER_SECONDS
 from trunnion.service.executor.chunk_size import BUSY, CHECKS_PER_SECOND, COMMIT_SIZE, DispatchCost, check_pause
-from trunnion.service.store.job_and_chunk_records import Job
+from trunnion.service.store.store_records import Job
 
 CASE = 1e-3
 """Time of a case, s."""

@@ -20,8 +20,8 @@ from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
 from trunnion.service.store.database_connection import Unreachable
-from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.leases_and_chunks import WorkStore
+from trunnion.service.store.store_records import Job
 
 WORKERS = 130
 CASE = 0.5

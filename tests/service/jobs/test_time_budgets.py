@@ -13,7 +13,7 @@ from tests.service.http_servers import MU, SMALL, InProcess
 from trunnion.service.api.documents.job_document import remaining_seconds
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor.active_job import Active
-from trunnion.service.store.job_and_chunk_records import Chunk, Job
+from trunnion.service.store.store_records import Chunk, Job
 
 NEVER = {"until": 90_000.0, "every": 0.01, "kernel": "parts"}
 """A run that no machine ends within any of these budgets."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from trunnion.service.store.job_and_chunk_records import Chunk
 from trunnion.service.store.leases_and_chunks import Done, Lost, WorkStore
+from trunnion.service.store.store_records import Chunk
 
 
 def cut(store: WorkStore, server: str, job: str, size: int, pause: float = 3000.0) -> Chunk | None:

@@ -9,8 +9,8 @@ import pytest
 
 from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
 from tests.service.store.test_store_contract import ME, OTHER, store, taken
-from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
+from trunnion.service.store.store_records import Job
 
 __all__ = ["store"]
 

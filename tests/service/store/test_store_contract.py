@@ -15,9 +15,9 @@ from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
 from trunnion.basics.problems import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.store.database_connection import Unreachable, alembic_config, transaction
-from trunnion.service.store.job_and_chunk_records import Job
 from trunnion.service.store.job_store import BadCursor, Conflict
 from trunnion.service.store.leases_and_chunks import Done, LeaseLost, WorkStore
+from trunnion.service.store.store_records import Job
 
 ME, OTHER = "server a", "server b"
 
