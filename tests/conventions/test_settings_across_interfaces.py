@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import inspect
 import re
-from importlib import import_module
 from typing import Any
 
 import pytest
@@ -16,6 +15,7 @@ from trunnion.basics.setting_declarations import SETTINGS, Setting, offered
 from trunnion.cli import main
 from trunnion.cli.command_declaration import click_command, meaning
 from trunnion.cli.command_registry import COMMANDS as REGISTERED
+from trunnion.cli.command_registry import function_of
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import JobRequest, document_of, plan_of_document, plan_of_request
 from trunnion.service.request_models.sensitivity_and_fmu_requests import SensitivityRequest, plain
@@ -45,7 +45,7 @@ def words(who: str) -> dict[str, str]:
         properties = REST[who].model_json_schema()["properties"]
         return {n: p["description"] for n, p in properties.items() if n in NAMES}
     name = who.removeprefix("trunnion ")
-    command = click_command(name, import_module(REGISTERED[name]).command)
+    command = click_command(name, function_of(name))
     return {p.name: meaning(p) for p in command.params if p.name in NAMES}
 
 

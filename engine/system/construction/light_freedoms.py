@@ -95,8 +95,8 @@ def _bodies_on_loops(bodies: Sequence[Body], cuts: Sequence[Joint]) -> list[int]
     """Bodies on the tree paths between the bodies of each cut joint or coupling."""
     found: set[int] = set()
     for c in cuts:
-        ends = [set(way_to_ground(bodies, b)) for b in c.ends]
-        found |= set.union(*ends) - set.intersection(*ends)
+        ways = [set(way_to_ground(bodies, b)) for b in c.ends]
+        found |= {b for way in ways for b in way if not all(b in w for w in ways)}
     return sorted(found)
 
 

@@ -11,10 +11,9 @@ from typing import Any
 import pytest
 
 from tests.service.http_servers import MU, SMALL, InProcess
-from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.routes import models_scenes_fmus
 from trunnion.service.api.server_state.read_turns import READERS, ReadTurns
-from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER
+from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
 
 
 def test_nobody_reads_at_all_places_and_others_come_soon() -> None:
@@ -52,7 +51,7 @@ def test_too_many_are_sent_away_but_none_who_is_being_answered() -> None:
         return await asyncio.gather(*asked, *(pieces(3) for _ in range(9)), return_exceptions=True)
 
     came = asyncio.run(all_of_them())
-    assert sum(isinstance(e, Refusal) and e.status == 429 for e in came) == 9 - (READERS - 1)
+    assert sum(isinstance(e, QueueFull) and e.own for e in came) == 9 - (READERS - 1)
     assert came[-9:] == [4] * 9
 
 
