@@ -72,7 +72,8 @@ static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   return tr_decide_modes(s, rest, n, -1);
 }
 
-/* Whether freedom i moves as drives and pairs at rest prescribe: one of these pairs is held at the same freedom. Requires held maps. */
+/* Whether freedom i moves as drives and pairs at rest prescribe: a pair at rest is held at the same freedom. Requires held
+ * maps. */
 static int tr_follows_pair_at_rest(const tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);

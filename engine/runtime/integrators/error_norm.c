@@ -72,8 +72,8 @@ static double tr_squared_error(tr_sim *s, const double *e, const double *y, cons
   return sum + turns;
 }
 
-/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_outcome_margin.c``). Only pairs whose
- * rates are states have such errors. */
+/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_outcome_margin.c``). Only pairs
+ * whose rates are states have such errors. */
 static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
