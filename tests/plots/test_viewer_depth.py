@@ -71,6 +71,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     return page
 
 
+@pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:

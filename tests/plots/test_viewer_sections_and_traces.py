@@ -33,6 +33,7 @@ def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
     assert 0.05 * whole.sum() < half.sum() < whole.sum()
 
 
+@pytest.mark.slow
 def test_glass_shows_what_is_inside(chrome: Any, press: Path) -> None:
     """Where arrows are within the links, the picture shows their colour faintly through solid bodies, and fully through glass."""
     page = opened(chrome, press, dots=1)

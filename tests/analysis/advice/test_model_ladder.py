@@ -78,6 +78,7 @@ def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice
     assert own[-1].model_error < 1e-12  # the scene itself
 
 
+@pytest.mark.slow
 def test_what_the_wanted_error_rules_out_is_not_run() -> None:
     """Without friction 8.1 is entirely wrong: sensitivities show this, and the advice makes no run of that model."""
     a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)

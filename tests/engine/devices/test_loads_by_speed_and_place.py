@@ -66,6 +66,7 @@ def everything() -> trunnion.Scene:
 NAMES = ["rail.q[1]", *(f"free.q[{i}]" for i in (1, 2, 3))]
 
 
+@pytest.mark.slow
 def test_an_fmu_moves_as_the_run_also_with_other_values() -> None:
     file = FOLDER / "loads.fmu"
     export(everything(), file, kind="cs", kernel="parts")

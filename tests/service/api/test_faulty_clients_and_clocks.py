@@ -171,6 +171,7 @@ def test_every_refusal_has_a_title_of_its_own() -> None:
     assert "Error" not in titles
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_is_named_not_trunnion(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for settings, where in (

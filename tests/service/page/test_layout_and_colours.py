@@ -51,6 +51,7 @@ def test_marks_of_events_lie_on_the_curve_however_far_apart_its_rows_are(page: A
     assert not set(marks[0]) & set(curve[0])  # between its rows
 
 
+@pytest.mark.slow
 def test_while_a_check_takes_long_nothing_of_the_one_before_is_left_standing(page: Any) -> None:
     page.wait_for_selector("#jobverdict.good")
     held: list[Any] = []

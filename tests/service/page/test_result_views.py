@@ -163,6 +163,7 @@ def test_a_jobs_scene_comes_back_into_the_form_and_gives_the_same_job(page: Any,
 LISTED = "[...document.querySelectorAll('#joblist li')].map((row) => row.textContent)"
 
 
+@pytest.mark.slow
 def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: Job) -> None:
     show(page, "/jobs")
     page.fill("#search", "grid")
