@@ -158,8 +158,7 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
     ins = {"ft": ft, "pose": pose} | ({"lengths": SX.sym("lengths", 2)} if fit.ends == OVERLAP else {})
     both = ca.vertcat(*on_pin_part(joint, ft[:3], ft[3:], s, Ein, Eout, ins.get("lengths")))
     out = [both[COMPONENTS.index(n)] if n in COMPONENTS else SX(0) for n in needs]
-    name = re.sub(r"\W", "_", "_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs]))
-    return expression_primitive(name, ins, {"out": out})
+    return expression_primitive("_".join(["r_cut", CONTACTS[joint.kind.friction].name, fit.label, *needs]), ins, {"out": out})
 
 
 @cache

@@ -121,6 +121,12 @@ def test_libraries_of_other_sources_are_not_used(folder: Path, monkeypatch: pyte
     told.write_text(right)
 
 
+def test_functions_of_every_contact_have_names_that_c_allows(listed: dict[str, Recipe]) -> None:
+    parts = [store.build_primitive(*asked) for asked in listed.values() if asked[1] in ("pin", "bearing", "tie")]
+    assert len(parts) > 100
+    assert not [p.first for p in parts if not (p.first.isascii() and p.first.isidentifier())]
+
+
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", model_names())
 def test_every_part_of_a_model_comes_with_an_installation(name: str, listed: dict[str, Recipe]) -> None:
