@@ -76,7 +76,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
     forces = name in FORCES and which[-1] not in ("power", "depths")
-    return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed")
+    return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed") or (name == "tie" and which[-1] != MIMIC.name)
 
 
 def _follows(which: FrictionKey) -> bool:

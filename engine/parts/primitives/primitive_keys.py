@@ -120,7 +120,7 @@ def rubbing(e: Element) -> FrictionKey:
     fit = Fit(e.joint.fit.pin_out and bool(e.needs), ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
-                    wheels=None)  # fmt: skip
+                    wheels=None, mimic=None)  # fmt: skip
     return FrictionKey(joint, e.needs)
 
 

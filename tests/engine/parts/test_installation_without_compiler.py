@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.engine.parts.test_compiled_kernel_equivalence import LOOPS, TREES, loop, tree
+from tests.sampling import sampled
 from trunnion.kernel.compilation import library_cache, prebuilt_libraries
 from trunnion.kernel.interface.output_columns import columns, needs_quadratures
 from trunnion.parts.derivatives.accelerations import DifferentiableScene
@@ -127,8 +128,7 @@ def test_functions_of_every_contact_have_names_that_c_allows(listed: dict[str, R
     assert not [p.first for p in parts if not (p.first.isascii() and p.first.isidentifier())]
 
 
-@pytest.mark.default_cases(2)
-@pytest.mark.parametrize("name", model_names())
+@pytest.mark.parametrize("name", sampled([*model_names(), "winch"], (MODEL, "winch")))
 def test_every_part_of_a_model_comes_with_an_installation(name: str, listed: dict[str, Recipe]) -> None:
     assert not [p.first for key, p in used(load_scene(name)).items() if key not in listed]
 
