@@ -89,6 +89,8 @@ class Linkage:
         omits the limits. SceneError with all collected faults."""
         self.found.end()
         self._stop(stops)
+        for name in [n for n, t in self.ties.items() if "mimic" in t.more]:
+            self._start_followers(name)
         data: dict[str, Any] = {
             "schema": 1, "name": self.name, "gravity": floats(self.gravity),
             "bodies": {n: _body(link) for n, link in self.links.items()},
@@ -99,6 +101,18 @@ class Linkage:
         if self.forces:
             data["forces"] = self.forces
         return scene_from_dict(data)
+
+    def _start_followers(self, name: str) -> None:
+        """Give a joint that follows another the start coordinate that follows from its leader's, unless it has its own."""
+        following: list[str] = []
+        while "mimic" in (more := self.ties[name].more) and "start" not in more and name not in following:
+            following.append(name)
+            name = more["mimic"]["joint"]
+        q = float(more.get("start", {}).get("q", 0.0))
+        for name in reversed(following):
+            own = self.ties[name].more
+            q = own["mimic"]["ratio"] * q + own["mimic"]["offset"]
+            own["start"] = {"q": q}
 
     def _stop(self, stiffness: float | None) -> None:
         single = [n for n in self.limits if stiffness and REGISTRY[self.ties[n].kind].nv == 1]

@@ -9,7 +9,7 @@ import numpy as np
 
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, Names, Tie, floats, plain_name, tensor
-from trunnion.importers.pose_matrices import Pose, along, pose, rpy
+from trunnion.importers.pose_matrices import Pose, along, inverse, pose, rpy
 from trunnion.importers.visual_meshes import Pictures
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, Findings, existing, read_root
@@ -19,6 +19,7 @@ TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
     "planar": "planar",
 }  # fmt: skip
+LEFT_OUT = {"gazebo": "settings for Gazebo", "transmission": "transmissions", "safety_controller": "safety controllers"}
 GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 1)}
 
 
@@ -31,6 +32,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
     root, found = read_root(path, "robot", hint)
     reader = UrdfReader(root, found, Pictures(path.resolve().parent, found))
+    found.note_left_out(root, LEFT_OUT)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
@@ -64,20 +66,18 @@ class UrdfReader:
             self.found.end()
         root = self.roots[0]
         grounded = self._is_massless(root)
-        ends = self._end_points()
-        bodies = [n for n in self.links if n not in ends and not (grounded and n == root)]
-        self.place = {n: self.names.new(n, "link") for n in bodies} | ({root: GROUND} if grounded else {})
+        frames = self._frames(root)
+        holding = {id(j) for j in frames.values()}
+        bodies = [n for n in self.links if n not in frames and not (grounded and n == root)]
+        self.place = {n: (self.names.new(n, "link"), np.eye(4)) for n in bodies} | ({root: (GROUND, np.eye(4))} if grounded else {})
         out = Linkage(plain_name(self.name or name, ascii_only=False), self.found)
         for n in bodies:
-            out.links[self.place[n]] = self._link(n)
+            out.links[self.place[n][0]] = self._link(n)
+        self._place_frames(frames, out)
         if not grounded:
-            out.ties[self.names.new("base", "joint")] = Tie("fixed", GROUND, self.place[root], np.eye(4), np.eye(4))
+            out.ties[self.names.new("base", "joint")] = Tie("fixed", GROUND, self.place[root][0], np.eye(4), np.eye(4))
         for j in self.joints:
-            if _link_of(j, "child") in ends:
-                holder = self.place[_link_of(j, "parent")]
-                points = out.ground if holder == GROUND else out.links[holder].points
-                points[Names().new(_link_of(j, "child"), "point")] = floats(self._origin(j)[:3, 3])
-            else:
+            if id(j) not in holding:
                 self._joint(j, out)
         for j in self.joints:
             for m in j.all("mimic"):
@@ -90,11 +90,32 @@ class UrdfReader:
         mass = inertial.first("mass") if inertial is not None else None
         return mass is None or not self.found.attribute(mass, "value")
 
-    def _end_points(self) -> set[str]:
-        """Names of the massless links without children on fixed joints; these links become named points."""
-        parents = {_link_of(j, "parent") for j in self.joints}
-        fixed = {_link_of(j, "child") for j in self.joints if j.get("type") == "fixed"}
-        return {n for n in fixed - parents if self._is_massless(n)}
+    def _frames(self, root: str) -> dict[str, Element]:
+        """The massless links that fixed joints connect to the root or to a link with mass, each with the last of these joints. The
+        link on the other side of this joint is not massless, or comes earlier in the result."""
+        fixed: dict[str, list[Element]] = {n: [] for n in self.links}
+        for j in self.joints:
+            for side in ("parent", "child") if j.get("type") == "fixed" else ():
+                fixed[_link_of(j, side)].append(j)
+        light = {n for n in self.links if n != root and self._is_massless(n)}
+        frames: dict[str, Element] = {}
+        reached = [n for n in self.links if n not in light]
+        for n in reached:
+            for j in fixed[n]:
+                other = _other_link(j, n)
+                if other in light and other not in frames:
+                    frames[other] = j
+                    reached.append(other)
+        return frames
+
+    def _place_frames(self, frames: dict[str, Element], out: Linkage) -> None:
+        """Make each frame a named point of the body that holds it."""
+        for n, j in frames.items():
+            holder, at = self.place[_other_link(j, n)]
+            origin = self._origin(j)
+            self.place[n] = holder, at @ (origin if _link_of(j, "child") == n else inverse(origin))
+            points = out.ground if holder == GROUND else out.links[holder].points
+            points[Names().new(n, "point")] = floats(self.place[n][1][:3, 3])
 
     # -- links --------------------------------------------------------------------------------------------------------------
 
@@ -146,9 +167,10 @@ class UrdfReader:
             self.found.add(given or j, name, "its axis is a zero vector")
             return
         frame = along(axis) if REGISTRY[kind].needs_axis else np.eye(4)
-        sides = self.place[_link_of(j, "parent")], self.place[_link_of(j, "child")]
+        (inboard, holder), (outboard, carried) = self.place[_link_of(j, "parent")], self.place[_link_of(j, "child")]
         made = self.made[name] = self.names.new(name, "joint")
-        out.ties[made] = Tie(kind, *sides, self._origin(j) @ frame, frame, self._devices(j, kind, out))
+        more = self._devices(j, kind, out)
+        out.ties[made] = Tie(kind, inboard, outboard, holder @ self._origin(j) @ frame, carried @ frame, more)
         limit = j.first("limit")
         if limit is not None and said != "continuous" and REGISTRY[kind].nv == 1:
             ends = [self.found.attribute(limit, key) for key in ("lower", "upper")]
@@ -164,6 +186,11 @@ class UrdfReader:
                 more["damping"] = damping if rates == 1 else [damping] * rates
             more |= out.friction(j.get("name"), kind, self.found.attribute(dynamics, "friction"))
         return more
+
+
+def _other_link(j: Element, link: str) -> str:
+    """Name of the link on the other side of a joint."""
+    return _link_of(j, "parent" if _link_of(j, "child") == link else "child")
 
 
 def _link_of(j: Element, side: str) -> str:

@@ -114,6 +114,76 @@ def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
     assert r["far.q[1]"] == pytest.approx(0.1 - 0.02 * r["near.q[1]"], abs=1e-12)
 
 
+def test_settings_of_other_programs_are_noted(tmp_path: Path) -> None:
+    file = tmp_path / "robot.urdf"
+    weighed = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    file.write_text(f'<robot name="r">\n<link name="a">{weighed}</link>\n<gazebo reference="a"/><gazebo/>\n<transmission/></robot>')
+    notes = scene_of_urdf(file)[1]
+    assert notes[0] == "settings for Gazebo left out: <gazebo> in line 3 and 1 more"
+    assert notes[1] == "transmissions left out: <transmission> in line 4"
+
+
+def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> None:
+    """Joints of a URDF start at 0, followers at their offset; a follower of a follower likewise."""
+    file = tmp_path / "chain.urdf"
+    weighed = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    links = "".join(f'<link name="{n}">{weighed}</link>' for n in "abc")
+    hinge = '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/><axis xyz="0 1 0"/>{}</joint>'
+    joints = (("third", "b", "c", ("second", 0.5, -1)), ("first", "world", "a", None), ("second", "a", "b", ("first", 2, 0.1)))
+    text = ""
+    for name, parent, child, m in joints:
+        mimic = f'<mimic joint="{m[0]}" multiplier="{m[1]}" offset="{m[2]}"/>' if m else ""
+        text += hinge.format(name, parent, child, mimic)
+    file.write_text(f'<robot name="chain"><link name="world"/>{links}{text}</robot>')
+    r = trunnion.simulate(scene_of_urdf(file)[0], 0.01, 0.01)
+    assert [r[f"{n}.q[1]"][0] for n in ("first", "second", "third")] == pytest.approx([0, 0.1, 0.5 * 0.1 - 1], abs=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_massless_frames_in_chains_of_fixed_joints_are_points_of_bodies(seed: int, tmp_path: Path) -> None:
+    """Up to two frames before and after every hinge and behind every link, in a random order in the file. By forward kinematics,
+    every mass centre and every point is at its place."""
+    rng = np.random.default_rng(seed)
+    parts: list[str] = []
+    places: dict[str, np.ndarray] = {}
+
+    def add(kind: str, parent: str, child: str, at: np.ndarray, mass: str = "") -> np.ndarray:
+        """A joint with its child; ``at`` is the pose of the parent. Returns the pose of the child."""
+        xyz, rpy = (rng.normal(size=3), rng.normal(size=3)) if kind == "fixed" else (np.zeros(3), np.zeros(3))
+        origin = f'<origin xyz="{" ".join(map(str, xyz))}" rpy="{" ".join(map(str, rpy))}"/>'
+        ends = f'<parent link="{parent}"/><child link="{child}"/>'
+        parts.append(f'<link name="{child}">{mass}</link>')
+        parts.append(f'<joint name="to_{child}" type="{kind}">{ends}{origin}<axis xyz="0 1 0"/></joint>')
+        return at @ _place(tuple(xyz), tuple(rpy))
+
+    parent, at = "world", np.eye(4)
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1.2" izz="0.9"/></inertial>'
+    for k in range(3):
+        frames = [f"f{k}{n}" for n in range(rng.integers(0, 3))]
+        for frame in frames:
+            at = add("fixed", parent, frame, at)
+            parent = frame
+        behind = rng.integers(0, 3)  # frames that the hinge moves, and that carry the link
+        links = [*(f"a{k}{n}" for n in range(behind)), f"link{k}"]
+        for n, link in enumerate(links):
+            at = add("fixed" if n else "continuous", parent, link, at, mass if link == links[-1] else "")
+            parent = link
+        places[f"{parent}.position"] = at[:3, 3]
+        tip, at_tip = parent, at
+        for n in range(rng.integers(0, 3)):
+            at_tip = add("fixed", tip, f"t{k}{n}", at_tip)
+            tip = f"t{k}{n}"
+            places[f"{parent}.{tip}.position"] = at_tip[:3, 3]
+    rng.shuffle(parts)
+    file = tmp_path / "frames.urdf"
+    file.write_text(f'<robot name="frames"><link name="world"/>{"".join(parts)}</robot>')
+    scene = scene_of_urdf(file)[0]
+    assert set(scene.bodies) == {"link0", "link1", "link2"}
+    r = trunnion.simulate(scene, 0.01, 0.01)
+    for name, place in places.items():
+        assert [r[f"{name}[{i}]"][0] for i in (1, 2, 3)] == pytest.approx(place, abs=1e-12)
+
+
 def test_a_fixed_joint_may_be_turned(tmp_path: Path) -> None:
     """A plate turned by rpy at the end of an arm has the pose of forward kinematics."""
     file = tmp_path / "turned.urdf"

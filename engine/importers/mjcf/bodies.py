@@ -135,7 +135,11 @@ class Bodies:
             body = e.get("name") or f"body{len(self.linkage.links)}"
             made = self._link(body if k == last else f"{body}_{k + 1}", "body", own, geoms if k == last else [], link, at)
             self.elements.append(j)
-            self.freedoms.append(self._add_joint(j, framed, around, link, made, at))
+            f = self._add_joint(j, framed, around, link, made, at)
+            align = j.get("align", "auto")
+            if f.type == "free" and not inside["bodies"] and (align == "true" or (align == "auto" and self.model.settings.align)):
+                f.frame = self.masses.principal_frame(e)
+            self.freedoms.append(f)
             link, at = made, np.eye(4)
         return Place(link, at)
 
@@ -168,8 +172,9 @@ class Bodies:
         for link in links.values():
             link.mass = link.mass or LIGHT * least
         self._tune_springs()
+        lifts = not {"spring", "damper"} <= self.model.disabled  # with both disabled, MuJoCo omits all passive forces
         for name, share in self.lifted.items():
-            if share and any(self.linkage.gravity):
+            if share and lifts and any(self.linkage.gravity):
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
@@ -182,4 +187,7 @@ class Bodies:
         weight = 1.0 / np.diag(np.linalg.inv(M))
         for name, (time, ratio) in swinging.items():
             own, more = float(weight[rows.index((name, 0))]), self.linkage.ties[name].more
-            more["spring"]["stiffness"], more["damping"] = own / (time * ratio) ** 2, 2 * own / time
+            if "spring" in more:
+                more["spring"]["stiffness"] = own / (time * ratio) ** 2
+            if "damper" not in self.model.disabled:
+                more["damping"] = 2 * own / time

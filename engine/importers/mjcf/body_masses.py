@@ -199,6 +199,13 @@ class Masses:
             return self._within_bounds(body, self._given_mass(own))
         return self._within_bounds(body, sum_of([g.mass for g in geoms]) if how != "false" else Mass())
 
+    def principal_frame(self, body: Element) -> Pose | None:
+        """Frame at the mass centre with MuJoCo's principal axes, in the body. MuJoCo chooses the axes itself unless the file gives
+        moments about them; the result is then None."""
+        own = body.first("inertial")
+        known = own is not None and self.model.settings.from_geoms != "true" and "fullinertia" not in own.attributes
+        return self.model.pose(own, own.attributes) if own is not None and known else None
+
     def _given_mass(self, e: Element) -> Mass:
         at = self.model.pose(e, e.attributes)
         mass = self.found.attribute(e, "mass")

@@ -12,8 +12,8 @@ from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose
 from trunnion.importers.xml_reader import Element
 
 REMEDY = 'active="false" disables it'
-PULLING = ("stiffness", "damping", "frictionloss", "armature")
-"""Attributes that make a tendon exert forces."""
+PULLING = {"stiffness": "spring", "damping": "damper", "frictionloss": "frictionloss", "armature": ""}
+"""Attributes that make a tendon exert forces, each with the flag that disables them."""
 
 
 class Closing:
@@ -22,7 +22,7 @@ class Closing:
     def __init__(self, bodies: Bodies):
         self.bodies, self.model, self.found = bodies, bodies.model, bodies.found
         for e in self.model.entries("equality"):
-            if self.model.attributes(e, "", "equality").get("active", "true") == "false":
+            if self.model.attributes(e, "", "equality").get("active", "true") == "false" or "equality" in self.model.disabled:
                 self.found.notes.append(f"{e.title}: left out (it is not active)")
             else:
                 {"connect": self._connect, "weld": self._weld, "joint": self._couple}.get(e.tag, self._refuse)(e)
@@ -110,7 +110,8 @@ class Closing:
     def _tendon(self, e: Element) -> bool:
         """Import a tendon as a spring, or refuse the tendon. A tendon without forces is ignored, and the result is then False."""
         said = self.model.attributes(e, "", "tendon")
-        own = {k: (self.found.numbers(e, k, said[k], (1, 2, 3)) or [0.0])[0] for k in PULLING if k in said}
+        acting = [k for k, flag in PULLING.items() if k in said and flag not in self.model.disabled]
+        own = {k: (self.found.numbers(e, k, said[k], (1, 2, 3)) or [0.0])[0] for k in acting}
         if not any(own.values()):
             return False
         stops = e.children

@@ -35,6 +35,7 @@ class Settings:
     total         total mass, kg; 0 means no scaling
     meshes        folder of the meshes
     strip         whether folders in mesh file names are ignored
+    align         whether free joints without child bodies are aligned, unless they say otherwise
     """
 
     degrees: bool = True
@@ -48,6 +49,7 @@ class Settings:
     total: float = 0.0
     meshes: str = ""
     strip: bool = False
+    align: bool = False
 
     def angle(self, x: float) -> float:
         """An angle of the file, converted to rad."""
@@ -68,6 +70,7 @@ class Model:
         for section in self.sections("default"):
             self._read_class(section, "")
         self.settings = self._settings()
+        self.disabled = self._disabled()
 
     def sections(self, tag: str) -> list[Element]:
         """All sections with a tag; a file may contain a section several times."""
@@ -143,8 +146,19 @@ class Model:
             given.get("angle", "degree") == "degree", sequence, given.get("autolimits", "true") == "true",
             given.get("inertiafromgeom", "auto"), (groups[0], groups[1]), number("boundmass"), number("boundinertia"),
             given.get("balanceinertia") == "true", number("settotalmass"), given.get("meshdir", given.get("assetdir", "")),
-            given.get("strippath") == "true",
+            given.get("strippath") == "true", given.get("alignfree") == "true",
         )  # fmt: skip
+
+    def _disabled(self) -> set[str]:
+        """What <flag> disables. Flags that change no motion of a scene are omitted."""
+        flags: Attributes = {}
+        for option in self.sections("option"):
+            for e in option.all("flag"):
+                flags |= e.attributes
+        off = {name for name, said in flags.items() if said == "disable"}
+        off |= {"frictionloss", "limit", "equality"} if "constraint" in off else set()
+        off |= {"spring", "damper"} if "passive" in off else set()
+        return off & {"gravity", "spring", "damper", "frictionloss", "limit", "equality"}
 
     def _read_class(self, section: Element, parent: str) -> None:
         """Read a default class, which inherits the attributes of its parent class."""

@@ -10,6 +10,7 @@ import numpy as np
 from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.importers.intermediate_linkage import Linkage
 from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model
+from trunnion.importers.pose_matrices import Pose
 from trunnion.importers.xml_reader import Element
 
 JOINTS = ("joint", "freejoint")
@@ -30,6 +31,7 @@ class Freedom:
     start   initial coordinates that are not zero
     limits  smallest and largest coordinate
     swing   time constant, s, and damping ratio of its spring and damper in the initial pose
+    frame   of a free joint: the frame in the body that its coordinates refer to; None if it is not known
     """
 
     type: str
@@ -41,6 +43,7 @@ class Freedom:
     start: list[float] = field(default_factory=list)
     limits: tuple[float, float] | None = None
     swing: tuple[float, float] | None = None
+    frame: Pose | None = field(default_factory=lambda: np.eye(4))
 
     @property
     def kind(self) -> JointKind:
@@ -64,17 +67,37 @@ def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
     ref = angle(model.found.number(e, "ref", said.get("ref"), 0.0)) if own.nv == 1 else 0.0
     out = Freedom(kind, ref, axis, model.three(e, said, "pos", "0 0 0"))
     limited = said.get("limited", "auto")
-    if limited == "true" or (limited == "auto" and model.settings.auto_limits and "range" in said):
+    has_range = limited == "true" or (limited == "auto" and model.settings.auto_limits and "range" in said)
+    if has_range and "limit" not in model.disabled:
         ends = model.found.numbers(e, "range", said.get("range", "0 0"), (2,)) or [0.0, 0.0]
         out.limits = (angle(ends[0]) - ref, angle(ends[1]) - ref)
-    for key, field_of in (("damping", "damping"), ("armature", "rotor_inertia")):
-        value = _coefficient(model, e, said, key)
-        if value:
-            out.more[field_of] = value if own.nv == 1 else [value] * own.nv
+    rotor = _coefficient(model, e, said, "armature")
+    if rotor:
+        out.more["rotor_inertia"] = rotor if own.nv == 1 else [rotor] * own.nv
+    add_damping(model, e, said, own.nv, out.more)
     _spring(model, e, said, out, angle)
     lost = model.found.number(e, "frictionloss", said.get("frictionloss"), 0.0)
-    out.more |= linkage.friction(name, own.name, lost)
+    out.more |= linkage.friction(name, own.name, lost if "frictionloss" not in model.disabled else 0.0)
     return out
+
+
+def add_damping(model: Model, e: Element, said: Attributes, nv: int, more: dict[str, Any], scale: float = 1.0) -> None:
+    """Add the damping of an element to the keys ``more`` of a joint with ``nv`` freedoms. With the numbers d1, d2, d3 of the
+    attribute, the effort is scale · (d1 v + d2 |v| v + d3 v³) (MuJoCo 4.0.0); scenes have no cubic damping."""
+    given = model.found.numbers(e, "damping", said["damping"], (1, 2, 3)) if "damping" in said else None
+    if not given or "damper" in model.disabled:
+        return
+    linear, quadratic, cubic = (*given, 0.0, 0.0)[:3]
+    if cubic or (quadratic and nv > 1):
+        hint = "scenes support a linear and, for joints with one freedom, a quadratic term"
+        model.found.add(e, e.title, f"damping is a polynomial: {said['damping']}", hint)
+    elif nv > 1 and linear:
+        more["damping"] = [linear] * nv
+    elif linear:
+        more["damping"] = more.get("damping", 0.0) + scale * linear
+    if quadratic and nv == 1:
+        earlier = more.get("nonlinear", {}).get("quadratic_damping", 0.0)
+        more["nonlinear"] = {"quadratic_damping": earlier + scale * quadratic}
 
 
 def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) -> None:
@@ -82,6 +105,8 @@ def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) 
     stiffness = _coefficient(model, e, said, "stiffness")
     swing = model.found.numbers(e, "springdamper", said.get("springdamper", "0 0"), (2,)) or [0.0, 0.0]
     f.swing = (swing[0], swing[1]) if min(swing) > 0 else None
+    if "spring" in model.disabled:
+        return
     if (stiffness or f.swing) and f.kind.nv > 1:
         model.found.add(e, name, f"a spring along a {f.type} joint, which scenes do not support", "replace the joint by hinges")
     elif stiffness or f.swing:

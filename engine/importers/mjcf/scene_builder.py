@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import Linkage, listed
+from trunnion.importers.intermediate_linkage import Linkage, floats, listed
 from trunnion.importers.mjcf.bodies import Bodies
 from trunnion.importers.mjcf.equalities_and_tendons import Closing
 from trunnion.importers.mjcf.includes_and_defaults import Model
-from trunnion.importers.mjcf.joints import RATIO
-from trunnion.importers.xml_reader import existing
+from trunnion.importers.mjcf.joints import RATIO, Freedom, add_damping
+from trunnion.importers.pose_matrices import inverse, of_quaternion, pose, to_quaternion
+from trunnion.importers.xml_reader import Element, existing
 from trunnion.scene.data_classes.scene import Scene
 
 
@@ -19,7 +20,8 @@ def scene_of_mjcf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     """(scene, notes on omissions).
 
     Joints keep their names; coordinates are zero in the file's initial pose. armature becomes ``rotor_inertia``, frictionloss
-    becomes constant friction, and connect and weld become joints that close loops. The scene starts in the first keyframe.
+    becomes constant friction, and connect and weld become joints that close loops. The scene starts in the first keyframe. What
+    <flag> disables is omitted.
     ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits. SceneError lists everything
     that a scene cannot represent, with file and line."""
     linkage, model, _ = linkage_of_mjcf(Path(file))
@@ -54,9 +56,8 @@ def _gravity(model: Model) -> tuple[float, float, float]:
         fluid = [k for k, values in given.items() if any(values or ())]
         if fluid:
             model.found.notes.append(f"fluid forces left out ({', '.join(fluid)})")
-        for flag in e.all("flag"):
-            if flag.get("gravity") == "disable":
-                g = np.zeros(3)
+    if "gravity" in model.disabled:
+        g = np.zeros(3)
     return float(g[0]), float(g[1]), float(g[2])
 
 
@@ -68,27 +69,58 @@ def _actuators(model: Model, bodies: Bodies) -> None:
         said = model.attributes(e, "")
         f = by_name.get(said.get("joint") or said.get("jointinparent") or "")
         ratio = (model.found.numbers(e, RATIO, said.get(RATIO, "1"), range(1, 7)) or [1.0])[0]
-        for key, name in (("armature", "rotor_inertia"), ("damping", "damping")):
-            if key in said and f is not None and f.kind.nv == 1:
-                value = (model.found.numbers(e, key, said[key], (1, 2, 3)) or [0.0])[0]
-                tie = bodies.linkage.ties[f.name]
-                tie.more[name] = tie.more.get(name, 0.0) + ratio * ratio * value
+        if f is None or f.kind.nv != 1:
+            continue
+        more = bodies.linkage.ties[f.name].more
+        add_damping(model, e, said, 1, more, ratio * ratio)
+        if "armature" in said:
+            rotor = model.found.number(e, "armature", said["armature"], 0.0)
+            more["rotor_inertia"] = more.get("rotor_inertia", 0.0) + ratio * ratio * rotor
     if every:
         names = [e.get("name") or e.get("joint") or e.tag for e in every]
         model.found.notes.append(f"{len(every)} actuators left out (give joints an effort or a drive): {listed(names)}")
 
 
 def _keyframe(model: Model, bodies: Bodies) -> None:
-    """Set the start values to the first keyframe with coordinates, if there is one."""
-    key = next((k for k in model.entries("keyframe") if k.tag == "key" and k.get("qpos")), None)
+    """Set the start values to the first keyframe with coordinates or rates, if there is one."""
+    key = next((k for k in model.entries("keyframe") if k.tag == "key" and (k.get("qpos") or k.get("qvel"))), None)
     if key is None:
         return
-    total = sum(f.kind.nq for f in bodies.freedoms)
-    q = model.found.numbers(key, "qpos", key.get("qpos"), (total,))
-    at = 0
-    for f in bodies.freedoms if q is not None else ():
-        own = (q or [])[at : at + f.kind.nq]
-        at += len(own)
-        if len(own) > 1 or own[0] != f.ref:
-            bodies.linkage.ties[f.name].more["start"] = {"q": own if len(own) > 1 else own[0] - f.ref}
+    q, qd = _key_numbers(model, key, bodies.freedoms, "qpos"), _key_numbers(model, key, bodies.freedoms, "qvel")
+    for k, f in enumerate(bodies.freedoms):
+        more = bodies.linkage.ties[f.name].more
+        at = q[k] if q else f.start if f.start else [f.ref] if f.kind.nv == 1 else [1.0, 0.0, 0.0, 0.0]
+        rates = qd[k] if qd else [0.0] * f.kind.nv
+        if f.kind.nv > 1:
+            if q and f.frame is None:
+                what = "starts with its principal axes of inertia in a pose of the keyframe, and MuJoCo chooses these axes"
+                model.found.add(key, f.name, what, 'give <inertial> with diaginertia, or align="false"')
+            at, rates = _body_start(f, at, rates)
+            more["start"] = {"q": at}
+        elif at[0] != f.ref or "mimic" in more:
+            more["start"] = {"q": at[0] - f.ref}
+        if any(rates):
+            more["start"] = more.get("start", {}) | {"qd": rates if f.kind.nv > 1 else rates[0]}
     model.found.notes.append(f"starts in keyframe {key.get('name') or 1}")
+
+
+def _key_numbers(model: Model, key: Element, freedoms: list[Freedom], name: str) -> list[list[float]] | None:
+    """The coordinates (qpos) or rates (qvel) of each joint in a keyframe; None if the keyframe does not give them."""
+    counts = [f.kind.nq if name == "qpos" else f.kind.nv for f in freedoms]
+    given = model.found.numbers(key, name, key.get(name), (sum(counts),)) if key.get(name) else None
+    ends = np.cumsum(counts)
+    return None if given is None else [given[e - n : e] for e, n in zip(ends, counts, strict=True)]
+
+
+def _body_start(f: Freedom, at: list[float], rates: list[float]) -> tuple[list[float], list[float]]:
+    """(coordinates, rates) of a ball or a free joint in the scene. MuJoCo gives angular velocities in the axes of the moving body,
+    scenes in those of the inboard part. The coordinates of an aligned free joint are those of ``f.frame``."""
+    moved = of_quaternion(at[-4:])
+    spin = moved @ rates[-3:]
+    if f.type == "ball":
+        return at, floats(spin)
+    frame = np.eye(4) if f.frame is None else f.frame
+    body = pose(at[:3], moved) @ inverse(frame)
+    speed = np.array(rates[:3]) + np.cross(spin, body[:3, 3] - at[:3])
+    turned = at[-4:] if np.array_equal(frame[:3, :3], np.eye(3)) else to_quaternion(body[:3, :3])
+    return [*floats(body[:3, 3]), *turned], [*floats(speed), *floats(spin)]

@@ -56,6 +56,10 @@ def acting(found: Findings, joint: Element, kind: str, out: Linkage) -> dict[str
 
     more: dict[str, Any] = {}
     damping, stiffness, rest = each("damping"), each("spring_stiffness"), each("spring_reference")
+    if kind == "spherical":
+        for a in (a for k, a in enumerate(axes) if a is not None and any((damping[k], stiffness[k], each("friction")[k]))):
+            found.add(a, f"{joint.get('name')}.{a.tag}", "a ball joint has no axis for these forces", "remove its <dynamics>")
+        return more
     if any(damping):
         more["damping"] = damping[0] if len(damping) == 1 else damping
     if any(stiffness):

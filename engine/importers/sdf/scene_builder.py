@@ -17,6 +17,10 @@ from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
 
+LEFT_OUT = {
+    "plugin": "plugins", "state": "states that replace poses of links", "velocity_decay": "decay of velocities",
+    "kinematic": "motion without forces", "enable_wind": "wind", "gripper": "grippers", "actor": "actors",
+}  # fmt: skip
 SOLIDS = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
@@ -29,6 +33,7 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     root, found = read_root(path, "sdf", "SDF files begin with <sdf>")
     folder = path.resolve().parent
     reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
+    found.note_left_out(root, LEFT_OUT)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
