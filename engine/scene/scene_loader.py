@@ -12,7 +12,6 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.scene.checks import findings
 from trunnion.scene.composition.whole_scene import compose
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_evaluation import MEND_FIRST, evaluate
@@ -157,8 +156,8 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     told = {f.path for f in composed}
     found = [*source.findings, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
     # after a mistake in composition, the missing parts would cause many further findings
-    if built.scene is not None and not composed:
-        found += [f for f in findings(built.scene) if not built.hides(f)]
+    if not composed:
+        found += built.scene_findings()
     if found or built.scene is None:
         raise error_of(found, lines, source.file)
     return built.scene

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.elements.joints import FREE
+from trunnion.elements.joints import FREE, REGISTRY
+from trunnion.scene.checks import findings
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_reader import DEEPEST
 from trunnion.scene.file_format.yaml_scalars import whole_text
 from trunnion.scene.findings.findings_and_paths import CONNECTIONS, Finding, Path
+from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.validation_messages import findings_of
 
 ROUNDS = 12
 """Largest number of attempts to remove invalid parts; after these there is no scene."""
+
+STAND_INS = ("revolute", "free")
+"""Types of an untyped joint in the checks."""
 
 STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
 
@@ -30,11 +35,26 @@ class Built:
     scene     None when no valid scene remains
     findings  mistakes of form: unknown keys, wrong types, missing keys, wrong units
     broken    paths of the removed parts, with CONNECTIONS if whole joints were removed
+    untyped   paths of joints of unknown type, which is not similar to a known one
     """
 
     scene: Scene | None
     findings: list[Finding] = field(default_factory=list)
     broken: set[Path] = field(default_factory=set)
+    untyped: set[Path] = field(default_factory=set)
+
+    def scene_findings(self) -> list[Finding]:
+        """The findings of the checks on the scene, without those that a removed part may have caused. A finding about an untyped
+        joint counts if it is the same with each of ``STAND_INS``."""
+        if self.scene is None:
+            return []
+        found = [f for f in findings(self.scene) if not self.hides(f)]
+        if not self.untyped:
+            return found
+        joints = self.scene.joints
+        retyped = {str(name): replace(joints[str(name)], type=STAND_INS[1]) for _, name in self.untyped if name in joints}
+        others = set(findings(replace(self.scene, joints={**joints, **retyped})))
+        return [f for f in found if f.path[:2] not in self.untyped or f in others]
 
     def hides(self, f: Finding) -> bool:
         """Whether a removed part may have caused a finding. This is so if a removed part contains the finding's path or a
@@ -108,6 +128,14 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
     """Remove the smallest optional part that contains a mistake; the result is the path of this part. A whole body or joint is not
     removed but replaced by a valid stub."""
     node, at = _deepest_group(data, path)
+    if len(path) == 3 and (path[0], path[2]) == ("joints", "type"):
+        joint = data["joints"][path[1]]
+        similar = closest(str(joint.get("type", "")), REGISTRY)
+        if not similar:
+            built.untyped.add(path[:2])
+        joint["type"] = similar or STAND_INS[0]
+        built.broken.add(path)
+        return path
     if len(at) <= 1:  # the mistake is in one of the scene's own keys
         key = path[0] if path else ""
         required = key in ("bodies", "joints")

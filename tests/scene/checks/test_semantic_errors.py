@@ -98,6 +98,20 @@ def test_a_mistake_of_form_is_not_followed_by_its_consequences(changes):
     assert len(found) == 1, found
 
 
+@pytest.mark.parametrize("given", ["revolut", "hinge", 3, GONE])
+def test_a_wrong_joint_type_hides_no_other_mistake_of_the_joint(given):
+    changes = {"joints.hinge.type": given, "joints.hinge.friction.mu": -1, "joints.hinge.outboard": "arm.tap"}
+    found = {p.where for p in problems_of(edited(changes))}
+    assert found == {"joints.hinge.type", "joints.hinge.friction.mu", "joints.hinge.outboard"}
+
+
+@pytest.mark.parametrize("joint", VALID["joints"])
+def test_a_wrong_joint_type_is_not_followed_by_its_consequences(joint):
+    for given in (VALID["joints"][joint]["type"][:-1], "hinge"):
+        found = problems_of(edited({f"joints.{joint}.type": given}))
+        assert [p.where for p in found] == [f"joints.{joint}.type"], found
+
+
 def test_an_unrelated_mistake_of_form_hides_nothing():
     changes = {"bodies.sled.inertia": GONE, "bodies.sled.colr": 1, "bodies.sled.points": {"a": 3}}
     assert {p.where for p in problems_of(edited(changes))} == {

@@ -9,12 +9,12 @@ import pytest
 
 from tests.scene.valid_scene import VALID, edited
 from trunnion import simulate, sweep
-from trunnion.scene import load_scene, model_names, models_dir, scene_from_dict, scene_loader, scene_to_yaml
+from trunnion.scene import load_scene, model_names, models_dir, scene_from_dict, scene_loader, scene_to_yaml, validation
 from trunnion.scene.overrides import apply, list_parameters, scene_given
 from trunnion.simulation.execution import starts_at_cuts_and_points
 
-STAGES = ("compose", "evaluate", "build", "findings")
-"""Stages of this traversal: composition of parts, expressions, types, checks."""
+STAGES = {"compose": scene_loader, "evaluate": scene_loader, "build": scene_loader, "findings": validation}
+"""Stages of this traversal, each with the module that calls it: composition of parts, expressions, types, checks."""
 ROD = {
     "parameters": {"a": "1 m"},
     "bodies": {"rod": {"mass": 1, "center": ["{a/2}", 0, 0], "inertia": [0.1, 0.1, 0.1]}},
@@ -48,8 +48,8 @@ def counts(monkeypatch):
 
         monkeypatch.setattr(owner, name, work)
 
-    for stage in STAGES:
-        counted(scene_loader, stage, stage)
+    for stage, caller in STAGES.items():
+        counted(caller, stage, stage)
     counted(starts_at_cuts_and_points, "build", "system")
     return found
 
