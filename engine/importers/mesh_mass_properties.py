@@ -11,16 +11,19 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.importers.xml_reader import existing
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+OVERLAP = 1e-6
+"""× the mass: a smaller difference between the union and its parts is round-off of single precision in STL files."""
 PLACES = 12
 """Number of significant digits in the result; further digits are round-off."""
 
 
-def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str, Any]:
+def body_of_mesh(file: str | Path, density: float, unit: str = "mm", notes: list[str] | None = None) -> dict[str, Any]:
     """The scene keys of a body, in the mesh's frame: mass, kg; center, m; inertia about the centre (xx, yy, zz, xy, xz, yz),
     kg m²; box with the extents of the mesh for drawing, m.
 
-    ``density`` is in kg/m³; ``unit`` is the unit of the file's numbers (STL has no units). SceneError for an open or inverted
-    surface, a density that is not positive, an unknown unit, or an unreadable file."""
+    ``density`` is in kg/m³; ``unit`` is the unit of the file's numbers (STL has no units). Closed surfaces that overlap are one
+    solid, their union; ``notes`` receives a note. SceneError for an open or inverted surface, a density that is not positive, an
+    unknown unit, or an unreadable file."""
     mesh = _read(Path(file))
     problems = []
     if unit not in UNITS:
@@ -34,7 +37,11 @@ def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str
     if problems:
         raise SceneError(problems)
     mesh.apply_scale(UNITS[unit])
+    apart = density * mesh.volume
+    mesh = _united(mesh, str(file))
     mesh.density = density
+    if notes is not None and abs(apart - mesh.mass) > OVERLAP * apart:
+        notes.append(f"its surfaces overlap: the mass of their union is {mesh.mass:.6g} kg; counted one by one, {apart:.6g} kg")
     inertia = np.array(mesh.moment_inertia)
     six = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     small = 1e-12 * np.abs(six).max()
@@ -42,6 +49,34 @@ def body_of_mesh(file: str | Path, density: float, unit: str = "mm") -> dict[str
         "mass": _round(mesh.mass), "center": [_round(x) for x in mesh.center_mass],
         "inertia": [_round(x) if abs(x) > small else 0.0 for x in six], "box": [_round(x) for x in mesh.extents],
     }  # fmt: skip
+
+
+def _united(mesh: Any, file: str) -> Any:
+    """The union of the solids in a mesh, or the mesh itself if no solids overlap. A solid is a surface with outward normals,
+    without the cavities inside it, which are surfaces with inward normals."""
+    shells = sorted(mesh.split(), key=lambda shell: abs(shell.volume))
+    boxes = [shell.bounds for shell in shells]
+    near = any(np.all(a[0] < b[1]) and np.all(b[0] < a[1]) for i, a in enumerate(boxes) for b in boxes[:i])
+    if not near:
+        return mesh
+    try:
+        import manifold3d
+    except ImportError as e:
+        what = "it has several surfaces, of which some may overlap; manifold3d, which unites them, is not installed"
+        raise SceneError([Problem(file, what, "pip install 'trunnion[cad]'")]) from e
+    del manifold3d
+    from trimesh import boolean
+
+    outer = [shell for shell in shells if shell.volume > 0]
+    inside: list[list[Any]] = [[] for _ in outer]
+    for cavity in (shell for shell in shells if shell.volume <= 0):
+        cavity.invert()
+        for shell, holes in zip(outer, inside, strict=True):
+            if boolean.intersection([shell, cavity], engine="manifold").volume > (1 - OVERLAP) * cavity.volume:
+                holes.append(cavity)
+                break
+    solids = [boolean.difference([s, *holes], engine="manifold") if holes else s for s, holes in zip(outer, inside, strict=True)]
+    return boolean.union(solids, engine="manifold") if len(solids) > 1 else solids[0]
 
 
 def _round(x: float) -> float:

@@ -67,6 +67,33 @@ def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None
         body_of_mesh(tmp_path / "open.stl", 7800.0)
 
 
+def test_surfaces_that_overlap_are_one_solid(tmp_path: Path, needs: Callable[[str], None]) -> None:
+    """Two cubes of 100 mm, shifted by 50 mm, weigh 11.7 kg. A hollow cube with a ball of the same material in its cavity weighs as
+    much as both; the same cube around an overlapping one weighs as the union."""
+    needs("trimesh")
+    needs("manifold3d")
+    import trimesh
+
+    def cube(edge: float, shift: float = 0.0) -> trimesh.Trimesh:
+        made = trimesh.creation.box((edge, edge, edge))
+        made.apply_translation((shift, 0, 0))
+        return made
+
+    def weight(*shells: trimesh.Trimesh) -> tuple[float, list[str]]:
+        file, notes = tmp_path / "shells.stl", []
+        trimesh.util.concatenate(shells).export(file)
+        return body_of_mesh(file, 7800.0, "mm", notes)["mass"], notes
+
+    mass, notes = weight(cube(100), cube(100, 50))
+    assert mass == pytest.approx(11.7, rel=1e-6)
+    assert [n for n in notes if "15.6" in n]
+    hollow = cube(60)
+    hollow.invert()
+    assert weight(cube(100), hollow, cube(40)) == (pytest.approx(7.8 - 1.6848 + 0.4992, rel=1e-6), [])
+    assert weight(cube(100), cube(40, 200)) == (pytest.approx(7.8 + 0.4992, rel=1e-6), [])
+    assert weight(cube(100), hollow, cube(40, 40))[0] == pytest.approx(7.8 - 1.6848 + 7.8e-6 * 1600 * (10 + 10), rel=1e-6)
+
+
 def test_a_urdf_becomes_a_scene_with_the_same_kinematics(urdf: Path) -> None:
     """Forward kinematics of the file, written out, compared with the columns of the scene at given angles."""
     scene, notes = scene_of_urdf(urdf)

@@ -48,7 +48,7 @@ def command(
         scene, notes = scene_of(file, unit, stiffness)
         data = scene_to_dict(scene)
     else:
-        data = {"bodies": {Path(file).stem: body_of_mesh(file, kilograms, unit)}}
+        data = {"bodies": {Path(file).stem: body_of_mesh(file, kilograms, unit, notes)}}
     text = yaml_text(data)
     if path:
         with writing(path, SCENES) as work:
