@@ -185,15 +185,12 @@ def _compile(flags: tuple[str, ...], text: str) -> Path:
     return _library_in(library_cache.entry(f"part-{library_cache.digest(MATH, text, *flags, *toolchain())}", make)[0])
 
 
-def _pruned(libraries: set[str]) -> set[str]:
-    """Libraries that were removed from the cache since their primitives were looked up."""
-    out = set()
-    for library in libraries - {"", str(prebuilt_libraries.path("parts"))}:
+def _is_there(library: str) -> bool:
+    """Whether a library is installed or still in the cache, from which pruning removes the least recently used entries."""
+    if library != str(prebuilt_libraries.path("parts")):
         with suppress(OSError):
             os.utime(Path(library).parent)
-        if not Path(library).exists():
-            out.add(library)
-    return out
+    return Path(library).exists()
 
 
 def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
@@ -209,9 +206,9 @@ def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
 def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
     """The libraries of primitives. Missing primitives are compiled in parallel and cached. Those with the same flags share a
     library, because starting compiler and linker takes as long as compiling five small primitives."""
-    found = [p.library or _made(p.key) for p in primitives]
-    pruned = _pruned(set(found))
-    new = [i for i, library in enumerate(found) if not library or library in pruned]
+    there = {library: _is_there(library) for library in {p.library for p in primitives} - {""}}
+    found = [p.library if there.get(p.library) else _made(p.key) for p in primitives]
+    new = [i for i, library in enumerate(found) if not library]
     texts = {i: primitives[i].text or build_primitive(*primitives[i].recipe).text for i in new}
     with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
         jobs = [(group, submit(_compile, flags, "".join(group))) for flags, group in _groups(set(texts.values()))]
@@ -223,6 +220,6 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
 
 
 def _made(key: str) -> str:
-    """The library of a primitive that was compiled after this process looked it up, or ""."""
+    """The library of a primitive that was compiled since this process looked it up, or ""."""
     known = _cached(key) if key else None
     return known.library if known else ""

@@ -38,6 +38,15 @@ def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
         assert not [n for n in names if not np.array_equal(found[n], expected[n])]
 
 
+def test_parts_compiled_without_optimisation_move_alike_up_to_round_off() -> None:
+    assert c_compiler.quick()
+    found = trunnion.simulate("spherical_pendulum", until=UNTIL, every=UNTIL / 10, kernel="parts")
+    expected = engine_run("spherical_pendulum", UNTIL, kernel="parts")
+    rows = [np.searchsorted(expected["time"], t - 1e-9) for t in found.time]
+    for name in ("ball.qd[1]", "ball.qdd[2]", "ball.contact[1].normal_force"):
+        np.testing.assert_allclose(found[name], expected[name][rows], rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.slow
 def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     here, there = Host(of_parts("arm")), Host(of_parts("arm"))
