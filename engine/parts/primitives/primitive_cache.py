@@ -194,18 +194,18 @@ def _is_there(library: str) -> bool:
 
 
 def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
-    """Compiler flags and the C texts that are compiled with them to one library; two libraries of about equal length for the flags
-    of most texts."""
+    """Compiler flags and the C texts that are compiled with them to one library. Two compilers share long texts."""
     out: dict[tuple[tuple[str, ...], int], list[str]] = {}
+    compilers = 2 if sum(map(len, texts)) > c_compiler.LONG_PART else 1
     for number, text in enumerate(sorted(texts, key=lambda t: (len(t), t))):
         flags = c_compiler.QUICK if c_compiler.quick() else c_compiler.part_flags(text)
-        out.setdefault((flags, number % 2), []).append(text)
+        out.setdefault((flags, number % compilers), []).append(text)
     return [(flags, group) for (flags, _), group in out.items()]
 
 
 def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
     """The libraries of primitives. Missing primitives are compiled in parallel and cached. Those with the same flags share a
-    library, because starting compiler and linker takes as long as compiling five small primitives."""
+    library, because starting compiler and linker takes as long as compiling several small primitives."""
     there = {library: _is_there(library) for library in {p.library for p in primitives} - {""}}
     found = [p.library if there.get(p.library) else _made(p.key) for p in primitives]
     new = [i for i, library in enumerate(found) if not library]
