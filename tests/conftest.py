@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -50,8 +51,11 @@ def pytest_configure(config: pytest.Config) -> None:
     gc.disable()  # collecting ten thousand tests makes few cycles: their search took a seventh of its time
     if not hasattr(config, "workerinput") and config.getoption("dist", "no") != "no" and not config.getoption("collectonly"):
         # Test processes collect tests meanwhile. Without this, each of them would compile the same runtime at its first run.
-        quiet = {"stdin": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         subprocess.Popen([sys.executable, "-c", COMPILE], start_new_session=True, **quiet)
+        if not Path(__file__).with_name("stability").joinpath("__pycache__").exists():
+            # The first run of a clone: one process compiles the Python modules, which otherwise every test process would.
+            subprocess.run([sys.executable, "-m", "pytest", "--collect-only", "-n", "0"], check=False, **quiet)
 
 
 def pytest_collection_finish() -> None:

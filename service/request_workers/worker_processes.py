@@ -4,12 +4,13 @@ fair queue distributes the requests."""
 from __future__ import annotations
 
 import asyncio
+import importlib
 import logging
 import multiprocessing
 import os
 import signal
+import sys
 import threading
-import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -23,7 +24,6 @@ from trunnion.service.request_workers.fair_queue import FairQueue
 
 log = logging.getLogger("trunnion.service")
 Task = Callable[..., Any]
-ORPHAN_SECONDS = 1.0
 START_SECONDS = 60.0
 """Longest time until a process is ready, s, even on a busy machine. It does not count as time of the request."""
 NICE = 5
@@ -32,6 +32,8 @@ ANSWER_ERRORS = (SceneError, SimulationError, ImportError)
 """Errors of a task that the process returns to the server, which raises them again."""
 READY = "ready"
 """The first message that the process sends."""
+TASK_MODULE = "trunnion.service.request_workers.rerun_and_extend_plans"
+"""Importing this module imports all tasks."""
 
 
 class TookTooLong(RuntimeError):
@@ -50,13 +52,12 @@ class Defect(RuntimeError):
     """The request triggered a defect of the program. The server logs it."""
 
 
-def serve_tasks(connection: Connection, memory: int, parent: int) -> None:
+def serve_tasks(connection: Connection, memory: int) -> None:
     """The main function of the process. It sends READY. For each message (task, arguments), it then returns (success, result
     or error, notes about deprecated words), until the connection closes."""
-    _isolate(parent)
+    _isolate()
     _limit_memory(memory)
-    import trunnion.service.request_workers.rerun_and_extend_plans  # noqa: F401  # with all tasks, before the first request
-
+    importlib.import_module(TASK_MODULE)  # before the first request; a forked process has it already
     connection.send(READY)
     while True:
         try:
@@ -75,20 +76,21 @@ def serve_tasks(connection: Connection, memory: int, parent: int) -> None:
         connection.send((*answer, notes))
 
 
-def _isolate(parent: int) -> None:
+def _isolate() -> None:
     """Make this process the leader of a process group, lower its priority, and end it when the parent has ended."""
     with suppress(AttributeError, OSError):
         os.setsid()
         os.nice(NICE)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
+    server = multiprocessing.parent_process()
+    assert server is not None
+
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(ORPHAN_SECONDS)
+        server.join()
         _end_group(os.getpid())
 
-    if hasattr(os, "getppid"):
-        threading.Thread(target=watch, daemon=True).start()
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _limit_memory(memory: int) -> None:
@@ -105,6 +107,16 @@ def _end_group(leader: int) -> None:
     """Kill the processes in the group of a leader."""
     with suppress(AttributeError, OSError):
         os.killpg(leader, signal.SIGKILL)
+
+
+def process_context() -> Any:
+    """The context that starts processes. Linux forks them from a process without threads that has imported the tasks, which takes
+    milliseconds. Elsewhere each process imports them, which takes a second."""
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([TASK_MODULE])
+    return context
 
 
 class WorkerProcess:
@@ -125,12 +137,10 @@ class WorkerProcess:
     def _start(self) -> None:
         if self.process is not None and self.process.is_alive():
             return
-        context = multiprocessing.get_context("spawn")
+        context = process_context()
         self.connection, theirs = context.Pipe()
         self.ready = False
-        self.process = context.Process(
-            target=serve_tasks, args=(theirs, self.memory, os.getpid()), daemon=True, name="trunnion-worker"
-        )
+        self.process = context.Process(target=serve_tasks, args=(theirs, self.memory), daemon=True, name="trunnion-worker")
         self.process.start()
         theirs.close()
 

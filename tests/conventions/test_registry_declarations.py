@@ -29,6 +29,7 @@ PRODUCT = [p for top in ("engine", "fmu", "service") for p in sorted((ROOT / top
 OF_OTHERS = {("engine/importers/mjcf/joints.py", "ball"), ("engine/importers/sdf/joints.py", "ball")}
 """Words of other programs that are also names here, in the files that translate them."""
 LAW = re.compile(rf"\b({'|'.join(friction.REGISTRY)})\b")
+NAMED = re.compile("|".join([*friction.REGISTRY, *contact.REGISTRY]))
 
 
 def texts(file: Path) -> Iterator[str]:
@@ -37,6 +38,8 @@ def texts(file: Path) -> Iterator[str]:
     if file.suffix != ".py":
         bare = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
         yield from (line for line in bare.splitlines() if not line.startswith("#include"))
+        return
+    if not NAMED.search(text):
         return
     tree = ast.parse(text)
     skipped = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}  # docstrings

@@ -166,7 +166,7 @@ class Served(Talk):
 def spawned(process: psutil.Process) -> bool:
     """Whether it is a process that Python has started for itself, and that has not ended meanwhile."""
     try:
-        return "spawn_main" in " ".join(process.cmdline())
+        return any(way in " ".join(process.cmdline()) for way in ("spawn_main", "multiprocessing.forkserver"))
     except psutil.Error:
         return False
 

@@ -188,7 +188,8 @@ def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: 
     for i, c in enumerate(chosen):
         if not c.quantity.reacts or c.key[1] not in open_joints:
             continue
-        if np.abs(values[:, i] - rows[:, i]).max() > UNIQUE * np.abs(rows[:, i]).max():
+        difference, size = values[:, i] - rows[:, i], np.abs(rows[:, i]).max()
+        if np.abs(difference).max() > UNIQUE * size:
             hint = "choose columns of the motion, or make the mechanism statically determinate"
             problems.append(Problem("outputs", f"{c.name} is not unique, because the loops have redundant constraints", hint))
     if problems:

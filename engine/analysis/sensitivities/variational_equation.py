@@ -89,7 +89,9 @@ class SensitivityIntegrator:
     def _occurrence(self, t: np.ndarray | float) -> np.ndarray:
         """Number of the occurrence of each kink that is closest to t, from 0."""
         first, period = self.breaks.T
-        return np.maximum(np.round(np.divide(t - first, period, out=np.zeros(np.shape(t - first)), where=period > 0.0)), 0.0)
+        since = t - first
+        number = np.divide(since, period, out=np.zeros(since.shape), where=period > 0.0)
+        return np.maximum(np.round(number), 0.0)
 
     def _cross_event(self, k: int, step: RecordedStep) -> None:
         n, x, x1 = self.unit.ny + self.unit.nquad, step.x.copy(), step.x1.copy()

@@ -162,7 +162,11 @@ def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
     if k == 1:
         return []
     pairs = list(itertools.combinations(range(k), 2))
-    a, b = min(pairs, key=lambda p: float(G[:, p[0]] @ G[:, p[1]]))
+
+    def product(pair: tuple[int, int]) -> float:
+        return float(G[:, pair[0]] @ G[:, pair[1]])
+
+    a, b = min(pairs, key=product)
     middle = G[:, a] + G[:, b]
     if k == 2:
         part = np.linalg.solve(G, v)

@@ -132,8 +132,9 @@ def _filled(f: np.ndarray, m: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.nd
     """``Points.others``. f: values, 0 where missing; m: 1 where missing; p, q: the pairs."""
     if not m.any():
         return np.zeros((f.shape[2], REPLICATES, 2 * f.shape[3] + 3 * len(p), 0))
-    cross = np.concatenate([f[..., p] * m[..., q], f[..., q] * m[..., p]])
-    return _joined([*_added(f, p, q), *map(_summed, (cross, m, m[..., p] * m[..., q]))])
+    forward, backward, both = f[..., p] * m[..., q], f[..., q] * m[..., p], m[..., p] * m[..., q]
+    cross = np.concatenate([forward, backward])
+    return _joined([*_added(f, p, q), *map(_summed, (cross, m, both))])
 
 
 def _joined(blocks: list[np.ndarray]) -> np.ndarray:

@@ -35,7 +35,8 @@ def solid(corners: np.ndarray, way: str) -> Mass:
     """
     if way == "convex":
         corners, way = hull(corners.reshape(-1, 3)), "legacy"
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(one, two)
     area = np.linalg.norm(normal, axis=1)
     apex = (area[:, None] * corners.mean(axis=1)).sum(axis=0) / area.sum() if way == "legacy" else np.zeros(3)
     parts = _volumes(corners - apex, way)

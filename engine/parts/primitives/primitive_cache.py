@@ -137,8 +137,8 @@ def compiled_interpreter() -> Path:
 
 
 def _facts_folder() -> Path:
-    """Folder of facts, with one file for each primitive that the present sources have built."""
-    return library_cache.entry(f"known-{primitives_key()}", lambda _: None)[0]
+    """Folder of facts, with one file for each primitive that the present sources have built. Fast builds have their own."""
+    return library_cache.entry(f"known-{primitives_key()}{'-quick' * c_compiler.quick()}", lambda _: None)[0]
 
 
 def _cached(key: str) -> Primitive | None:
@@ -174,37 +174,52 @@ def _load(library: str) -> ctypes.CDLL:
     return ctypes.CDLL(library)
 
 
-def _compile(text: str) -> Path:
-    """The library of a primitive's C text, which a machine compiles once."""
+def _compile(flags: tuple[str, ...], text: str) -> Path:
+    """The library of primitives with this C text, which a machine compiles once."""
     from trunnion.kernel.c_code.code_generator import MATH
 
     def make(folder: Path) -> None:
         (folder / "part.c").write_text(MATH + text)
         c_compiler.build_library([folder / "part.c"], _library_in(folder), [folder], library_cache.cache_folder(), flags)
 
-    flags = c_compiler.part_flags(text)
     return _library_in(library_cache.entry(f"part-{library_cache.digest(MATH, text, *flags, *toolchain())}", make)[0])
 
 
-def _pruned(libraries: set[str]) -> set[str]:
-    """Libraries that were removed from the cache since their primitives were looked up."""
-    out = set()
-    for library in libraries - {"", str(prebuilt_libraries.path("parts"))}:
+def _is_there(library: str) -> bool:
+    """Whether a library is installed or still in the cache, from which pruning removes the least recently used entries."""
+    if library != str(prebuilt_libraries.path("parts")):
         with suppress(OSError):
             os.utime(Path(library).parent)
-        if not Path(library).exists():
-            out.add(library)
-    return out
+    return Path(library).exists()
+
+
+def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
+    """Compiler flags and the C texts that are compiled with them to one library. Two compilers share long texts."""
+    out: dict[tuple[tuple[str, ...], int], list[str]] = {}
+    compilers = 2 if sum(map(len, texts)) > c_compiler.LONG_PART else 1
+    for number, text in enumerate(sorted(texts, key=lambda t: (len(t), t))):
+        flags = c_compiler.QUICK if c_compiler.quick() else c_compiler.part_flags(text)
+        out.setdefault((flags, number % compilers), []).append(text)
+    return [(flags, group) for (flags, _), group in out.items()]
 
 
 def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
-    """The libraries of primitives. Missing libraries are compiled in parallel and cached."""
-    pruned = _pruned({p.library for p in primitives})
-    new = [i for i, p in enumerate(primitives) if not p.library or p.library in pruned]
+    """The libraries of primitives. Missing primitives are compiled in parallel and cached. Those with the same flags share a
+    library, because starting compiler and linker takes as long as compiling several small primitives."""
+    there = {library: _is_there(library) for library in {p.library for p in primitives} - {""}}
+    found = [p.library if there.get(p.library) else _made(p.key) for p in primitives]
+    new = [i for i, library in enumerate(found) if not library]
     texts = {i: primitives[i].text or build_primitive(*primitives[i].recipe).text for i in new}
     with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
-        jobs = {text: submit(_compile, text) for text in set(texts.values())}
-        compiled = {text: Path(awaited(job)) for text, job in jobs.items()}
+        jobs = [(group, submit(_compile, flags, "".join(group))) for flags, group in _groups(set(texts.values()))]
+        compiled = {text: awaited(job) for group, job in jobs for text in group}
     for i in new:
         _store_facts(primitives[i], compiled[texts[i]])
-    return [_load(str(compiled[texts[i]]) if i in texts else p.library) for i, p in enumerate(primitives)]
+        found[i] = str(compiled[texts[i]])
+    return [_load(library) for library in found]
+
+
+def _made(key: str) -> str:
+    """The library of a primitive that was compiled since this process looked it up, or ""."""
+    known = _cached(key) if key else None
+    return known.library if known else ""

@@ -109,7 +109,8 @@ class Sheet:
         """Draw lines (n × 2 × 3, pixels) in one colour, where nothing is nearer to the viewer."""
         if not len(ends):
             return
-        steps = np.maximum(2, np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1)).astype(int) + 1)
+        extent = np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1)
+        steps = np.maximum(2, np.ceil(extent).astype(int) + 1)
         steps = np.minimum(steps, 4 * (self.width + self.height))
         which = np.repeat(np.arange(len(ends)), steps)
         part = (np.arange(len(which)) - np.repeat(np.cumsum(steps) - steps, steps)) / (steps[which] - 1)

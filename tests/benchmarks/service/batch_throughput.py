@@ -18,7 +18,7 @@ from typing import Any
 
 import psutil
 
-from tests.service.http_servers import MU, Served, eventually
+from tests.service.http_servers import MU, Served, eventually, spawned
 from trunnion.batch.plan import Runner
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import JobRequest, plan_of_request
@@ -65,7 +65,7 @@ def processes(s: Served) -> list[psutil.Process]:
     """The server and its workers."""
     assert s.process is not None
     me = psutil.Process(s.process.pid)
-    return [me, *(p for p in me.children(recursive=True) if "spawn_main" in " ".join(p.cmdline()))]
+    return [me, *filter(spawned, me.children(recursive=True))]
 
 
 def memory(s: Served) -> list[int]:

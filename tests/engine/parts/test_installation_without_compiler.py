@@ -169,6 +169,18 @@ def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, m
     assert store.primitive(*asked).library == met.library
 
 
+def test_missing_parts_are_compiled_together_once_and_each_is_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
+    asked = [("loads_and_scalars", "signal", kind, moves) for kind in ("ramp", "trapezoid") for moves in (False, True)]
+    met = [store.primitive(*recipe) for recipe in asked]
+    store.libraries(met[:3])
+    assert len(list(tmp_path.glob("part-*"))) == 1
+    libraries = store.libraries(met)  # this process met the first three before they were compiled
+    assert len(list(tmp_path.glob("part-*"))) == 2
+    assert all(getattr(library, p.first) for library, p in zip(libraries, met, strict=True))
+    assert [store.primitive(*recipe).library for recipe in asked] == [library._name for library in libraries]
+
+
 def test_the_build_of_a_wheel_needs_nothing_but_what_it_asks_for() -> None:
     ask = "import sys; sys.path.insert(0, 'engine/packaging'); import build_backend as b; print(b.get_requires_for_build_wheel())"
     env = dict(os.environ, TRUNNION_PREBUILD="1")

@@ -10,7 +10,7 @@ import pytest
 
 import trunnion
 from tests.fmu.fmi3.event_mode_host import Host3
-from tests.fmu.fmpy_host import FOLDER, Host, arm, engine_run, exported, fmu_run
+from tests.fmu.fmpy_host import BEYOND, FOLDER, ROWS, Host, arm, engine_run, exported, fmu_run
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.binaries import platform_builds
 from trunnion.fmu.scene_export import export
@@ -36,6 +36,14 @@ def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
     for flavour in ("native", "python"):
         found = fmu_run(of_parts(model, flavour), UNTIL, names)
         assert not [n for n in names if not np.array_equal(found[n], expected[n])]
+
+
+def test_parts_compiled_without_optimisation_move_alike_up_to_round_off() -> None:
+    assert c_compiler.quick()
+    found = trunnion.simulate("spherical_pendulum", until=BEYOND * UNTIL, every=UNTIL / ROWS, kernel="parts")
+    expected = engine_run("spherical_pendulum", UNTIL, kernel="parts")
+    for name in ("time", "ball.qd[1]", "ball.qdd[2]", "ball.contact[1].normal_force"):
+        np.testing.assert_allclose(found[name][: ROWS + 1], expected[name], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -97,7 +97,8 @@ class Mujoco(ReferenceSolver):
         p = self.scene.parts[i]
         parent = self.scene.parts[p.parent] if p.parent != GROUND else None
         R = parent.R if parent else np.eye(3)
-        at = R.T @ (p.center - (parent.center if parent else 0.0))
+        origin = parent.center if parent else np.zeros(3)
+        at = R.T @ (p.center - origin)
         link = next(k for k in self.scene.links if not k.cut and k.child == i)
         inside = _inertial_element(p) + _joint_elements(link, p)
         children = "".join(self._body(c) for c, q in enumerate(self.scene.parts) if q.parent == i)

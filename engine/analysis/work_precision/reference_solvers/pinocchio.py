@@ -137,5 +137,5 @@ def _quaternion_rate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     if len(q) == 4:
         return turn
     u = np.array([x, y, z])
-    cross = 2 * np.cross(u, v[:3])
+    cross = np.cross(2 * u, v[:3])
     return np.concatenate([v[:3] + w * cross + np.cross(u, cross), turn])
