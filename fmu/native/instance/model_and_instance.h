@@ -208,11 +208,6 @@ typedef struct fmu_instance {
   if (!(condition)) return fmu_log(m, FMU_ERROR, __VA_ARGS__)
 #define FMU_ARRAYS(n, ...) FMU_NEED((n) == 0 || (__VA_ARGS__), "an array argument is NULL, but its length is not 0")
 #define FMU_NONE(n, what) FMU_NEED((n) == 0, "this FMU has no variables of type " what)
-#if defined _WIN32
-#define FMU_EXPORT __declspec(dllexport)
-#else
-#define FMU_EXPORT __attribute__((visibility("default")))
-#endif
 
 #define FMU_A(s, field) ((double *)((char *)(s) + sizeof(fmu_state)) + (s)->field)
 #define FMU_INPUTS(s) ((fmu_input *)FMU_A(s, inputs))
