@@ -24,6 +24,7 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
 TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
 """Connector types by type of an FMU variable. Variables of other types have no connectors."""
+SUMS = "remove one connection; loads add in a scene: give it one load with an input of its own for each source"
 SCALES = {"factor": 1.0, "offset": 0.0}
 """Default factor and offset of a unit relative to its base unit."""
 
@@ -175,7 +176,7 @@ def _unique(system: System) -> Iterator[Finding]:
     seen: set[tuple[str, str]] = set()
     for c in system.connections:
         if c.end in seen:
-            yield Finding(c.place, f"{'.'.join(c.end)} has two sources", "remove one connection")
+            yield Finding(c.place, f"{'.'.join(c.end)} has two sources", SUMS)
         seen.add(c.end)
 
 
@@ -243,8 +244,10 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
     if system.connections:
         parent = SubElement(top, "Connections")
         for c in system.connections:
-            SubElement(parent, "Connection", {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0],
-                                              "endConnector": c.end[1]})  # fmt: skip
+            ends = {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0], "endConnector": c.end[1]}
+            node, scale = SubElement(parent, "Connection", ends), {"factor": repr(c.factor), "offset": repr(c.offset)}
+            if (c.factor, c.offset) != (1.0, 0.0):
+                SubElement(node, "ssc:LinearTransformation", scale)
     add_units(root, {u: base for u, base in _units(parts).items() if u in used})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(system.until)})
     return xml_bytes(root)
