@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -16,6 +17,7 @@ from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, a
 from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene import load_scene
+from trunnion.scene.expressions.parameter_evaluation import NAMED
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.quantities import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
@@ -107,8 +109,21 @@ def _fmu(system: System, c: Component, platform: Sequence[str] | str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "component.fmu"
         scene = load_scene(there if there.exists() else c.scene)
-        export(scene, made, overrides=c.changes, outputs=c.outputs and list(c.outputs), platform=platform)
+        starts = _starts(c)
+        changed = {n: x for n, x in starts.items() if n.startswith(f"{NAMED}.")}
+        changed |= {f"inputs.{n}.start": x for n, x in starts.items() if n in scene.inputs}
+        chosen = c.outputs and list(c.outputs)
+        export(scene, made, overrides={**c.changes, **changed}, outputs=chosen, platform=platform, starts=starts)
         return made.read_bytes()
+
+
+def _starts(c: Component) -> dict[str, float]:
+    """The numbers among a component's parameters, in SI units. ``_values`` reports wrong values."""
+    out = {}
+    for name, value in c.parameters.items():
+        with suppress(UnitError):
+            out[name] = float(number(value))
+    return out
 
 
 def _part(data: bytes) -> Part:

@@ -41,7 +41,7 @@ connections:
 simulation: {until: 0.2 s, step: 10 ms}
 """
 ROOT = Path(__file__).parents[3]
-RATE, STEPS = 0.0, (0.02, 0.01, 0.005)
+DAMPING, STEPS = 0.6, (0.02, 0.01, 0.005)
 DOCUMENTED = ROOT / "models" / "systems" / "rotor_and_arm.yaml"
 """The system that fmu/README.md runs."""
 
@@ -72,9 +72,8 @@ def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_sid
         ("rotor.joints.shaft.start.qd[1]", "3.0", "rad/s"), ("arm.joints.knee.friction.mu", "0.2", "1")}  # fmt: skip
     got = simulate_ssp(file, stop_time=steps * h - h / 2, step_size=h, parameter_set=values)
     rotor, other = Host(folder / "rotor.fmu", begin=False), Host(exported("arm"), begin=False)
-    rotor.put("joints.shaft.start.qd[1]", 3.0)
     other.put("joints.knee.friction.mu", 0.2)
-    assert rotor.get("joints.shaft.damping") == [0.4]
+    assert rotor.get("joints.shaft.damping", "joints.shaft.start.qd[1]") == [0.4, 3.0]
     for host in (rotor, other):
         host.fmu.exitInitializationMode()
     load = angle = 0.0
@@ -90,16 +89,17 @@ def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_sid
 
 
 def test_the_documented_system_converges_to_the_equation_of_the_whole_by_first_order(tmp_path: Path) -> None:
-    """A rotor (4 kg m², damping 0.4) carries a bar that hangs on its hub: one freedom. Cut in two, the rotor tells its angle with
-    rate and acceleration, and the drive its reaction. A wrong sign gives 1.75 rad instead of −2.85."""
+    """A rotor (4 kg m², whose damping the system sets) carries a bar that hangs on its hub: one freedom. Cut in two, the rotor
+    tells its angle with rate and acceleration, and the drive its reaction. fmpy reads neither bindings nor values: the damping is
+    the start value of the FMU. With the effort in place of the reaction, the rotor turns the other way."""
     made = export_system(DOCUMENTED, tmp_path / "pair.ssp")
     mass, length, side, until = 0.6 * 0.04 * 0.04 * 7800, 0.6, 0.04, 1.0
     inertia = 4.0 + mass * (length**2 + side**2) / 12 + mass * (length / 2) ** 2
 
     def rate(_: float, y: np.ndarray) -> list[float]:
-        return [y[1], (-0.4 * y[1] - mass * 9.81 * length / 2 * math.cos(y[0])) / inertia]
+        return [y[1], (-DAMPING * y[1] - mass * 9.81 * length / 2 * math.cos(y[0])) / inertia]
 
-    exact = solve_ivp(rate, (0, until), [0, RATE], rtol=1e-10, atol=1e-12).y[0, -1]
+    exact = solve_ivp(rate, (0, until), [0, 0], rtol=1e-10, atol=1e-12).y[0, -1]
     off = [float(simulate_ssp(str(made.file), stop_time=until - h / 2, step_size=h)["rotor.shaft.q[1]"][-1]) - exact for h in STEPS]
     assert abs(off[-1]) < 0.02
     assert 1.6 < off[0] / off[1] < 2.5
@@ -153,6 +153,15 @@ def test_everything_wrong_with_a_system_is_told_at_once_with_its_line(folder: Pa
         (10, "there is no component crank", "one of rotor, arm"),
     ]
     assert not (folder / "wrong.ssp").exists()
+
+
+def test_a_start_value_that_is_not_allowed_is_refused_with_its_component(folder: Path) -> None:
+    file = folder / "negative.yaml"
+    file.write_text("components: {rotor: {scene: rotor.yaml, parameters: {joints.shaft.damping: -1}}}")
+    with pytest.raises(SceneError) as refused:
+        export_system(file, folder / "negative.ssp")
+    told = [(p.where, p.what) for p in refused.value.problems]
+    assert told == [("components.rotor: joints.shaft.damping", "damping must not be negative (it is -1)")]
 
 
 UNREADABLE = """
