@@ -21,7 +21,7 @@ static void fmi2_say(const fmu_host *host, const char *name, fmu_status status, 
 fmi2Component fmu_fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                          const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
   if (!functions) return NULL;
-  const fmu_host host = {.allocate = functions->allocateMemory, .release = functions->freeMemory, .say = functions->logger ? fmi2_say : NULL,
+  const fmu_host host = {.say = functions->logger ? fmi2_say : NULL,
                          .logger = (void (*)(void))functions->logger, .environment = functions->componentEnvironment};
   const int exchange = type == fmi2ModelExchange;
   fmu_instance *m = fmu_create(&host, name, fmu_refusal(exchange ? FMU_EXCHANGE : FMU_COSIMULATION, guid), logging);
