@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
 
 from tests.fmu.fmi3.event_mode_host import Host3, exported3
 from tests.fmu.fmpy_host import FOLDER, Host, exported
@@ -53,9 +54,14 @@ def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_beh
     file, guid = library(exported(model), "linux64", tmp_path)
     done = subprocess.run([host, file, guid, "10000"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    assert read_model_description(exported(model)).coSimulation.canNotUseMemoryManagementFunctions, "the host's allocator refuses"
     grown, _, value = done.stdout.split()
     assert int(grown) < 100, "kB; the first hundredth of the instances may warm the allocator up"
     python = Host(exported(model))
+    for reference in (len(python.reference), 4_000_000_000):
+        with pytest.raises(FMICallException):
+            python.fmu.setReal([reference], [0.0])
+        assert python.log[-1][1] == f"value reference {reference}: there is no variable with this reference that can be set"
     assert float(value) == python.run(0.0, 10000, 1e-4, python.all_outputs()[0])[-1][0], "the same bits as in fmpy"
 
 
