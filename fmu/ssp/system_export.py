@@ -259,8 +259,8 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
     if system.connections:
         parent = SubElement(top, "Connections")
         for c in system.connections:
-            ends = {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0], "endConnector": c.end[1]}
-            node, scale = SubElement(parent, "Connection", ends), {"factor": repr(c.factor), "offset": repr(c.offset)}
+            named = {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0], "endConnector": c.end[1]}
+            node, scale = SubElement(parent, "Connection", named), {"factor": repr(c.factor), "offset": repr(c.offset)}
             if (c.factor, c.offset) != (1.0, 0.0):
                 SubElement(node, "ssc:LinearTransformation", scale)
     add_units(root, {u: base for u, base in _units(parts).items() if u in used})
