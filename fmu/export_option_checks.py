@@ -23,9 +23,10 @@ def apart(
     step: float = 0.0,
     sources: str | None = None,
     certify: bool = False,
+    scalars: bool = False,
 ) -> list[Problem]:
     """Problems of the requested standard and type, and of options that exclude each other. sources: the kernel, if C sources are
-    requested, else None. certify: whether error estimates are requested."""
+    requested, else None. certify: whether error estimates are requested. scalars: whether arrays are excluded."""
     wrong = [] if parameters is None else destination_problems(str(parameters), (".ssv",), "--parameters-file")
     exchange = kind in KINDS and does(kind, "me")
     if fmi not in STANDARDS:
@@ -38,8 +39,10 @@ def apart(
         wrong.append(Problem("--sources", "an FMU of the python flavour has no C sources", "--flavour native"))
     if sources == "parts":
         wrong.append(Problem("--sources", "a model made of parts has no C sources", "--kernel compiled"))
-    if parameters is not None and fmi == 3:
-        wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--fmi 2"))
+    if parameters is not None and fmi == 3 and not scalars:
+        wrong.append(Problem("--parameters-file", "SSV 1.0 has no arrays", "--scalars, or --fmi 2"))
+    if scalars and fmi != 3:
+        wrong.append(Problem("--scalars", "FMI 2.0 has only scalars", "omit --scalars, or choose --fmi 3"))
     if certify and (flavour == "python" or kind != "cs"):
         wrong.append(Problem("--certify", "only native FMUs for co-simulation can report errors", "--flavour native, --type cs"))
     if kind == "me" and step > 0.0:

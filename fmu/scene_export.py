@@ -28,7 +28,7 @@ from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
 from trunnion.fmu.variables.output_dependencies import dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
-from trunnion.fmu.variables.scene_parameters import arranged, left_out
+from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out
 from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.units.column_dependence import Dependence, dependence
@@ -81,6 +81,8 @@ def export(
     sources: bool = False,
     kind: str = "cs",
     certify: bool = False,
+    starts: Mapping[str, float] | None = None,
+    scalars: bool = False,
 ) -> Export:
     """Write an FMU.
 
@@ -91,18 +93,20 @@ def export(
     the scene, for long runs). whole_vectors: vector components that are 0 also become parameters; normally the equations omit these
     components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
     2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
-    only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. SceneError
-    for wrong input, SimulationError when the scene cannot start."""
+    only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. starts: start
+    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. SceneError for wrong
+    input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
-    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify)])
+    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)])
     names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
     loaded = replace(loaded, tunable=(*loaded.tunable, *(WHOLE if whole_vectors else ())))
     tell = progress or (lambda *_: None)
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
-    made = Made(model, first, step, outputs is None and loaded.outputs == EVERYTHING, STANDARDS[fmi], kind, certify)
+    brief = outputs is None and loaded.outputs == EVERYTHING
+    made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars)
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
     zip_archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
@@ -160,12 +164,14 @@ class Made(ExportedModel):
     """The platform-independent parts of an exported model."""
 
     def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
-                 kind: str = "cs", certify: bool = False):  # fmt: skip
+                 kind: str = "cs", certify: bool = False, starts: Mapping[str, float] | None = None,
+                 scalars: bool = False):  # fmt: skip
         self.model, self.first, self.standard, self.kind = model, first, standard, kind
         self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
         self.scene = model.built.scene
         sim = self.scene.simulation
-        self.all = arranged(self.scene, variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify))
+        listed = variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify)
+        self.all = begun(arranged(self.scene, listed), starts or {})
         self.listed = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
@@ -174,7 +180,7 @@ class Made(ExportedModel):
         self.known: list[Dependence] | None = None
         units = self._units()
         self.depends = dependencies(model, self.listed, self.known)
-        self.faces, self.clocks = faces(self.listed), clocks(model)
+        self.faces, self.clocks = faces(self.listed, scalars), clocks(model)
         tables = face_tables(self.faces) + clock_table(model, self.clocks) if standard == "3.0" else ""
         text = model_text(model, self.all, "", "linear" in units, tables, KINDS[kind])
         plain = self.described("", "native")

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.fmu.binaries.entry_points import entry_points
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
 from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers
 from trunnion.parts.primitives.primitive_cache import BYTECODE, INTERPRETER
 
 NATIVE = Path(__file__).resolve().parents[1] / "native"
+LIBRARY = NATIVE.parent / "c_library" / "templates"
 FLAGS = (*(f for f in c_compiler.FLAGS if f != "-fvisibility=default"), "-fvisibility=hidden", "-s")
 
 PARTS: dict[str, tuple[str, ...]] = {"parts": (), "long_parts": c_compiler.STRAIGHT}
@@ -120,6 +122,11 @@ def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0"
             awaited(job)
 
 
+def entries(kind: str) -> str:
+    """The C text of the functions that hosts call. kind: a key of SHELL_NAMES."""
+    return entry_points(kind, LIBRARY if kind == "library" else headers())
+
+
 def shell_key() -> str:
     """Digest of the C sources of shell and runtime, which do not depend on the model."""
     return library_cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.rglob("*.[ch]"))), *FLAGS)
@@ -135,7 +142,7 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
     flags = {file: c_compiler.optimised_flags(file, text) for file, text in sources.items()}
     interpreter = [f.read_bytes() for f in INTERPRETER] if "parts" in sources else []
     texts = [x for f in sorted(sources) for x in (f, sources[f], *flags[f])]
-    key = library_cache.digest(shell_key(), standard, *interpreter, target, cpu, identifier, *texts)
+    key = library_cache.digest(shell_key(), standard, entries(standard), *interpreter, target, cpu, identifier, *texts)
 
     def make(folder: Path) -> None:
         constant, shell = _constant(target, cpu), _shell(target, cpu, standard)
@@ -145,7 +152,8 @@ def _part(target: str, cpu: str, identifier: str, sources: dict[str, str], suffi
             else:
                 shutil.copyfile(_object(target, cpu, file, text), folder / f"{file}.o")
         interpreter = [] if "parts" not in sources else sorted(_interpreter(target, cpu).glob("*.o"))
-        objects = [*sorted(constant.glob("*.o")), *shell.glob("*.o"), *interpreter, *(folder / f"{file}.o" for file in sources)]
+        shared = [*sorted(constant.glob("*.o")), *sorted(shell.glob("*.o")), *interpreter]
+        objects = [*shared, *(folder / f"{file}.o" for file in sources)]
         link = list(SYSTEM_LIBRARIES.get(_system(target), ()))
         if _system(target) == "macos":
             link = [f"-Wl,-install_name,@rpath/{identifier}{suffix}"]
@@ -181,14 +189,16 @@ def _constant(target: str, cpu: str) -> Path:
 
 
 def _shell(target: str, cpu: str, standard: str) -> Path:
-    """The folder with the object file of a standard's shell. All FMUs of that standard for a target share this folder."""
-    name = SHELL_NAMES[standard]
+    """The folder with the object files of a standard's shell and entry points. All FMUs of that standard for a target share this
+    folder."""
+    name, text = SHELL_NAMES[standard], entries(standard)
 
     def make(folder: Path) -> None:
         unit = [f"-D{name}", "-c", str(NATIVE / "shell.c"), "-o", str(folder / "shell.o")]
         _compile(target, cpu, _constant(target, cpu), unit)
+        _unit(target, cpu, folder, "entry_points", text, ())
 
-    return _cached("shell", make, name, target, cpu)
+    return _cached("shell", make, name, text, target, cpu)
 
 
 def loader(name: str) -> bytes:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from xml.etree.ElementTree import Element, SubElement, fromstring
 
-from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES
+from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES, entries
 from trunnion.fmu.c_source.layout_sizes import Sizes, sizes_of
 from trunnion.fmu.c_text.constant_length_arrays import fixed
 from trunnion.fmu.c_text.dead_code_and_ascii import ascii_only, definitions, nothing_unused, renamed, used_only
@@ -26,7 +26,6 @@ LEFT = ("fmi2Functions.h", "fmi3Functions.h")
 section 2.5.1.2)."""
 UNUSED = ("hosts/batch.c", "hosts/batch_coroutines.c", "hosts/static_friction_ratios.c", "hosts/tangents.c", "output/wear.c")
 """Files of the runtime that exported models do not call."""
-EXPORT = re.compile(r"^#if defined _WIN32\n#define FMU_EXPORT .*?^#endif\n", re.MULTILINE | re.DOTALL)
 TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 
 
@@ -35,10 +34,11 @@ def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checke
     all names with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
     shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
     runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
-    made = {"runtime": runtime, "shell": shell} | {n: _unit(text) for n, text in units.items()}
+    constant = {"runtime": runtime, "shell": shell, "entry_points": finished(entries(kind))}
+    made = constant | {n: _unit(text) for n, text in units.items()}
     names = {n: f"{prefix}_{n}" for n in _seen(made)}
     if kind == "library":
-        names |= {n: re.sub("mechanism", prefix, n) for n in set(re.findall(r"\bmechanism\w*", shell))}
+        names |= {n: re.sub("mechanism", prefix, n) for n in set(re.findall(r"\bmechanism\w*", shell + made["entry_points"]))}
         names |= {n: re.sub("MECHANISM", prefix.upper(), n) for n in set(re.findall(r"\bMECHANISM_\w+", shell))}
     head = sizes.text() + (NATIVE / "portable_compiler_settings.h").read_text()
     out = {f"{prefix}_{name}.c": renamed(_begin(name, kind, prefix) + head + text, names) for name, text in made.items()}
@@ -46,8 +46,9 @@ def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checke
 
 
 def _begin(name: str, kind: str, prefix: str) -> str:
-    """The first line of a file. Only the shell has one: the include of the header, or for FMI the prefix of function names."""
-    if name != "shell":
+    """The first line of a file. Shell and entry points have one: the include of the header, or for FMI the prefix of function
+    names."""
+    if name not in ("shell", "entry_points"):
         return ""
     return f'#include "{prefix}.h"\n' if kind == "library" else f"#define FMI{kind[0]}_FUNCTION_PREFIX {prefix}_\n"
 
@@ -63,7 +64,7 @@ def finished(start: str, shell: str = "", checked: bool = False) -> str:
     ``native/shell.c`` (a value of SHELL_NAMES)."""
     given = {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
     text = one_file(start, [RUNTIME, NATIVE], given, LEFT, shell)
-    text = EXPORT.sub("#define FMU_EXPORT\n", re.sub(r"\brestrict\b", "TR_RESTRICT", text))
+    text = re.sub(r"\brestrict\b", "TR_RESTRICT", text)
     return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))
 
 

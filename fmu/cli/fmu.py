@@ -37,6 +37,7 @@ def command(
     flavour: Annotated[str, typer.Option(metavar="F", help=FLAVOUR)] = "native",
     fmi: Annotated[int, typer.Option(metavar="N", help="2: FMI 2.0; 3: FMI 3.0, with arrays, event mode and clocks.")] = 2,
     type_: Annotated[str, typer.Option("--type", metavar="T", help="cs: co-simulation; me: model exchange; both.")] = "cs",
+    scalars: Annotated[bool, typer.Option("--scalars", help="FMI 3.0 without arrays, for hosts that read only scalars.")] = False,
     platform: Platform,
     step: Step = None,
     kernel: Annotated[str, typer.Option(metavar="K", help=KERNEL, autocompletion=completion.registered("kernels"))] = "auto",
@@ -66,9 +67,10 @@ def command(
         "kernel": reader.choice(kernel, ALONE, "--kernel"), "overrides": reader.assignments(changes), "outputs": outputs or None,
         "step": reader.time(step, "--step", zero=True) or 0.0, "fmi": fmi, "whole_vectors": whole_vectors,
         "parameters": parameters, "sources": sources, "certify": certify,
+        "scalars": scalars,
     }  # fmt: skip
     compiled = how["kernel"] if sources else None
-    reader.problems += apart(how["flavour"], fmi, parameters, how["kind"], how["step"], compiled, certify)
+    reader.problems += apart(how["flavour"], fmi, parameters, how["kind"], how["step"], compiled, certify, scalars)
     how["platform"] = reader.attempt(lambda: chosen(platform or ["host"], STANDARDS.get(fmi, "2.0")))
     loaded = reader.scene(scene, ctx, ())
     target = reader.destination(save or (f"{loaded.name}.fmu" if loaded is not None else "scene.fmu"), (".fmu",))

@@ -49,7 +49,7 @@ def model_description(made: ExportedModel, guid: str, flavour: str) -> bytes:
     root = Element("fmiModelDescription", {"fmiVersion": "2.0", "modelName": scene.name, "guid": guid, **about(scene)})
     everywhere = {
         "modelIdentifier": made.identifier, "needsExecutionTool": "false", "canBeInstantiatedOnlyOncePerProcess": "false",
-        "canNotUseMemoryManagementFunctions": "false" if flavour == "native" else "true",
+        "canNotUseMemoryManagementFunctions": "true",
         "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
     }  # fmt: skip
     if does(made.kind, "me"):

@@ -160,14 +160,16 @@ def _exchanged(parent: Element, made: ExportedModel) -> None:
 
 
 def _structure(root: Element, made: ExportedModel) -> None:
-    """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators."""
+    """Write ModelStructure: the outputs with their dependencies during the run and at the start, derivatives, event indicators.
+    Derivatives depend on all inputs and states; these are listed, because some importers read only lists. As elsewhere, time is not
+    listed."""
     structure = SubElement(root, "ModelStructure")
     place = {f.reference + i + 1: f.reference for f in made.faces for i in range(len(f.parts))}
     outputs = [f for f in made.faces if f.first.causality == "output"]
     first, n = _first_state(made), len(made.exchanged.states)
     states, rates = range(first, first + n), range(first + n, first + 2 * n)
     told = range(first + 2 * n, first + len(made.exchanged.all))
-    parameters = [f.reference for f in made.faces if f.first.causality == "parameter"]
+    parameters, inputs = ([f.reference for f in made.faces if f.first.causality == c] for c in ("parameter", "input"))
     for name in ("Output", "InitialUnknown"):
         for f in outputs:
             found = {place[p] for p in _of_parts(f, made, name == "Output")}
@@ -177,8 +179,9 @@ def _structure(root: Element, made: ExportedModel) -> None:
             SubElement(structure, name, {"valueReference": str(_own(made) + 1 + i)} | depends_on(()))
         for i in states if name == "InitialUnknown" else ():
             SubElement(structure, name, {"valueReference": str(i)} | depends_on(parameters))
+        kind, known = ("ContinuousStateDerivative", states) if name == "Output" else (name, parameters)
         for i in rates:
-            SubElement(structure, "ContinuousStateDerivative" if name == "Output" else name, {"valueReference": str(i)})
+            SubElement(structure, kind, {"valueReference": str(i)} | depends_on(sorted([*inputs, *known])))
     for i in told:
         SubElement(structure, "EventIndicator", {"valueReference": str(i)})
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -16,6 +17,7 @@ from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, a
 from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.scene import load_scene
+from trunnion.scene.expressions.parameter_evaluation import NAMED
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.quantities import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
@@ -24,6 +26,7 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
 TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
 """Connector types by type of an FMU variable. Variables of other types have no connectors."""
+SUMS = "remove one connection; loads add in a scene: give it one load with an input of its own for each source"
 SCALES = {"factor": 1.0, "offset": 0.0}
 """Default factor and offset of a unit relative to its base unit."""
 
@@ -106,8 +109,21 @@ def _fmu(system: System, c: Component, platform: Sequence[str] | str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "component.fmu"
         scene = load_scene(there if there.exists() else c.scene)
-        export(scene, made, overrides=c.changes, outputs=c.outputs and list(c.outputs), platform=platform)
+        starts = _starts(c)
+        changed = {n: x for n, x in starts.items() if n.startswith(f"{NAMED}.")}
+        changed |= {f"inputs.{n}.start": x for n, x in starts.items() if n in scene.inputs}
+        chosen = c.outputs and list(c.outputs)
+        export(scene, made, overrides={**c.changes, **changed}, outputs=chosen, platform=platform, starts=starts)
         return made.read_bytes()
+
+
+def _starts(c: Component) -> dict[str, float]:
+    """The numbers among a component's parameters, in SI units. ``_values`` reports wrong values."""
+    out = {}
+    for name, value in c.parameters.items():
+        with suppress(UnitError):
+            out[name] = float(number(value))
+    return out
 
 
 def _part(data: bytes) -> Part:
@@ -175,7 +191,7 @@ def _unique(system: System) -> Iterator[Finding]:
     seen: set[tuple[str, str]] = set()
     for c in system.connections:
         if c.end in seen:
-            yield Finding(c.place, f"{'.'.join(c.end)} has two sources", "remove one connection")
+            yield Finding(c.place, f"{'.'.join(c.end)} has two sources", SUMS)
         seen.add(c.end)
 
 
@@ -243,8 +259,10 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
     if system.connections:
         parent = SubElement(top, "Connections")
         for c in system.connections:
-            SubElement(parent, "Connection", {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0],
-                                              "endConnector": c.end[1]})  # fmt: skip
+            named = {"startElement": c.start[0], "startConnector": c.start[1], "endElement": c.end[0], "endConnector": c.end[1]}
+            node, scale = SubElement(parent, "Connection", named), {"factor": repr(c.factor), "offset": repr(c.offset)}
+            if (c.factor, c.offset) != (1.0, 0.0):
+                SubElement(node, "ssc:LinearTransformation", scale)
     add_units(root, {u: base for u, base in _units(parts).items() if u in used})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(system.until)})
     return xml_bytes(root)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from trunnion.scene.units.quantities import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
 
 KEYS = ("name", "components", "connections", "simulation")
+OF_A_CONNECTION = ("connect", "factor", "offset")
 OF_A_COMPONENT = ("scene", "fmu", "set", "outputs", "parameters")
 OF_THE_RUN = {"until": (1.0, "2 s"), "step": (0.01, "1 ms")}
 """By key of ``simulation``: the default, s, and an example."""
@@ -36,11 +38,14 @@ class Component:
 
 @dataclass(frozen=True)
 class Connection:
-    """A connection from an output to an input, each as (component, variable)."""
+    """A connection from an output to an input, each as (component, variable). The input receives factor × output + offset, in the
+    unit of the input."""
 
     start: tuple[str, str]
     end: tuple[str, str]
     place: tuple[str | int, ...] = ()
+    factor: float = 1.0
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -101,14 +106,25 @@ class _Reader:
         return Component(str(given.get("scene", "")), str(given.get("fmu", "")), self.group(given.get("set"), (*path, "set")),
                          None if outputs is None else tuple(outputs), values)  # fmt: skip
 
-    def connection(self, place: int, text: Any) -> Connection | None:
-        """Read a connection "a.output -> b.input"; None if its form is wrong."""
+    def connection(self, place: int, data: Any) -> Connection | None:
+        """Read a connection, "a.output -> b.input" or {connect: "a.output -> b.input", factor: -1, offset: 0}; None if its form is
+        wrong."""
         path = ("connections", place)
+        given = self.group(data, path, OF_A_CONNECTION) if isinstance(data, dict) else {"connect": data}
+        text = given.get("connect")
         ends = [e.strip().partition(".") for e in str(text).split(ARROW)]
         if not isinstance(text, str) or len(ends) != 2 or not all(name and dot and rest for name, dot, rest in ends):
             self.note(path, "a connection is required", f"motor.shaft.torque[1] {ARROW} crank.drive")
             return None
-        return Connection((ends[0][0], ends[0][2]), (ends[1][0], ends[1][2]), path)
+        scales = {key: self.plain((*path, key), given[key]) for key in OF_A_CONNECTION[1:] if key in given}
+        return Connection((ends[0][0], ends[0][2]), (ends[1][0], ends[1][2]), path, **scales)
+
+    def plain(self, path: tuple[str | int, ...], value: Any) -> float:
+        """Read a number without a unit; records a mistake for other values."""
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value):
+            return float(value)
+        self.note(path, f"{value!r} is not a plain number", f"{path[-1]}: -1")
+        return 1.0
 
     def seconds(self, data: dict[str, Any], key: str) -> float:
         """Read a positive time, s; records a mistake for other values."""

@@ -61,12 +61,13 @@ class Face:
         return UINT64 if self.name in COUNTS else BOOLEAN if self.name in FLAGS else INT32
 
 
-def faces(listed: Sequence[Variable]) -> list[Face]:
-    """The variables of FMI 3.0 that the scalar variables of FMI 2.0 form, in order of their value references."""
+def faces(listed: Sequence[Variable], scalars: bool = False) -> list[Face]:
+    """The variables of FMI 3.0 that the scalar variables of FMI 2.0 form, in order of their value references. scalars: whether all
+    variables remain scalars."""
     out: list[Face] = []
     at = 0
     while at < len(listed):
-        name, count = _array(listed, at)
+        name, count = (listed[at].name, 1) if scalars else _array(listed, at)
         out.append(Face(name, at, tuple(listed[at : at + count])))
         at += count
     return out

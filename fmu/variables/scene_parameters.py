@@ -4,9 +4,10 @@ if it affects properties that are fixed in an FMU."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
+from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.fmu.variables.outputs_inputs_parameters import PARAMETER, Variable
 from trunnion.scene.data_classes.scene import Scene
@@ -52,6 +53,16 @@ def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
     return Arrangement(
         [*listed[:first], *own, *kept], [known[places[p]] for p in moved], programs, tuple(n for n in base if n not in offered)
     )
+
+
+def begun(all_: Arrangement, starts: Mapping[str, float]) -> Arrangement:
+    """The variables with these start values of parameters, by name. SceneError for values that are not allowed."""
+    given = {v.name: starts[v.name] for v in all_.listed if v.causality == "parameter" and v.name in starts}
+    bounds = {v.name: v.bound for v in all_.listed}
+    wrong = [Problem(n, bounds[n].refusal(n.rpartition(".")[2], x)) for n, x in given.items() if not bounds[n].holds(x)]
+    if wrong:
+        raise SceneError(wrong)
+    return replace(all_, listed=[replace(v, start=given.get(v.name, v.start)) for v in all_.listed])
 
 
 def _place(scene: Scene, path: str, known: dict[str, Variable]) -> str | None:

@@ -1,4 +1,4 @@
-"""Effort and power of the drive of a freedom."""
+"""Effort, reaction and power of the drive of a freedom."""
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.columns.declaration import ColumnKind, Quantity
@@ -8,8 +8,8 @@ from trunnion.columns.subjects import DRIVEN
 
 def drive(effort: SX, rate: SX) -> dict[str, SX]:
     """The effort is the transmitted force along the freedom, minus the forces of friction and devices, plus the inertia force of
-    the rotor. The power is effort × rate."""
-    return {"effort": effort, "power": effort * rate}
+    the rotor. The power is effort × rate. The reaction acts on the drive's source, for example a motor in another model."""
+    return {"effort": effort, "reaction": -effort, "power": effort * rate}
 
 
 KIND = ColumnKind(
@@ -19,6 +19,8 @@ KIND = ColumnKind(
     quantities=(
         Quantity(name="drive", output="effort", column="{joint}.drive.effort[{number}]", unit="{effort}",
                  text="effort of the drive of {joint}", direct=True),
+        Quantity(name="drive", output="reaction", label=("reaction",), column="{joint}.drive.reaction[{number}]", unit="{effort}",
+                 text="effort that the drive of {joint} exerts on its source: minus the effort on {joint}", direct=True),
         Quantity(name="power", output="power", label=("drive",), column="{joint}.drive.power[{number}]", unit="W",
                  text="power of the drive of {joint}", vector=False, direct=True),
     ),

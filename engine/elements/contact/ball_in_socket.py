@@ -99,7 +99,7 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
     fw, ww, drag = dot(f, omega), dot(omega, omega), drag_of(rates, omega, law, g)
     if drag is not None:
         level = ca.if_else(law.tilt > 0, level + drag * law.tilt * ca.sqrt(ww + TINY), level)
-    return [1 - fw * fw * (1 + level**2) / ((dot(f, f) + TINY) * (ww + TINY))]
+    return [1 - fw * fw * (1 + level**2) / ((dot(f, f) + TINY) * (ww + TINY) + TINY)]  # at rest without load: the product is 0
 
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path, last_key
 from trunnion.scene.queries.number_units import PLAIN, bound_of, numbers, order_of
+from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.quantities import Quantity, agree
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
 
@@ -29,7 +30,8 @@ def check(scene: Scene) -> Iterator[Finding]:
         try:
             agree(value, unit)
         except UnitError as e:
-            yield Finding(path, e.what, e.hint)
+            is_start = path[0] == "inputs" and unit == PLAIN
+            yield Finding(path, e.what, f"give the input its unit: unit: {unit_of(value.dimension)}" if is_start else e.hint)
     for path, value in values.items():
         yield from _order(path, value, values)
 

@@ -18,7 +18,7 @@ static fmu_status fmu_along(fmu_instance *m, const fmu_direction *d, double *all
   int ok;
   if (m->exchange) ok = tr_directional_in_modes(sim, MODEL->linear, d->columns ? MODEL->integral : 0, d->inputs, d->states, rates, all);
   else ok = tr_cut(sim, copy.state->time) == TR_OK && tr_directional(sim, MODEL->linear, d->inputs, d->states, rates, all);
-  fmu_free(&m->host, copy.state);
+  fmu_free(copy.state);
   return ok ? FMU_OK : fmu_log(m, m->exchange ? FMU_DISCARD : FMU_ERROR, "t = %.12g s: the derivatives do not exist at this state, for example at an event: ask at another time", m->state->time);
 }
 
@@ -96,7 +96,7 @@ static double fmu_row_ahead(fmu_instance *m, double *row) {
   fmu_state *copy = fmu_copied(m);
   if (!copy) return 0.0;
   const int reached = tr_reach(FMU_SIM(copy), copy->time + ahead, copy->time + FAR * ahead, (long)MANY_STEPS, row);
-  fmu_free(&m->host, copy);
+  fmu_free(copy);
   return reached == TR_DONE ? ahead : 0.0;
 }
 

@@ -8,7 +8,7 @@
 /* Start the second run with the same start values as the run. begin: function that starts a run. */
 static void fmu_begin_second(fmu_instance *m, fmu_status (*begin)(fmu_instance *m, double tighter)) {
   fmu_state *s = m->state;
-  const fmu_instance quiet = {.host = {.allocate = m->host.allocate, .release = m->host.release}, .state = s, .name = m->name};
+  const fmu_instance quiet = {.state = s, .name = m->name};
   fmu_instance other = quiet;
   s->certified = MODEL->erring && fmu_setting_of(s, FMU_ERRORS, 0.0) >= 1.0;
   if (!s->certified) return;

@@ -16,8 +16,8 @@ typedef struct fmu_sight {
 
 /* Allocate memory for look-aheads; returns 0 on failure. */
 static int fmu_can_look(fmu_instance *m) {
-  m->ahead = fmu_allocate(&m->host, m->state->bytes);
-  m->before = fmu_allocate(&m->host, sizeof(double) * (1 + MODEL->columns->nout));
+  m->ahead = fmu_allocate(m->state->bytes);
+  m->before = fmu_allocate(sizeof(double) * (1 + MODEL->columns->nout));
   return m->ahead && m->before;
 }
 

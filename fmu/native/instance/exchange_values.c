@@ -29,7 +29,7 @@ static fmu_status fmu_exchanged_inside(fmu_instance *m, int at, double *value) {
   tr_sim *sim = FMU_SIM(copy);
   const double *rates = tr_cut(sim, copy->time) == TR_OK ? tr_begin_exchange(sim) : 0;
   if (rates) *value = fmu_exchanged_at(sim, rates, at);
-  fmu_free(&m->host, copy);
+  fmu_free(copy);
   return rates ? FMU_OK : fmu_none_there(m);
 }
 

@@ -60,7 +60,7 @@ static fmu_status fmu_failed(fmu_instance *m, int status, fmu_status as) {
   fmu_state *copy = fmu_copied(m);
   if (copy) {
     joint = fmu_cause(FMU_SIM(copy), status, &s->why, &more);
-    fmu_free(&m->host, copy);
+    fmu_free(copy);
   }
   const fmu_outcome *o = fmu_outcome_of(status, s->why);
   return fmu_log(m, as, "%s%s%s at t = %.6g s: %s%s", o->name, *joint ? " in joint " : "", joint, s->reached, o->advice, more);

@@ -2,6 +2,7 @@
 
 #define CARRIED 0.2 /* largest product of bandwidth and sample time. With a larger product, the motion jerks at every sample.
                      * A host that feeds the force back to the source of the input then amplifies these jerks */
+#define SWINGS 8    /* this many swings in a row, each larger than the last, mean that a coupling diverges */
 #define IN_A_ROW 2  /* an input that changes at this many consecutive communication points is sampled; a single change is a jump */
 
 /* Whether an input is sampled. The value of a sampled input changes at consecutive communication points, and the host does not give
@@ -28,6 +29,13 @@ static void fmu_sample(fmu_input *in, double asked) {
   in->curve = in->curve_before + part * ((in->rate - in->rate_before) / h - in->curve_before);
 }
 
+/* Count the consecutive samples at which the acceleration of an input grows and changes its sign. */
+static void fmu_count_swings(fmu_input *in) {
+  const double now = in->derived < 2.0 ? in->curve : fmu_told(in, 1);
+  in->swings = now * in->swing < 0.0 && fabs(now) > fabs(in->swing) ? in->swings + 1.0 : 0.0;
+  in->swing = now;
+}
+
 /* Update an input at the communication point t. */
 static void fmu_note_input(const fmu_state *s, fmu_input *in, double t, double asked) {
   for (int k = 0; k < 2; ++k)
@@ -40,6 +48,7 @@ static void fmu_note_input(const fmu_state *s, fmu_input *in, double t, double a
     in->changes = in->last_t >= s->point ? in->changes + 1.0 : 1.0;
     in->before = in->last, in->before_t = in->last_t, in->last_t = t;
     in->rate_before = in->rate, in->curve_before = in->curve;
+    fmu_count_swings(in);
   }
   in->last = in->value; /* a host may set the input several times at one communication point */
   if (in->last_t > in->before_t) fmu_sample(in, asked);
@@ -63,6 +72,15 @@ static void fmu_say_slower(fmu_instance *m, const fmu_input *in, double asked, c
           "or couple by torque", name, asked, in->last_t - in->before_t, used);
 }
 
+/* Warn once that a motion and the source of its input drive each other up. The force on the source acts one communication step late. */
+static void fmu_say_swings(const fmu_instance *m, fmu_input *in, const char *name) {
+  if (in->swings != SWINGS) return;
+  in->swings += 1.0;
+  fmu_log(m, FMU_WARNING, "%.*s: the acceleration grows and changes its sign at every communication point: the inertia that this motion moves is larger "
+          "than that of the source of the motion; no step size helps: couple by torque (effort: {input: ...}), or give the source more inertia",
+          (int)(strlen(name) - strlen(".bandwidth")), name);
+}
+
 /* Pass the inputs to the simulation, valid from time t on. A motion that follows an input continues from its present position and
  * rate. At the start of the run (begin), the motion starts at the value of the input. A sampled input is extrapolated with the rate
  * of its last two samples. */
@@ -71,7 +89,7 @@ static void fmu_hand_inputs(fmu_instance *m, double t, int begin) {
   for (int i = 0; i < MODEL->settings; ++i) {
     if (MODEL->setting[i].kind != FMU_BANDWIDTH) continue;
     fmu_input *told = FMU_INPUTS(s) + MODEL->setting[i].index;
-    if (begin) told->last = told->before = told->value, told->last_t = told->before_t = t, told->changes = told->derived = told->rate = told->curve = 0.0;
+    if (begin) told->last = told->before = told->value, told->last_t = told->before_t = t, told->changes = told->derived = told->rate = told->curve = told->swing = told->swings = 0.0;
     fmu_note_input(s, told, t, FMU_A(s, settings)[i]);
   }
   for (int i = 0; i < MODEL->inputs; ++i) {
@@ -92,5 +110,6 @@ static void fmu_hand_inputs(fmu_instance *m, double t, int begin) {
     if (g->kind != FMU_BANDWIDTH) continue;
     tr_input_record(FMU_SIM(s), g->index)->bandwidth = fmu_bandwidth(FMU_INPUTS(s) + g->index, FMU_A(s, settings)[i]);
     fmu_say_slower(m, FMU_INPUTS(s) + g->index, FMU_A(s, settings)[i], g->name);
+    fmu_say_swings(m, FMU_INPUTS(s) + g->index, g->name);
   }
 }

@@ -19,13 +19,13 @@ static fmu_instance *fmu_create(const fmu_host *host, const char *name, const ch
   fmu_state layout = {0};
   const size_t bytes = fmu_layout(&layout);
   if (!name || !*name) why = "the instance name is empty or NULL: give the instance a name";
-  fmu_instance *m = why ? NULL : fmu_allocate(host, sizeof *m);
-  fmu_state *s = m ? fmu_allocate(host, bytes) : NULL;
-  char *own = s ? fmu_allocate(host, strlen(name) + 1) : NULL;
+  fmu_instance *m = why ? NULL : fmu_allocate(sizeof *m);
+  fmu_state *s = m ? fmu_allocate(bytes) : NULL;
+  char *own = s ? fmu_allocate(strlen(name) + 1) : NULL;
   if (!own) {
     fmu_log(&probe, FMU_ERROR, "%s", why ? why : "out of memory");
-    fmu_free(host, s);
-    fmu_free(host, m);
+    fmu_free(s);
+    fmu_free(m);
     return NULL;
   }
   strcpy(own, name);
@@ -37,12 +37,11 @@ static fmu_instance *fmu_create(const fmu_host *host, const char *name, const ch
 
 static void fmu_destroy(fmu_instance *m) {
   if (!m) return;
-  const fmu_host host = m->host;
-  fmu_free(&host, m->before);
-  fmu_free(&host, m->ahead);
-  fmu_free(&host, m->state);
-  fmu_free(&host, m->name);
-  fmu_free(&host, m);
+  fmu_free(m->before);
+  fmu_free(m->ahead);
+  fmu_free(m->state);
+  fmu_free(m->name);
+  fmu_free(m);
 }
 
 /* Set start time, stop time and tolerance of the run. */

@@ -1,17 +1,12 @@
 /* The memory block of an instance: allocation, layout, exported values. */
 
 #if defined FMU_ALONE /* a plain library allocates no memory */
-static void *fmu_allocate(const fmu_host *host, size_t bytes) { return (void)host, (void)bytes, NULL; }
-static void fmu_free(const fmu_host *host, void *p) { (void)host, (void)p; }
+static void *fmu_allocate(size_t bytes) { return (void)bytes, NULL; }
+static void fmu_free(void *p) { (void)p; }
 #else
 #include <stdlib.h>
-static void *fmu_allocate(const fmu_host *host, size_t bytes) { return host->allocate ? host->allocate(1, bytes) : calloc(1, bytes); }
-
-static void fmu_free(const fmu_host *host, void *p) {
-  if (!p) return;
-  if (host->release) host->release(p);
-  else free(p);
-}
+static void *fmu_allocate(size_t bytes) { return calloc(1, bytes); }
+static void fmu_free(void *p) { free(p); }
 #endif
 
 /* Set the offsets of the arrays behind fmu_state. Returns the size of the block, bytes. */
@@ -76,7 +71,7 @@ static void fmu_adopt(fmu_state *s) {
 
 /* A copy of the state, in which a run can continue; NULL if memory is lacking. The caller frees the copy. */
 static fmu_state *fmu_copied(const fmu_instance *m) {
-  fmu_state *copy = fmu_allocate(&m->host, m->state->bytes);
+  fmu_state *copy = fmu_allocate(m->state->bytes);
   if (!copy) return NULL;
   memcpy(copy, m->state, m->state->bytes);
   fmu_adopt(copy);

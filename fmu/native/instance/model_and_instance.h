@@ -137,6 +137,7 @@ typedef struct fmu_input {
   double rate, curve;      /* mean rate between the last two samples; smoothed derivative of the rate */
   double rate_before, curve_before; /* rate and curve one sample before */
   double changes, derived; /* derived: highest order of a received derivative, 0 for none */
+  double swing, swings;    /* the last acceleration; number of consecutive samples at which it grew and changed its sign */
 } fmu_input;
 
 enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZATION, FMU_STEPPING, FMU_TERMINATED, FMU_EVENTS, FMU_BETWEEN, FMU_CONTINUOUS, FMU_MODES };
@@ -175,11 +176,9 @@ typedef struct fmu_state {
   int settings, trial, inputs, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;
 
-/* Functions of the host. allocate, release: if NULL, the C library's functions are used. say: function that formats a message for
+/* Functions of the host. say: function that formats a message for
  * `logger`. */
 typedef struct fmu_host {
-  void *(*allocate)(size_t count, size_t bytes);
-  void (*release)(void *);
   void (*say)(const struct fmu_host *host, const char *name, fmu_status status, const char *category, char *text);
   void (*logger)(void);
   void *environment;
@@ -208,11 +207,6 @@ typedef struct fmu_instance {
   if (!(condition)) return fmu_log(m, FMU_ERROR, __VA_ARGS__)
 #define FMU_ARRAYS(n, ...) FMU_NEED((n) == 0 || (__VA_ARGS__), "an array argument is NULL, but its length is not 0")
 #define FMU_NONE(n, what) FMU_NEED((n) == 0, "this FMU has no variables of type " what)
-#if defined _WIN32
-#define FMU_EXPORT __declspec(dllexport)
-#else
-#define FMU_EXPORT __attribute__((visibility("default")))
-#endif
 
 #define FMU_A(s, field) ((double *)((char *)(s) + sizeof(fmu_state)) + (s)->field)
 #define FMU_INPUTS(s) ((fmu_input *)FMU_A(s, inputs))

@@ -91,7 +91,7 @@ static const char *fmu_unseal_state(fmu_state *s, size_t room, const char *in, s
 /* Copy the state of an instance to *out. If *out is NULL, memory is allocated. */
 static fmu_status fmu_keep(fmu_instance *m, void **out) {
   FMU_NEED(out, "GetFMUState: the argument for the state is NULL");
-  if (!*out) *out = fmu_allocate(&m->host, m->state->bytes);
+  if (!*out) *out = fmu_allocate(m->state->bytes);
   FMU_NEED(*out, "out of memory");
   memcpy(*out, m->state, m->state->bytes);
   return FMU_OK;
@@ -107,7 +107,7 @@ static fmu_status fmu_go_back(fmu_instance *m, const void *in) {
 
 static fmu_status fmu_forget(fmu_instance *m, void **in) {
   if (!in) return FMU_OK;
-  fmu_free(&m->host, *in);
+  fmu_free(*in);
   *in = NULL;
   return FMU_OK;
 }
@@ -127,11 +127,11 @@ static fmu_status fmu_write(fmu_instance *m, const void *in, void *out, size_t b
 
 static fmu_status fmu_read(fmu_instance *m, const void *in, size_t bytes, void **out) {
   FMU_NEED(in && out, "DeserializeFMUState: an argument is NULL");
-  fmu_state *s = fmu_allocate(&m->host, m->state->bytes);
+  fmu_state *s = fmu_allocate(m->state->bytes);
   FMU_NEED(s, "out of memory");
   const char *wrong = fmu_unseal_state(s, m->state->bytes, in, bytes);
   if (wrong) {
-    fmu_free(&m->host, s);
+    fmu_free(s);
     return fmu_log(m, FMU_ERROR, "%s", wrong);
   }
   *out = s;

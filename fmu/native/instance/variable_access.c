@@ -65,7 +65,6 @@ static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
 /* Check a value for reference r, and store the value of a parameter in `trial`. Logs the reason if the value is not allowed. */
 static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
-  if (r >= fmu_count()) return fmu_log(m, FMU_ERROR, "value reference %u: there is no real variable with this reference that can be set", (unsigned)r);
   if (r < no) return fmu_log(m, FMU_ERROR, "value reference %u: an output cannot be set", (unsigned)r);
   if (!isfinite(value)) return fmu_log(m, FMU_ERROR, "value reference %u: the value %g is not a finite number", (unsigned)r, value);
   if (r < no + ni) return FMU_OK;
@@ -73,6 +72,22 @@ static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   fmu_status status = fmu_check_setting(m, MODEL->setting + (r - no - ni), value);
   if (status == FMU_OK) trial[r - no - ni] = value;
   return status;
+}
+
+/* Check a value for the reference of a state. FMI has SetContinuousStates for states; some importers set them as variables. */
+static fmu_status fmu_try_state(fmu_instance *m, fmu_reference r, double value) {
+  const int in_run = m->state->mode == FMU_EVENTS || m->state->mode == FMU_CONTINUOUS;
+  FMU_NEED(m->exchange && in_run && r < fmu_first_state() + (unsigned)fmu_states(),
+           "value reference %u: only states can be set here, in event mode or continuous-time mode of model exchange", r);
+  FMU_NEED(isfinite(value), "value reference %u: the value %g is not a finite number", r, value);
+  return FMU_OK;
+}
+
+static void fmu_put_state(fmu_state *s, fmu_reference r, double value) {
+  double *state = tr_array(FMU_SIM(s), TR_ARRAY_STATE) + (r - fmu_first_state());
+  if (*state == value) return;
+  *state = value;
+  s->known = s->ready = 0;
 }
 
 /* Set input r. r counts the inputs, then the derivative inputs. */
@@ -94,14 +109,17 @@ static fmu_status fmu_set(fmu_instance *m, const fmu_reference *vr, size_t n, co
   fmu_status status = FMU_OK;
   memcpy(trial, settings, sizeof(double) * MODEL->settings);
   for (size_t i = 0; i < n && status == FMU_OK; ++i) { /* check all values before setting any value */
-    const int end = vr[i] < (unsigned)all ? (int)vr[i] + fmu_width(vr[i]) : all + 1;
-    for (int r = vr[i] < (unsigned)all ? (int)vr[i] : all; r < end && status == FMU_OK; ++r) status = fmu_try(m, r, *next++, trial);
+    if (fmu_is_exchanged(vr[i])) status = fmu_try_state(m, vr[i], *next++);
+    else if (vr[i] >= (unsigned)all) return fmu_log(m, FMU_ERROR, "value reference %u: there is no variable with this reference that can be set", vr[i]);
+    else for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end && status == FMU_OK; ++r) status = fmu_try(m, r, *next++, trial);
   }
   if (status == FMU_OK) status = fmu_check_followers(m, trial);
   if (status != FMU_OK) return status;
-  for (size_t i = 0; i < n; ++i)
-    for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end; ++r, ++value)
+  for (size_t i = 0; i < n; ++i) {
+    if (fmu_is_exchanged(vr[i])) fmu_put_state(s, vr[i], *value++);
+    else for (int r = (int)vr[i], end = r + fmu_width(vr[i]); r < end; ++r, ++value)
       if (r < no + ni) fmu_put_input(s, r - no, *value);
+  }
   for (int i = 0; i < MODEL->settings; ++i)
     if (settings[i] != trial[i]) s->changed |= FMU_NEW_PARAMETERS;
   memcpy(settings, trial, sizeof(double) * MODEL->settings);

@@ -11,7 +11,7 @@ static fmu_instance library_instance(mechanism *m) {
   return instance;
 }
 
-int mechanism_init(mechanism *m) {
+int fmu_mechanism_init(mechanism *m) {
   fmu_state layout;
   memset(&layout, 0, sizeof layout);
   const size_t bytes = fmu_layout(&layout);
@@ -22,20 +22,20 @@ int mechanism_init(mechanism *m) {
   return MECHANISM_OK;
 }
 
-int mechanism_set(mechanism *m, int variable, double value) {
+int fmu_mechanism_set(mechanism *m, int variable, double value) {
   fmu_instance instance = library_instance(m);
   const fmu_reference reference = (fmu_reference)variable;
   return (int)fmu_set(&instance, &reference, 1, &value);
 }
 
-double mechanism_get(mechanism *m, int variable) {
+double fmu_mechanism_get(mechanism *m, int variable) {
   fmu_instance instance = library_instance(m);
   const fmu_reference reference = (fmu_reference)variable;
   double value = NAN;
   return fmu_get(&instance, &reference, 1, &value) > FMU_WARNING ? NAN : value;
 }
 
-int mechanism_start(mechanism *m, double time) {
+int fmu_mechanism_start(mechanism *m, double time) {
   fmu_instance instance = library_instance(m);
   if (instance.state->mode != FMU_INSTANTIATED) return MECHANISM_ERROR;
   fmu_status status = fmu_agree(&instance, 0, 0.0, time, 0, 0.0);
@@ -46,16 +46,16 @@ int mechanism_start(mechanism *m, double time) {
   return (int)status;
 }
 
-int mechanism_step(mechanism *m, double length) {
+int fmu_mechanism_step(mechanism *m, double length) {
   fmu_instance instance = library_instance(m);
   if (instance.state->mode != FMU_STEPPING) return MECHANISM_ERROR;
   fmu_adopt(instance.state);
   return (int)fmu_step(&instance, instance.state->time, length);
 }
 
-double mechanism_time(const mechanism *m) { return ((const fmu_state *)m->memory)->reached; }
+double fmu_mechanism_time(const mechanism *m) { return ((const fmu_state *)m->memory)->reached; }
 
-const char *mechanism_why(const mechanism *m) {
+const char *fmu_mechanism_why(const mechanism *m) {
   const fmu_state *s = (const fmu_state *)m->memory;
   return s->failed ? fmu_outcome_of(s->failed, s->why)->name : "";
 }

@@ -3,9 +3,9 @@
 /* The status for a function that must not return fmi3Discard. */
 static fmu_status fmi3_strict(fmu_status status) { return status == FMU_DISCARD ? FMU_ERROR : status; }
 
-const char *fmi3GetVersion(void) { return fmi3Version; }
+const char *fmu_fmi3GetVersion(void) { return fmi3Version; }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String category[]) {
+fmi3Status fmu_fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String category[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, category);
   FMU_NEED(fmu_choose_log(m, on, n, category), "fmi3SetDebugLogging: there is no such category");
@@ -16,7 +16,7 @@ static void fmi3_say(const fmu_host *host, const char *name, fmu_status status, 
   ((fmi3LogMessageCallback)host->logger)(host->environment, (fmi3Status)status, category, text);
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+fmi3Instance fmu_fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
                                          fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference between[], size_t nbetween,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, fmi3IntermediateUpdateCallback update) {
   const fmu_host host = {.say = logger ? fmi3_say : NULL, .logger = (void (*)(void))logger, .environment = environment};
@@ -32,9 +32,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance c) { fmu_destroy(c); }
+void fmu_fmi3FreeInstance(fmi3Instance c) { fmu_destroy(c); }
 
-fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
+fmi3Status fmu_fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
                                        fmi3Boolean stop_defined, fmi3Float64 stop) {
   FMU_ENTER(c);
   FMU_NEED(m->state->mode == FMU_INSTANTIATED, "fmi3EnterInitializationMode: the instance is already initialized: call fmi3Reset first");
@@ -43,7 +43,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
   return status;
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+fmi3Status fmu_fmi3ExitInitializationMode(fmi3Instance c) {
   FMU_ENTER(c);
   FMU_NEED(m->state->mode == FMU_INITIALIZATION, "fmi3ExitInitializationMode: the instance is not in initialization mode: call fmi3EnterInitializationMode first");
   const fmu_status status = fmu_begun(m);
@@ -51,7 +51,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
   return fmi3_strict(status);
 }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+fmi3Status fmu_fmi3EnterEventMode(fmi3Instance c) {
   FMU_ENTER(c);
   if (m->exchange) return fmu_enter_events(m);
   FMU_NEED(m->events, "fmi3EnterEventMode: the instance was created with eventModeUsed = false: create it with eventModeUsed = true");
@@ -60,7 +60,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c) {
   return fmi3OK;
 }
 
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals, fmi3Boolean *values,
+fmi3Status fmu_fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals, fmi3Boolean *values,
                                     fmi3Boolean *next_defined, fmi3Float64 *next) {
   FMU_ENTER(c);
   FMU_NEED(again && terminate && nominals && values && next_defined && next, "fmi3UpdateDiscreteStates: an argument is NULL");
@@ -74,16 +74,16 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
   return fmi3_strict(status);
 }
 
-fmi3Status fmi3EnterStepMode(fmi3Instance c) {
+fmi3Status fmu_fmi3EnterStepMode(fmi3Instance c) {
   FMU_ENTER(c);
   FMU_NEED(m->state->mode == FMU_EVENTS && !m->exchange, "fmi3EnterStepMode: only a co-simulation instance in event mode can enter step mode");
   m->state->mode = FMU_STEPPING;
   return fmi3_strict(fmu_after_event(m));
 }
 
-fmi3Status fmi3Terminate(fmi3Instance c) { FMU_CALL(c, fmu_terminate(m)); }
+fmi3Status fmu_fmi3Terminate(fmi3Instance c) { FMU_CALL(c, fmu_terminate(m)); }
 
-fmi3Status fmi3Reset(fmi3Instance c) {
+fmi3Status fmu_fmi3Reset(fmi3Instance c) {
   FMU_ENTER(c);
   fmu_defaults(m->state);
   return fmi3OK;
@@ -125,7 +125,7 @@ static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
   }
 }
 
-fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_state_prior, fmi3Boolean *event, fmi3Boolean *terminate,
+fmi3Status fmu_fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_state_prior, fmi3Boolean *event, fmi3Boolean *terminate,
                       fmi3Boolean *early, fmi3Float64 *reached) {
   FMU_ENTER(c);
   FMU_NEED(event && terminate && early && reached, "fmi3DoStep: an argument is NULL");
@@ -142,14 +142,14 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
   return status;
 }
 
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *out) { FMU_CALL(c, fmu_keep(m, out)); }
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState in) { FMU_CALL(c, fmu_go_back(m, in)); }
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *in) { FMU_CALL(c, fmu_forget(m, in)); }
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState in, size_t *bytes) { FMU_CALL(c, fmu_bytes_of(m, in, bytes)); }
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState in, fmi3Byte out[], size_t bytes) { FMU_CALL(c, fmu_write(m, in, out, bytes)); }
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte in[], size_t bytes, fmi3FMUState *out) { FMU_CALL(c, fmu_read(m, in, bytes, out)); }
+fmi3Status fmu_fmi3GetFMUState(fmi3Instance c, fmi3FMUState *out) { FMU_CALL(c, fmu_keep(m, out)); }
+fmi3Status fmu_fmi3SetFMUState(fmi3Instance c, fmi3FMUState in) { FMU_CALL(c, fmu_go_back(m, in)); }
+fmi3Status fmu_fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *in) { FMU_CALL(c, fmu_forget(m, in)); }
+fmi3Status fmu_fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState in, size_t *bytes) { FMU_CALL(c, fmu_bytes_of(m, in, bytes)); }
+fmi3Status fmu_fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState in, fmi3Byte out[], size_t bytes) { FMU_CALL(c, fmu_write(m, in, out, bytes)); }
+fmi3Status fmu_fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte in[], size_t bytes, fmi3FMUState *out) { FMU_CALL(c, fmu_read(m, in, bytes, out)); }
 
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
+fmi3Status fmu_fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
                                         size_t nk, const fmi3Float64 seed[], size_t nseed, fmi3Float64 out[], size_t nout) {
   FMU_ENTER(c);
   FMU_ARRAYS(nu, unknown && out);
@@ -158,7 +158,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
   return fmi3_strict(fmu_directional(m, unknown, nu, known, nk, seed, out));
 }
 
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
+fmi3Status fmu_fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[], size_t nu, const fmi3ValueReference known[],
                                     size_t nk, const fmi3Float64 seed[], size_t nseed, fmi3Float64 out[], size_t nout) {
   FMU_ENTER(c);
   FMU_ARRAYS(nu, unknown && seed);
@@ -167,7 +167,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
   return fmi3_strict(fmu_adjoint(m, unknown, nu, known, nk, seed, out));
 }
 
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 order[], fmi3Float64 value[],
+fmi3Status fmu_fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 order[], fmi3Float64 value[],
                                     size_t nvalue) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && order && value);

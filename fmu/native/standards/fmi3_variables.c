@@ -46,7 +46,7 @@ static double fmi3_own_number(const fmu_state *s, fmi3ValueReference r) {
 }
 
 #define FMI3_GET(Name, kind) \
-  fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
+  fmi3Status fmu_fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
     FMU_ENTER(c); \
     FMU_ARRAYS(n, vr && value); \
     fmu_status status = fmi3_are(m, vr, n, kind, #Name, nvalues); \
@@ -70,7 +70,7 @@ FMI3_GET(Int64, FMU_INT64)
 FMI3_GET(UInt64, FMU_UINT64)
 FMI3_GET(Boolean, FMU_BOOLEAN)
 
-fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[], size_t nvalues) {
+fmi3Status fmu_fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[], size_t nvalues) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);
   const fmu_status status = fmi3_are(m, vr, n, FMU_FLOAT64, "Float64", nvalues);
@@ -80,7 +80,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 /* Define a function that sets integers. The function does not treat arrays, because no settable integer is an array. Outputs cannot
  * be set. */
 #define FMI3_SET(Name, kind) \
-  fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
+  fmi3Status fmu_fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
     FMU_ENTER(c); \
     FMU_ARRAYS(n, vr && value); \
     fmu_status status = fmi3_are(m, vr, n, kind, #Name, nvalues); \
@@ -98,13 +98,13 @@ FMI3_SET(UInt64, FMU_UINT64)
 FMI3_SET(Boolean, FMU_BOOLEAN)
 
 #define FMI3_NO_TYPE(Name) \
-  fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
+  fmi3Status fmu_fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
     FMU_ENTER(c); \
     (void)vr, (void)value, (void)nvalues; \
     FMU_NONE(n, #Name); \
     return fmi3OK; \
   } \
-  fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
+  fmi3Status fmu_fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
     FMU_ENTER(c); \
     (void)vr, (void)value, (void)nvalues; \
     FMU_NONE(n, #Name); \
@@ -118,7 +118,7 @@ FMI3_NO_TYPE(Int16)
 FMI3_NO_TYPE(UInt16)
 FMI3_NO_TYPE(UInt32)
 
-fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String value[], size_t nvalues) {
+fmi3Status fmu_fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String value[], size_t nvalues) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);
   fmu_status status = fmi3_are(m, vr, n, FMU_STRING, "String", nvalues);
@@ -127,14 +127,14 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
   return status;
 }
 
-fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String value[], size_t nvalues) {
+fmi3Status fmu_fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String value[], size_t nvalues) {
   FMU_ENTER(c);
   FMU_NEED(n == 0, "fmi3SetString: this FMU has no String variable that can be set");
   return fmi3OK;
 }
 
 /* A clock stays active until it is read or the host has handled the event. */
-fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
+fmi3Status fmu_fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);
   FMU_NEED(m->state->mode == FMU_EVENTS, "fmi3GetClock: the instance is not in event mode: call fmi3EnterEventMode first");

@@ -62,8 +62,10 @@ def test_efforts_of_devices_are_what_their_formulas_say(which: str, kernel: str)
                     expected[f"{name}.{word}[{k + 1}]"] = value
                     expected[f"{name}.{word.partition('.')[0]}.power[{k + 1}]"] = value * rate
             if f"{name}.drive.effort[{k + 1}]" in row:
+                expected[f"{name}.drive.reaction[{k + 1}]"] = -row[f"{name}.drive.effort[{k + 1}]"]
                 expected[f"{name}.drive.power[{k + 1}]"] = row[f"{name}.drive.effort[{k + 1}]"] * rate
-    told = {n for n in row if any(w in n for w in WORDS[:5]) and n.partition(".")[0] in scene.joints and ".drive.effort" not in n}
+    words = (*WORDS[:5], ".drive.reaction")
+    told = {n for n in row if any(w in n for w in words) and n.partition(".")[0] in scene.joints and ".drive.effort" not in n}
     assert told == set(expected)
     for n, value in expected.items():
         assert row[n] == pytest.approx(value, rel=EXACT, abs=EXACT), n

@@ -122,3 +122,18 @@ def test_only_motions_have_them() -> None:
     names = Host(exported("arm")).reference
     assert {RATE, ACCELERATION} <= set(names)
     assert not [n for n in names if n.startswith("inputs.motor.")]
+
+
+@pytest.mark.parametrize(("inertia", "diverges"), [(1.0, True), (50.0, False)])
+def test_a_source_lighter_than_what_it_moves_is_reported(inertia: float, diverges: bool) -> None:
+    """A rotor, stepped here, moves the arm's hip. The arm's inertia about the hip is about 5 kg m²."""
+    h, angle, rate, arm = 1e-3, 0.2, 0.0, Host(exported("arm"))
+    for k in range(30):
+        acceleration = arm.get("hip.drive.reaction[1]")[0] / inertia
+        for name, value in (("angle", angle), (RATE, rate), (ACCELERATION, acceleration)):
+            arm.put(name, value)
+        arm.fmu.doStep(k * h, h)
+        angle, rate = angle + h * rate + h * h / 2 * acceleration, rate + h * acceleration
+    told = [text for _, text in arm.log]
+    assert len(told) == diverges
+    assert all(text.startswith("inputs.angle: the acceleration grows") and "give the source more inertia" in text for text in told)

@@ -20,6 +20,7 @@ from fmpy.fmi1 import FMICallException
 from tests.fmu.fmi3.event_mode_host import ERROR, Host3, exported3
 from tests.fmu.fmpy_host import Host, arm, exported
 from tests.fmu.validation import validated
+from trunnion.basics.problems import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 
@@ -54,6 +55,23 @@ def test_fmpy_finds_no_problem_in_any_bundled_model_and_terminals_follow_their_s
     assert not [v for v in told if f"<td>{v}" not in page]
     assert {m.get("variableName") for m in found.iter("TerminalMemberVariable")} <= variables
     assert {f"terminalsAndIcons/{g.get('iconBaseName')}.png" for g in found.iter("TerminalGraphicalRepresentation")} <= names
+
+
+def test_without_arrays_it_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path: Path) -> None:
+    file = tmp_path / "scalars.fmu"
+    export("spherical_pendulum", file, fmi=3, scalars=True)
+    assert validated(str(file)) == []
+    assert not list(described(file).iter("Dimension"))
+    three = {v.name: v for v in read_model_description(file).modelVariables}
+    two = {v.name: v for v in read_model_description(exported("spherical_pendulum")).modelVariables}
+    assert set(two) <= set(three)
+    names = [n for n, v in two.items() if v.type == "Real" and v.causality in ("output", "local")]
+    files = (str(file), str(exported("spherical_pendulum")))
+    runs = [fmpy.simulate_fmu(f, stop_time=1, output_interval=0.01, output=names) for f in files]
+    assert all(np.array_equal(runs[0][n], runs[1][n]) for n in names)
+    with pytest.raises(SceneError) as refused:
+        export("spherical_pendulum", file, scalars=True)
+    assert [p.where for p in refused.value.problems] == ["--scalars"]
 
 
 def test_a_terminal_takes_motion_and_effort_of_its_joint_from_the_side_that_sets_them() -> None:

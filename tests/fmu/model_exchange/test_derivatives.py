@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import atexit
 import shutil
+from pathlib import Path
 
+import casadi
 import numpy as np
 import pytest
 from fmpy import extract, read_model_description
@@ -80,6 +82,23 @@ def test_they_are_the_engines_exact_matrices(name: str) -> None:
     made = np.array([along(host, rates, [k], np.ones(1)) for k in [*knowns[:ny], *knowns[n:]]]).T
     exact = np.hstack([linear.A, linear.B])
     assert np.abs(made - exact).max() <= EXACT * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_casadi_evaluates_the_model_at_any_state_and_gets_the_engines_matrices(fmi: int, tmp_path: Path) -> None:
+    """CasADi sets states as variables in continuous-time mode, and reads written lists of dependencies only."""
+    linear = trunnion.linearize(scene_of("swing"))
+    model = casadi.DaeBuilder("m", str(extract(exchange("swing", fmi), unzipdir=str(tmp_path))))
+    ode = model.create("f", ["x", "u"], ["ode"])
+    matrices = ode.factory("J", ["x", "u"], ["jac:ode:x", "jac:ode:u"])
+    n, u = len(linear.x), [9.0]
+    rest = np.zeros(ode.size1_in(0) - n)
+    for shift in (0.3, 0.0):
+        rates = np.array(ode(np.append(linear.x + shift, rest), u)).ravel()
+        assert rates[: n // 2] == pytest.approx(linear.x[n // 2 :] + shift, abs=1e-15)  # q̇, from the rates among the states
+    A, B = (np.array(x)[:n] for x in matrices(np.append(linear.x, rest), u))
+    assert np.abs(A[:, :n] - linear.A).max() <= EXACT * np.abs(linear.A).max()
+    assert np.abs(B - linear.B).max() <= EXACT * np.abs(linear.B).max()
 
 
 def test_adjoint_ones_are_the_same_from_the_other_side() -> None:

@@ -7,15 +7,17 @@ import platform
 import re
 import shutil
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
 import pytest
 from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
 
 from tests.fmu.fmi3.event_mode_host import Host3, exported3
 from tests.fmu.fmpy_host import FOLDER, Host, exported
-from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, headers, loader
+from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, entries, headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache
 
@@ -52,9 +54,14 @@ def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_beh
     file, guid = library(exported(model), "linux64", tmp_path)
     done = subprocess.run([host, file, guid, "10000"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    assert read_model_description(exported(model)).coSimulation.canNotUseMemoryManagementFunctions, "the host's allocator refuses"
     grown, _, value = done.stdout.split()
     assert int(grown) < 100, "kB; the first hundredth of the instances may warm the allocator up"
     python = Host(exported(model))
+    for reference in (len(python.reference), 4_000_000_000):
+        with pytest.raises(FMICallException):
+            python.fmu.setReal([reference], [0.0])
+        assert python.log[-1][1] == f"value reference {reference}: there is no variable with this reference that can be set"
     assert float(value) == python.run(0.0, 10000, 1e-4, python.all_outputs()[0])[-1][0], "the same bits as in fmpy"
 
 
@@ -70,6 +77,37 @@ def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_l
     events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
     assert [float(t) for t in times] == [e[0] for e in events]
     assert len(times) == 11
+
+
+ENVIRONMENT = Path(__file__).with_name("unusual_environment_host.py")
+PLAIN, UNUSUAL = "1f80", "d840"
+"""MXCSR of usual hosts; and with traps of invalid operations, divisions by zero and overflows, rounding upward, flush to zero."""
+HERE = pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="sets a register of x86-64")
+
+
+def bits_in(form: str, file: Path, guid: str, environment: str) -> str:
+    """The bits of a vector after a run in a host with this floating-point environment."""
+    words = [sys.executable, "-S", ENVIRONMENT, form, file, guid, environment]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, (environment, done.returncode, done.stderr)
+    return done.stdout
+
+
+@HERE
+@pytest.mark.parametrize("form", ["2", "3"])
+def test_a_host_that_traps_exceptions_and_rounds_upward_gets_the_same_bits_and_keeps_its_habits(form: str, tmp_path: Path) -> None:
+    fmu = {"2": exported, "3": exported3}[form]("spherical_pendulum")
+    file, guid = library(fmu, {"2": "linux64", "3": "x86_64-linux"}[form], tmp_path)
+    assert bits_in(form, file, guid, UNUSUAL) == bits_in(form, file, guid, PLAIN)
+
+
+@pytest.mark.parametrize("standard", ["2", "3"])
+def test_every_function_of_a_standard_sets_the_environment(standard: str) -> None:
+    types = (headers() / f"fmi{standard}FunctionTypes.h").read_text()
+    declared = set(re.findall(rf"\b(fmi{standard}\w+)TYPE\b", types))
+    begin = r"(fmi\d\w+)\([^;{}]*\) \{\n  const fmu_environment host = fmu_enter\(\);\n.*(fmu_\w+)"
+    made = dict(re.findall(begin, entries(f"{standard}.0")))
+    assert made == {name: f"fmu_{name}" for name in declared}
 
 
 ARM = Path("/usr/aarch64-linux-gnu")

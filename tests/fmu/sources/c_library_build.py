@@ -65,7 +65,7 @@ def foreign(target: Sequence[str], arguments: Sequence[str]) -> str:
     own = find_spec("ziglang")
     assert own is not None
     assert own.origin is not None
-    headers = [f"-I{BARE}", f"-I{Path(own.origin).parent / 'lib' / 'include'}"]
+    headers = [f"-I{BARE}", f"-isystem{Path(own.origin).parent / 'lib' / 'include'}"]
     return zig([*target, "-nostdinc", *headers, *STRICT, *arguments], "clang")
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from fmpy.model_description import read_build_description
 
+from tests.fmu.native.test_c_hosts import HERE, PLAIN, UNUSUAL, bits_in
 from tests.fmu.sources.c_library_build import STRICT, Loaded, columns, foreign, write
 from tests.fmu.sources.msvc_rules import refused
 from tests.fmu.validation import validated
@@ -71,6 +72,12 @@ def test_a_library_compiled_without_a_warning_steps_as_the_fmu_does_within_its_a
     assert loaded.overruns == 0
 
 
+@HERE
+def test_a_program_that_traps_exceptions_and_rounds_upward_gets_the_same_bits(loaded: Loaded) -> None:
+    file, name = Path(loaded.library._name), loaded.made.name
+    assert bits_in(name, file, "", UNUSUAL) == bits_in(name, file, "", PLAIN)
+
+
 @pytest.mark.slow
 def test_a_parameter_counts_and_a_copy_of_the_struct_goes_on_alone(loaded: Loaded) -> None:
     called = list(loaded.made.called.values())
@@ -106,7 +113,7 @@ def test_sources_keep_microsofts_rules_and_need_neither_heap_nor_files(made: Lib
         assert not re.search(r"stdio|stdlib|stdint", text), name
     write(tmp_path, made)
     for file in sorted(f for f in made.files if f.endswith(".c") and f != "main.c"):
-        target = ["--target=x86_64-pc-windows-msvc", "-fms-compatibility", "-fms-compatibility-version=19.20"]
+        target = ["--target=x86_64-pc-windows-msvc", "-fms-compatibility", "-fms-compatibility-version=19.20", "-ffreestanding"]
         assert not foreign(target, ["-fsyntax-only", str(tmp_path / file)]), file
 
 
