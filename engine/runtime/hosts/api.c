@@ -173,6 +173,10 @@ int tr_events_take(tr_sim *s) {
   return n;
 }
 
+void tr_watch_pulls(tr_sim *s, int count, const int *slot, const double *sense, double *values) {
+  s->pulls = (tr_pulls){count, slot, sense, values, values + count, values + 2 * count};
+}
+
 void tr_ask(tr_sim *s, int (*host)(void)) { s->ask = (tr_asking){.host = host}; }
 
 void tr_configure(tr_sim *s, const tr_settings *set) { s->set = *set; }

@@ -15,6 +15,7 @@ from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
+from trunnion.simulation.execution.follower_pulls import FollowerPulls
 from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.execution.open_reactions import open_reactions
@@ -55,6 +56,7 @@ class OneRun:
         self.records: list[np.ndarray] = []
         self.notes: list[str] = []
         self.redundancy = Redundancy(0)
+        self.pulls: FollowerPulls | None = None
         self.build = self.setup = self.wall = 0.0
         self.roots = 1
         self.began = False
@@ -85,7 +87,7 @@ class OneRun:
             certified = replace(certified, not_unique=self.redundancy.joints)
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
         found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)
-        self.notes += [*audit.notes, *filter(None, found)]
+        self.notes += [*audit.notes, *(self.pulls.notes() if self.pulls else ()), *filter(None, found)]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.redundancy, certified, audit)
@@ -108,6 +110,7 @@ class OneRun:
         if status != bl.OK:
             return diagnose(model, status)
         self.rows.append(first[None, :])
+        self.pulls = FollowerPulls(model.system, model.block)
         self.redundancy = open_reactions(model, self.settings)
         return None
 

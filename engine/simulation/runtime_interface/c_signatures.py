@@ -15,7 +15,7 @@ SIGNATURES = {
     "tr_row": "ipp", "tr_evaluate": "ippp", "tr_attach_jacobian": "ipppi", "tr_derivatives": "ipp", "tr_directional": "ipppppp",
     "tr_redundancy": "ipp", "tr_open_columns": "ipp", "tr_diagnose_friction": "ipp", "tr_gap": "-pp", "tr_fail_row": "ipp",
     "tr_verify": "ipi", "tr_roots": "ip", "tr_certify_run": "-pp", "tr_audit_end": "-p", "tr_judge": "-pp", "tr_hold_all": "ipp",
-    "tr_ask": "-pp", "tr_time": "dp", "tr_statistics": "pp", "tr_integrate_rows": "-ipipippp", "tr_bin_around": "-ilppdpip",
+    "tr_ask": "-pp", "tr_watch_pulls": "-pippp", "tr_time": "dp", "tr_statistics": "pp", "tr_integrate_rows": "-ipipippp", "tr_bin_around": "-ilppdpip",
     "tr_events_take": "ip", "tr_batch_run": "ipl", "tr_batch_end": "-pi", "tr_batch_size": "z", "tr_ensemble_begin": "-p",
     "tr_record_steps": "ipdiplpppppppp", "tr_tangents_work": "zp", "tr_evaluate_tangents": "ippdpppp",
     "tr_march_tangents": "ippippzppppppp", "tr_cross_event": "ippdpppppppp",

@@ -252,6 +252,11 @@ class Block:
         s = self.kernel.sizes
         return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[s["active"] :]
 
+    def active_multipliers(self) -> np.ndarray:
+        """The multipliers λ of the active rows of the last solution."""
+        s = self.kernel.sizes
+        return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[: s["active"]]
+
     def why(self) -> tuple[int, int]:
         """The cause of a failure of friction: (``Why``, index of the responsible friction pair or −1)."""
         pair = ctypes.c_int(-1)
