@@ -42,8 +42,13 @@ class Redundancy:
 
     def or_at(self, later: Redundancy) -> Redundancy:
         """What is not unique here or at a later state of the run."""
-        names = ("joints", "rubbing", "columns", "drives")
-        return replace(self, **{n: tuple(dict.fromkeys((*getattr(self, n), *getattr(later, n)))) for n in names})
+        def both(a: tuple[str, ...], b: tuple[str, ...]) -> tuple[str, ...]:
+            return tuple(dict.fromkeys((*a, *b)))
+
+        return replace(
+            self, joints=both(self.joints, later.joints), rubbing=both(self.rubbing, later.rubbing),
+            columns=both(self.columns, later.columns), drives=both(self.drives, later.drives),
+        )  # fmt: skip
 
 
 def redundancy(block: Block) -> Redundancy:
