@@ -16,6 +16,7 @@ from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.execution.follower_pulls import FollowerPulls
+from trunnion.simulation.execution.guide_ends import guide_end_notes
 from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.execution.open_reactions import open_reactions
@@ -87,7 +88,8 @@ class OneRun:
             certified = replace(certified, not_unique=self.redundancy.joints)
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
         found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)
-        self.notes += [*audit.notes, *(self.pulls.notes() if self.pulls else ()), *filter(None, found)]
+        self.notes += [*audit.notes, *(self.pulls.notes() if self.pulls else ()),
+                       *guide_end_notes(scene, self.model.columns, data), *filter(None, found)]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.redundancy, certified, audit)
