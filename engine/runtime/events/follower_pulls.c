@@ -3,7 +3,7 @@
 
 #define PULL_SMALL 0.2   /* × the largest force so far: a smaller force at an end of a step may become a pull inside */
 #define PULL_SETTLED 1e-14 /* fraction of the step: a shorter interval is round-off */
-#define PULL_MOST 60     /* number of iterations of the search, which bisect at least every other time */
+#define PULL_MOST 60     /* number of iterations of the search, every third of which bisects */
 
 /* Force of watched follower i at the fraction `at` of the step, positive for a push. NaN if the state cannot be evaluated. */
 static double tr_push_inside(tr_sim *s, int i, double at) {

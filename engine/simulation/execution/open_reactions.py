@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from trunnion.kernel.interface.output_columns import Column, columns
+from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.redundant_reactions import SHARE, Combination, Redundancy, redundancy
 from trunnion.simulation.runtime_interface import simulation_block as bl
@@ -24,7 +24,7 @@ LENGTHS = {"N*m": 1.0}
 def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
     """The redundancy at the current state of a started model, with its columns. settings: those of the run."""
     found = redundancy(model.block)
-    wanted = [c for c in columns(model.system) if _may_be_open(c, found.joints)]
+    wanted = [c for c in model.available if _may_be_open(c, found.joints)]
     changes = _changes(model, wanted, settings) if wanted else np.zeros((0, 0))
     if not len(changes):
         return found

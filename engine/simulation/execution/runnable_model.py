@@ -33,11 +33,11 @@ class Model:
     ):
         started = time.perf_counter()
         self.built: Built = built or build_with_starts(scene)
-        everything = columns(self.built.system)
+        self.available: list[Column] = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
-        if problems := pattern_problems(everything, wanted):
+        if problems := pattern_problems(self.available, wanted):
             raise SceneError(problems)
-        self.columns: list[Column] = select(everything, wanted)
+        self.columns: list[Column] = select(self.available, wanted)
         self.build_seconds = 0.0
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
