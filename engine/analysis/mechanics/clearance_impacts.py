@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.joint_clearances import Play, free_mobility, plays_of, restricted, rotation_at
+from trunnion.analysis.mechanics.joint_clearances import directions, frame_of, free_mobility, plays_of, restricted, rotation_at
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
@@ -124,7 +125,7 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
     turned, free, known = [rotation_at(r, name, i) for i in range(len(r))], free_mobility(r, name), dict[int, np.ndarray]()
     out = []
     for number, play in enumerate(plays_of(r.scene.joints[name]), 1):
-        frames = np.array([play.frame(R) for R in turned])
+        frames = np.array([frame_of(play, R) for R in turned])
         acts = np.einsum("nji,nj->ni", frames, force)
         acts[:, [k for k in range(3) if k not in play.axes]] = 0.0
         for first, low, last in _dips(np.linalg.norm(acts, axis=1)):
@@ -166,8 +167,8 @@ def _impact(
     turn = 2 * math.asin(min(way / (2 * c), 1.0))
     hit = at + (0.0 if math.isnan(flight) else flight)
     R = rotation_at(r, name, int(np.argmin(np.abs(r.time - hit))))
-    normal = play.frame(R) @ n * (-1.0 if (r.scene.joints[name].pin == "inboard") != play.swaps else 1.0)
-    cos, sin = normal @ play.angle(R)
+    normal = frame_of(play, R) @ n * (-1.0 if (r.scene.joints[name].pin == "inboard") != play.swaps else 1.0)
+    cos, sin = normal @ directions(play.angle, R)
     hits = (float(normal[0]), float(normal[1]), float(normal[2]))
     return ClearanceImpact(name, at, turn, way, flight, speed, mass, 0.5 * mass * speed**2, hits, math.atan2(sin, cos), part)
 

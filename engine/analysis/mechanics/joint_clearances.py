@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.mechanics.state_evaluation import evaluate
+from trunnion.elements.contact import REGISTRY as CONTACTS
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.elements.joints.free import FREE
-from trunnion.elements.joints.joint_kind import E1, E2, E3, to_quaternion
+from trunnion.elements.joints.joint_kind import E2, to_quaternion
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model
@@ -22,61 +24,23 @@ LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "end_stops", "lat
 """Keys of joints that do not affect the acceleration caused by a force."""
 STIFF = 1e-9
 """A mobility along locked directions counts as zero below this multiple of the largest one."""
-Locked = Callable[[np.ndarray], np.ndarray]
-"""Function of R (3×3, outboard to inboard joint frame). Result: directions (inboard joint frame, 3×n)."""
-
-
-@dataclass(frozen=True)
-class Play:
-    """A clearance of a joint: one axis for flat faces, two for a pin, three for a ball.
-
-    axes    axes of the bearing's frame in which the parts can move relative to each other.
-    side    joint frame of the part with the bearing, in which the motion is described.
-    ways    directions of travel that other faces lock.
-    turns   directions of rotation that the joint locks: tilting within the clearance is not computed.
-    angle   directions of the cosine and of the sine of a contact's angle.
-    swaps   whether the normal of the pin is opposite to that of a hinge's pin.
-    """
-
-    axes: tuple[int, ...]
-    ways: Locked
-    turns: Locked
-    angle: Locked
-    side: Literal["in", "out"] = "in"
-    swaps: bool = False
-
-    def frame(self, R: np.ndarray) -> np.ndarray:
-        """Axes of the bearing's frame in the inboard joint frame (3×3)."""
-        return np.eye(3) if self.side == "in" else R
-
-
-def _axes(*which: int) -> Locked:
-    return lambda R: np.eye(3)[:, list(which)]
-
-
-def _third(R: np.ndarray) -> np.ndarray:
-    """u3 = u1 × u2 of a universal joint (3×1)."""
-    return np.cross([1.0, 0.0, 0.0], R[:, E2])[:, None]
-
-
-NONE, ALL = _axes(), _axes(E1, E2, E3)
-ROUND = {"turns": _axes(E2, E3), "angle": _axes(E3, E2)}
-PLAYS: dict[str, tuple[Play, ...]] = {
-    "journal": (Play((E2, E3), _axes(E1), **ROUND),),
-    "shaft": (Play((E2, E3), NONE, **ROUND),),
-    "ball": (Play((E1, E2, E3), NONE, NONE, _axes(E1, E3)),),
-    "sleeve": (Play((E2,), _axes(E3), ALL, _axes(E3, E2)), Play((E3,), _axes(E2), ALL, _axes(E3, E2))),
-    "cross": (
-        Play((E2, E3), _axes(E1), _third, lambda R: np.column_stack([_third(R), R[:, E2]])),
-        Play((E3, E1), lambda R: R[:, [E2]], _third, lambda R: np.column_stack([np.eye(3)[:, E1], _third(R)]), "out", True),
-    ),
-}  # fmt: skip
-"""{contact element: its clearances}."""
 
 
 def plays_of(j: sm.Joint) -> tuple[Play, ...]:
     """The clearances of a joint; empty if crossings of its clearance cannot be computed."""
-    return PLAYS.get(REGISTRY[j.type].friction, ())
+    element = REGISTRY[j.type].friction
+    return CONTACTS[element].plays if element else ()
+
+
+def frame_of(play: Play, R: np.ndarray) -> np.ndarray:
+    """Axes of the bearing's frame in the inboard joint frame (3×3). R: outboard to inboard joint frame (3×3)."""
+    return np.eye(3) if play.side == "in" else R
+
+
+def directions(names: Sequence[str], R: np.ndarray) -> np.ndarray:
+    """The directions of a ``Play`` in the inboard joint frame (3×n)."""
+    known = dict(zip(("e1", "e2", "e3"), np.eye(3), strict=True)) | {"u2": R[:, E2], "u3": np.cross([1.0, 0.0, 0.0], R[:, E2])}
+    return np.array([known[n] for n in names]).reshape(-1, 3).T
 
 
 def rotation_at(r: Result, name: str, row: int) -> np.ndarray:
@@ -99,8 +63,8 @@ def mobility(r: Result, name: str, play: int = 0) -> Callable[[int], np.ndarray]
 
 def restricted(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
     """The mobility in the directions of a clearance (3×3, inboard joint frame). B: of the free joint (6×6)."""
-    axes = play.frame(R)[:, list(play.axes)]
-    ways, turns = play.ways(R), play.turns(R)
+    axes = frame_of(play, R)[:, list(play.axes)]
+    ways, turns = directions(play.ways, R), directions(play.turns, R)
     moves = np.vstack([axes, np.zeros_like(axes)])
     locks = np.block([[ways, np.zeros_like(turns)], [np.zeros_like(ways), turns]])
     inner, cross = locks.T @ B @ locks, moves.T @ B @ locks
