@@ -58,7 +58,7 @@ class Quantity:
     smooth     differentiable with respect to the scene's parameters.
     runtime    computed by the runtime, not by the kernel.
     vector     "[k]" in the name counts components of a vector in space (else coordinates, contacts, states).
-    reacts     depends on reactions, which are not unique in a redundant loop."""
+    reacts     depends on reactions or efforts of drives, which are not unique in a redundant loop."""
 
     name: str
     output: str = ""

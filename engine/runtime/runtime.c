@@ -84,6 +84,7 @@ TR_RARE
 TR_OFTEN
 #include "events/event_log.c"
 #include "events/contact_separation.c"
+#include "events/follower_pulls.c"
 #include "events/corner_location.c"
 TR_RARE
 #include "events/event_handling.c"

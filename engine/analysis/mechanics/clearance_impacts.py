@@ -1,4 +1,4 @@
-"""``knocks``: crossings of pins through the clearance of their bearings, and the speeds of the impacts on the other side.
+"""``knocks``: crossings of parts through the clearance of their joints, and the speeds of the impacts on the other side.
 
 Source: theory, "Clearance". A run with ideal joints gives the force R that a joint transmits. In a joint with clearance, R presses
 the pin against its bearing. The pin moves by s̈ = W R, where W is the mobility of the joint's point in the mechanism without the
@@ -8,26 +8,21 @@ joint. The result is exact in the limit of vanishing clearance. Contact dynamics
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.state_evaluation import evaluate
+from trunnion.analysis.mechanics.joint_clearances import directions, frame_of, free_mobility, plays_of, restricted, rotation_at
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.elements.joints import REGISTRY, JointKind
+from trunnion.elements.contact.clearance import Play
+from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
-from trunnion.simulation.run import Model
 
-FREED = {1: (False, False, True), 3: (False, False, False, True, True, True)}
-"""{number of rotations of a hinge or ball: for each freedom of the freed joint, whether it is a rotation}. The freed joint has the
-same rotations and also frees the point."""
-PLANES = {1: (2, 1), 3: (0, 2)}
-"""{number of rotations of a hinge or ball: axes of the cosine and of the sine of a contact's angle}."""
 REVERSES = 0.0
 """The pin may cross its bearing at a dip of the reaction force only if the cosine between its accelerations before and after the
 dip is below this value."""
@@ -50,8 +45,6 @@ FINE = 1e-9
 DEGREE = 5
 """Degree of the splines through the pin's acceleration."""
 USE = "the motion of pins through their clearance"
-LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "end_stops", "latch", "motor", "wear", "start")
-"""Keys of joints that do not affect the acceleration caused by a force."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +62,7 @@ class ClearanceImpact:
         energy: kinetic energy of ``mass`` at ``speed``, J.
         normal: outward normal on the pin at the impact (3, inboard joint frame).
         angle: angle of the normal, rad, defined as in the columns of contacts.
+        part: number of the clearance in the joint: of a sleeve, 1 along e2 and 2 along e3; of a universal joint, the journal.
     """
 
     joint: str
@@ -81,6 +75,7 @@ class ClearanceImpact:
     energy: float
     normal: tuple[float, float, float]
     angle: float
+    part: int = 1
 
     def document(self) -> dict[str, Any]:
         """The same data as plain lists and numbers."""
@@ -90,18 +85,19 @@ class ClearanceImpact:
 def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[ClearanceImpact]:
     """All knocks of a run, ordered by time.
 
-    The result needs the coordinates and reactions of the hinges and balls, which the default outputs contain.
+    The result needs the coordinates and reactions of the joints, which the default outputs contain.
 
     Args:
         result: the run.
-        clearance: radial clearance, m: one value for all hinges and balls, or {joint: value}.
+        clearance: radial clearance (of a sleeve, half its play across), m: one value for all revolute, cylindrical, spherical,
+            prismatic and universal joints, or {joint: value}.
 
     Raises:
-        SceneError: for joints that are not hinges or balls, clearances that are not positive, and missing columns.
+        SceneError: for joints of other types, clearances that are not positive, and missing columns.
     """
-    able = {n: j for n, j in result.scene.joints.items() if _freed(j)}
+    able = {n: j for n, j in result.scene.joints.items() if plays_of(j)}
     asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
-    hint = f"hinges and balls of this scene are: {', '.join(able)}" if able else "this scene has neither hinges nor balls"
+    hint = f"joints with clearances in this scene: {', '.join(able)}" if able else "this scene has no joints with clearances"
     wrong = [Problem(n, _why_not(result.scene.joints.get(n)), hint) for n in asked if n not in able]
     wrong += [Problem(n, f"its clearance must be positive (it is {c:g} m)") for n, c in asked.items() if not c > 0.0]
     needed = [f"{n}.{c}" for n in asked if n in able for c in ("reaction.force[1]", "reaction.force[3]", "q[1]")]
@@ -120,78 +116,61 @@ def _why_not(j: sm.Joint | None) -> str:
     kind = REGISTRY[j.type]
     if not kind.friction:
         return f"has no contacts ({j.type} joints have none), and so no clearance"
-    return f"is a {j.type} joint, not a hinge or a ball: crossings of its pin cannot be computed"
-
-
-def _freed(j: sm.Joint) -> JointKind | None:
-    """For a hinge or ball, the joint type with the same rotations that also frees the point (for a hinge only across the pin).
-    None for other joints."""
-    kind = REGISTRY[j.type]
-    turning = all(kind.turns(k) for k in range(kind.nv)) and not kind.pitched and kind.rolls is None
-    wanted = FREED.get(kind.nv) if turning else None
-    return next((k for k in REGISTRY.values() if tuple(map(k.turns, range(k.nv))) == wanted), None)
+    return f"is a {j.type} joint: crossings of its clearance cannot be computed"
 
 
 def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
-    """The impacts of a joint's pin, searched at each dip of the joint's reaction force. c: clearance, m."""
+    """The impacts in all clearances of a joint. c: clearance, m."""
     force = np.column_stack([r[f"{name}.reaction.force[{k}]"] for k in (1, 2, 3)])
-    size, moves = np.linalg.norm(force, axis=1), mobility(r, name)
-    tops = [0, *(i for i in range(1, len(r) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(r) - 1]
+    turned, free, known = [rotation_at(r, name, i) for i in range(len(r))], free_mobility(r, name), dict[int, np.ndarray]()
     out = []
-    for first, last in pairwise(tops):
-        if last - first < LEAST:
-            continue
-        low = first + int(np.argmin(size[first : last + 1]))
-        W = moves(low)
-        driven = force[first : last + 1] @ W.T
-        both = np.linalg.norm(driven[[0, -1]], axis=1)
-        if not both.min() > 0.0 or driven[0] @ driven[-1] / both.prod() > REVERSES:
-            continue
-        weak = np.flatnonzero(np.linalg.norm(driven, axis=1) < NEAR * both.min())
-        begin = r.time[first + max(int(weak[0]) - 1, 0)] if weak.size else r.time[first]
-        found = _crossing(r.time[first : last + 1], driven, c, float(begin))
-        if found is not None:
-            at, flight, speed, s0, s1 = found
-            way, n = float(np.linalg.norm(s1 - s0)), s1 / c
-            mass = 1.0 / float(n @ W @ n)
-            turn = 2 * math.asin(min(way / (2 * c), 1.0))
-            normal = -n if r.scene.joints[name].pin == "inboard" else n
-            cos, sin = (normal[k] for k in PLANES[len(r.matching(f"{name}.qd[*]"))])
-            energy, hits = 0.5 * mass * speed**2, (float(normal[0]), float(normal[1]), float(normal[2]))
-            out.append(ClearanceImpact(name, at, turn, way, flight, speed, mass, energy, hits, math.atan2(sin, cos)))
+    for number, play in enumerate(plays_of(r.scene.joints[name]), 1):
+        frames = np.array([frame_of(play, R) for R in turned])
+        acts = np.einsum("nji,nj->ni", frames, force)
+        acts[:, [k for k in range(3) if k not in play.axes]] = 0.0
+        for first, low, last in _dips(np.linalg.norm(acts, axis=1)):
+            if low not in known:
+                known[low] = free(low)
+            W = frames[low].T @ restricted(known[low], play, turned[low]) @ frames[low]
+            found = _cross_dip(r.time[first : last + 1], acts[first : last + 1] @ W.T, c)
+            if found is not None:
+                out.append(_impact(r, name, number, play, W, c, found))
     return out
 
 
-def mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
-    """A function that returns the mobility of a joint's point for the row with a given index, m/s² per N (3 × 3, inboard joint
-    frame).
+def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
+    """The dips of a force's size: rows of the maximum before, of the least force, and of the maximum behind."""
+    tops = [0, *(i for i in range(1, len(size) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(size) - 1]
+    for first, last in pairwise(tops):
+        if last - first >= LEAST:
+            yield first, first + int(np.argmin(size[first : last + 1])), last
 
-    The joint is replaced by one that frees its two points from each other. The mobility maps a force between the two points to
-    their relative acceleration. It is zero along the axis of a hinge.
-    """
-    free = _freed(r.scene.joints[name])
-    assert free is not None, name
-    ways = [k for k in range(free.nv) if not free.turns(k)]
-    axes = [free.axes[k][0].index for k in ways]
-    bare: dict[str, Any] = dict.fromkeys(LEFT_OUT)
-    joints = {n: replace(x, **bare) for n, x in r.scene.joints.items()}
-    models = []
-    for k in (None, *ways):
-        effort = tuple(1.0 if i == k else 0.0 for i in range(free.nv))
-        own = replace(joints[name], type=free.name, effort=effort, drive=None, cut=False)
-        scene = replace(r.scene, joints=joints | {name: own}, forces={}, gravity=(0.0, 0.0, 0.0))
-        models.append(Model(scene, (f"{name}.qdd[*]",)))
 
-    def at(row: int) -> np.ndarray:
-        q = {n: [r[c][row] for c in r.matching(f"{n}.q[*]")] for n in joints}
-        q[name] = [0.0] * len(ways) + q[name]
-        found = [evaluate(m, q, {}, float(r.time[row])) for m in models]
-        each = np.array([[f[f"{name}.qdd[{k + 1}]"] for k in ways] for f in found])
-        out = np.zeros((3, 3))
-        out[np.ix_(axes, axes)] = (each[1:] - each[0]).T
-        return out
+def _cross_dip(time: np.ndarray, driven: np.ndarray, c: float) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
+    """The crossing in a dip, as by ``_crossing``. driven (n×3): acceleration of the pin, m/s²."""
+    both = np.linalg.norm(driven[[0, -1]], axis=1)
+    if not both.min() > 0.0 or driven[0] @ driven[-1] / both.prod() > REVERSES:
+        return None
+    weak = np.flatnonzero(np.linalg.norm(driven, axis=1) < NEAR * both.min())
+    begin = time[max(int(weak[0]) - 1, 0)] if weak.size else time[0]
+    return _crossing(time, driven, c, float(begin))
 
-    return at
+
+def _impact(
+    r: Result, name: str, part: int, play: Play, W: np.ndarray, c: float,
+    found: tuple[float, float, float, np.ndarray, np.ndarray],
+) -> ClearanceImpact:  # fmt: skip
+    """The impact of a crossing. W: mobility in the frame of the bearing."""
+    at, flight, speed, s0, s1 = found
+    way, n = float(np.linalg.norm(s1 - s0)), s1 / c
+    mass = 1.0 / float(n @ W @ n)
+    turn = 2 * math.asin(min(way / (2 * c), 1.0))
+    hit = at + (0.0 if math.isnan(flight) else flight)
+    R = rotation_at(r, name, int(np.argmin(np.abs(r.time - hit))))
+    normal = frame_of(play, R) @ n * (-1.0 if (r.scene.joints[name].pin == "inboard") != play.swaps else 1.0)
+    cos, sin = normal @ directions(play.angle, R)
+    hits = (float(normal[0]), float(normal[1]), float(normal[2]))
+    return ClearanceImpact(name, at, turn, way, flight, speed, mass, 0.5 * mass * speed**2, hits, math.atan2(sin, cos), part)
 
 
 def _crossing(

@@ -4,23 +4,22 @@ rest."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from trunnion.analysis.mechanics.friction_bands import Band, BandSearch
 from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
-from trunnion.analysis.static_bounds.static_margin import hold_drives
+from trunnion.analysis.mechanics.other_rests import kind_of, other_rests
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.signals.registry import value_at
-from trunnion.simulation.run import Model, simulate
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
-from trunnion.simulation.runtime_interface.simulation_block import Settings
-from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
+from trunnion.simulation.run import simulate
+from trunnion.system.structure.bodies_and_joints import Joint, System, state_coordinates
 
 DOUBLINGS = 11
 """Largest number of damped runs. Each run is twice as long as the run before."""
@@ -29,48 +28,45 @@ SHORTEST_RUN = 8.0
 SETTLED = 1e-3
 """When all accelerations, relative to their scale, are below this value, the damped runs end and Newton's method finds the exact
 pose."""
-FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
-"""Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
-LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
-within three consecutive points."""
-EXACT = 1e-14
-NEUTRAL = 1e-9
-"""A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
-1e-13)."""
+STILL = 1e-14
+"""A start with smaller accelerations, relative to their scale, is at rest."""
 
 
 @dataclass(frozen=True)
-class Band:
-    """The range of a coordinate in which friction holds the mechanism. The other coordinates keep their values of the equilibrium,
-    except where loops must be closed.
-
-    Attributes:
-        coordinate: name of the coordinate.
-        low: lower end, rad or m; None if no end was found. For a ball joint: rotation from the equilibrium about an axis of the
-            joint's inboard frame.
-        high: upper end, as for ``low``.
-        first: the joint that slips first, at each of the two ends.
-    """
-
-    coordinate: str
-    low: float | None
-    high: float | None
-    first: tuple[str, str]
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """A pose of rest of the mechanism without friction.
+class Rest:
+    """A further pose of rest of the mechanism without friction.
 
     Attributes:
         q: coordinates of tree joints by name, rad or m.
-        kind: "stable", "neutral" (neighbouring poses are also poses of rest) or "unstable".
-        bands: ranges in which friction holds the mechanism at rest, one for each chosen coordinate.
+        kind: "stable" or "unstable".
+        bands: as for ``Equilibrium``, about this pose.
     """
 
     q: dict[str, tuple[float, ...]]
     kind: str
     bands: tuple[Band, ...]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A pose of rest of the mechanism without friction, and ranges in which friction holds it.
+
+    Attributes:
+        q: coordinates of tree joints by name, rad or m.
+        kind: "stable", "neutral" (neighbouring poses are also poses of rest) or "unstable"; "none" if there is no pose of rest
+            without friction. Then ``q`` is the given pose, at which friction holds the mechanism.
+        bands: ranges in which friction holds the mechanism at rest, one for each chosen coordinate.
+        around: ranges that contain the given pose; the other coordinates keep their given values. Empty if friction does not hold
+            the given pose.
+        others: further isolated poses of rest without friction, at most 8, found by Newton's method from poses with one coordinate
+            moved. Not searched for mechanisms with ball joints.
+    """
+
+    q: dict[str, tuple[float, ...]]
+    kind: str
+    bands: tuple[Band, ...]
+    around: tuple[Band, ...] = ()
+    others: tuple[Rest, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """The same data as plain lists and numbers."""
@@ -78,50 +74,60 @@ class Equilibrium:
 
 
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
-    """The pose in which the mechanism without friction comes to rest from its start. Drives are held; loads are those of t = 0.
+    """The pose in which the mechanism without friction comes to rest from its start, and where friction holds the mechanism.
+    Drives are held; loads are those of t = 0.
 
     Args:
         scene: as for ``simulate``.
-        along: joints whose ``bands`` are computed; () means no joint. Default: the tree joints with friction, or all tree joints
-            if no tree joint has friction.
+        along: joints whose ranges of rest are computed; () means no joint. Default: the tree joints with friction, or all tree
+            joints if no tree joint has friction.
         overrides: changes of the scene, {path: value}.
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: if the mechanism does not come to rest (it falls), or if its loops cannot be closed.
+        SimulationError: if the mechanism does not come to rest (it falls) and friction does not hold its given pose, or if its
+            loops cannot be closed.
     """
     loaded = scene_given(scene, overrides)
     wanted = (along,) if isinstance(along, str) else along
     if wrong := [n for n in wanted or () if n not in loaded.joints]:
         raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])
-    still = find_rest(remove_friction(loaded))
-    q = coordinates(still)
-    bands, moving = [], [j.name for j in still.system.tree]
-    if cut := [n for n in wanted or () if n not in moving]:
-        what, hint = "closes a loop or couples joints, so it has no coordinate of its own", f"choose among: {', '.join(moving)}"
+    bare = remove_friction(loaded)
+    start = Still(bare)
+    chosen = _chosen_joints(loaded, start.system, wanted)
+    q, given = coordinates(start.system, start.pose()), BandSearch(loaded, bare, start) if chosen else None
+    around = given.all_bands(chosen) if given and given.holds() else ()
+    try:
+        still = find_rest(bare)
+    except SimulationError:
+        if not around:
+            raise
+        return Equilibrium(q, "none", (), around)
+    search = BandSearch(loaded, still.scene, still) if chosen else None
+    bands = search.all_bands(chosen) if search else ()
+    others = []
+    for y, kind in other_rests(still):
+        others.append(Rest(coordinates(still.system, y), kind, search.all_bands(chosen, y) if search else ()))
+    return Equilibrium(coordinates(still.system, still.pose()), kind_of(still)[0], bands, around, tuple(others))
+
+
+def _chosen_joints(scene: sm.Scene, system: System, wanted: Sequence[str] | None) -> list[Joint]:
+    """The tree joints whose ranges of rest are computed; none in a scene without friction."""
+    if cut := [n for n in wanted or () if n not in [j.name for j in system.tree]]:
+        what = "closes a loop or couples joints, so it has no coordinate of its own"
+        hint = f"choose among: {', '.join(j.name for j in system.tree)}"
         raise SceneError([Problem(f"along {n}", what, hint) for n in cut])
-    rubbing = [j for j in still.system.tree if loaded.joints[j.name].friction is not None]
-    rubbing = rubbing or [j for j in still.system.tree if any(k in j.free for k in range(j.kind.nv))]
-    chosen = rubbing if wanted is None else [j for j in still.system.tree if j.name in wanted]
-    if chosen and any(j.friction is not None for j in loaded.joints.values()):
-        search = _BandSearch(loaded, still)
-        bands = [band for j in chosen for band in search.bands(j)]
-    return Equilibrium(q, _kind(still), tuple(bands))
+    if all(j.friction is None for j in scene.joints.values()):
+        return []
+    if wanted is not None:
+        return [j for j in system.tree if j.name in wanted]
+    rubbing = [j for j in system.tree if scene.joints[j.name].friction is not None]
+    return rubbing or [j for j in system.tree if any(k in j.free for k in range(j.kind.nv))]
 
 
-def _kind(still: Still) -> str:
-    stiffness, _, _ = still.reduced()
-    if not stiffness.size:
-        return "stable"
-    most = float(np.linalg.eigvals(stiffness).real.max())
-    scale = max(still.model.built.numbers.rate**2, float(np.abs(stiffness).max()))
-    return "unstable" if most > NEUTRAL * scale else "neutral" if most > -NEUTRAL * scale else "stable"
-
-
-def coordinates(still: Still) -> dict[str, tuple[float, ...]]:
-    """Coordinates that are states, {tree joint: values in rad or m}."""
-    y = still.block.y
-    return {j.name: tuple(map(float, y[j.q0 : j.q0 + len(state_coordinates(j))])) for j in still.system.tree if j.kind.nv}
+def coordinates(system: System, y: np.ndarray) -> dict[str, tuple[float, ...]]:
+    """Coordinates that are states, {tree joint: values in rad or m}. y: the state's coordinates (nq)."""
+    return {j.name: tuple(map(float, y[j.q0 : j.q0 + len(state_coordinates(j))])) for j in system.tree if j.kind.nv}
 
 
 def find_rest(scene: sm.Scene) -> Still:
@@ -132,7 +138,7 @@ def find_rest(scene: sm.Scene) -> Still:
     """
     still = Still(scene)
     slow, fast = still.model.built.numbers.rate, _fastest_rate(still)
-    if _size(still, slow) <= EXACT and still.settle():
+    if _size(still, slow) <= STILL and still.settle():
         return still
     watched = ("*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
     damping = _damping(still, fast)
@@ -232,129 +238,3 @@ def _engage(x: sm.Latch, tooth: int) -> sm.Latch:
     """The latch, starting on ``tooth`` (counted from 1; 0 means disengaged). This tooth becomes the first tooth of the latch."""
     further = (x.pitch or 0.0) * max(tooth - 1, 0)
     return replace(x, at=x.at + (further if x.keeps == "above" else -further), down=tooth > 0)
-
-
-def copy_latches(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
-    """The scene with its latches replaced by those of the scene ``still``."""
-    return replace(scene, joints={n: replace(j, latch=still.joints[n].latch) for n, j in scene.joints.items()})
-
-
-class _BandSearch:
-    """Finds the bands: the ranges of coordinates in which friction holds the mechanism. Each search starts from an equilibrium."""
-
-    def __init__(self, scene: sm.Scene, still: Still):
-        held = copy_latches(hold_drives(scene)[0], still.scene)
-        self.model, self.at = Model(held, ("energy.kinetic",)), still.block.y[: still.system.nq].copy()
-        self.built, self.moves = self.model.built, ""
-
-    def bands(self, joint: Joint) -> list[Band]:
-        """The bands of all free coordinates of a joint."""
-        j = next(x for x in self.model.system.tree if x.name == joint.name)
-        return [self._band(j, k) for k in range(j.kind.nv) if k in j.free]
-
-    def _band(self, j: Joint, k: int) -> Band:
-        turns = j.kind.turns(k)
-        unit, at = 1.0 if turns else self.built.numbers.length, 0.0
-        ball = j.kind.coordinate_of(k) < 0
-        if not ball:
-            at = float(self.at[j.q0 + state_coordinates(j).index(j.kind.coordinate_of(k))])
-        ends, first = [], []
-        for side in (-1, 1):
-            end, joint = self._end(j, k, side, unit)
-            ends.append(None if end is None else at + end)
-            first.append(joint)
-        name = f"{j.name} about e{k - (j.kind.nv - 3) + 1}" if ball else f"{j.name}.q[{j.kind.coordinate_of(k) + 1}]"
-        return Band(name, ends[0], ends[1], (first[0], first[1]))
-
-    def _end(self, j: Joint, k: int, side: int, unit: float) -> tuple[float | None, str]:
-        def excess(way: float) -> float:
-            return self._excess(j, k, side * way)
-
-        points = [(0.0, excess(0.0))]
-        if points[0][1] > 0.0:
-            return 0.0, self.moves
-        step = FIRST * unit
-        while points[-1][0] < FAR * unit:
-            points = [*points[-2:], (points[-1][0] + step, excess(points[-1][0] + step))]
-            inside, beyond = points[-2], points[-1]
-            if beyond[1] <= 0.0 and len(points) == 3 and points[1][1] > max(points[0][1], beyond[1]):
-                inside, beyond = points[0], _find_top(excess, points[0][0], beyond[0], EXACT**0.5 * unit)
-            if beyond[1] > 0.0:
-                return side * _find_root(excess, inside[0], beyond[0], EXACT * unit), self.moves
-            step = min(GROWS * step, LONGEST * unit)
-        return None, ""
-
-    def _excess(self, j: Joint, k: int, way: float) -> float:
-        """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. An
-        impossible pose gives 1."""
-        q, numbers = self.at.copy(), self.built.numbers
-        at = state_coordinates(j)
-        if j.kind.coordinate_of(k) >= 0:
-            q[j.q0 + at.index(j.kind.coordinate_of(k))] += way
-        else:
-            own = j.q0 + at.index(j.kind.quaternion)
-            q[own : own + 4] = _rotate(q[own : own + 4], k - (j.kind.nv - 3), way)
-        given, by_rate = np.zeros_like(numbers.q_given), np.zeros_like(numbers.q_given_by_rate)
-        given[j.q0 : j.q0 + len(at)] = 1.0
-        by_rate[j.v0 : j.v0 + len(j.free)] = 1.0
-        block = self.model.block
-        moved = replace(numbers, q=q, q_given=given, q_given_by_rate=by_rate, v=0.0 * numbers.v)
-        block.take(moved, np.array(self.built.parameters.values))
-        block.configure(Settings(rtol=1e-9))
-        if block.assemble() != 1:
-            return 1.0
-        block.y[self.model.system.nq : block.ny] = 0.0
-        self.model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(block.width))
-        table = self.model.block.hold()
-        if table is None:
-            return 1.0
-        shares = np.nan_to_num(table["share"], nan=0.0)
-        if len(shares):
-            self.moves = slider_names(self.model.system)[int(np.argmax(shares))][0]
-        return float(shares.max(initial=0.0) - 1.0)
-
-
-def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> tuple[float, float]:
-    """(x, f(x)) between a and b: a point with f > 0, or else the maximum of f. Golden sections locate the maximum to ``near``."""
-    part = 0.5 * (math.sqrt(5.0) - 1.0)
-    x, y = b - part * (b - a), a + part * (b - a)
-    fx, fy = f(x), f(y)
-    while max(fx, fy) <= 0.0 and b - a > near:
-        if fx > fy:
-            b, y, fy = y, x, fx
-            x = b - part * (b - a)
-            fx = f(x)
-        else:
-            a, x, fx = x, y, fy
-            y = a + part * (b - a)
-            fy = f(y)
-    return max((x, fx), (y, fy), key=lambda found: found[1])
-
-
-def _find_root(f: Callable[[float], float], a: float, b: float, near: float) -> float:
-    """The root of f between a and b, where f has opposite signs, to within ``near``. Uses the Illinois method with bisections.
-
-    SciPy's root finders are not part of the plain installation.
-    """
-    fa, fb = f(a), f(b)
-    for n in range(200):
-        x = 0.5 * (a + b) if n % 3 == 2 or fb == fa else b - fb * (b - a) / (fb - fa)
-        fx = f(x)
-        if fx * fb <= 0.0:
-            a, fa = b, fb
-        else:
-            fa *= 0.5
-        b, fb = x, fx
-        if fb == 0.0 or abs(b - a) <= near:
-            break
-    return b
-
-
-def _rotate(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:
-    """The orientation ``quaternion`` (4), followed by a rotation by ``angle``, rad, about an axis (0 to 2) of the inboard
-    frame."""
-    c, s = math.cos(angle / 2), math.sin(angle / 2)
-    turn = np.zeros(3)
-    turn[axis] = s
-    w, v = quaternion[0], quaternion[1:]
-    return np.concatenate([[c * w - turn @ v], c * v + w * turn + np.cross(turn, v)])

@@ -54,6 +54,10 @@ class Still:
         """Names of the rates of all tree joints, in the order of the state vector."""
         return state_names(self.model)[self.system.nq : self.system.nq + self.system.nv]
 
+    def pose(self) -> np.ndarray:
+        """A copy of the coordinates (nq)."""
+        return self.block.y[: self.system.nq].copy()
+
     def accelerations(self) -> np.ndarray:
         """Accelerations q̈ of all free rates (nv) at rest."""
         return self.block.evaluate()[0][self.system.nq : self.system.nq + self.system.nv].copy()

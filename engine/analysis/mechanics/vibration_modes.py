@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.equilibrium_pose import coordinates, copy_latches, find_rest, start_at
+from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
+from trunnion.analysis.mechanics.friction_bands import copy_latches
 from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
@@ -99,7 +100,7 @@ def modes(
         idle += creeps
         if value.imag >= 0.0 and not (creeps and idle % 2 == 0):
             found.append(_mode(value, basis @ vector[:n], still.freedoms, fastest))
-    q = coordinates(still)
+    q = coordinates(still.system, still.pose())
     return VibrationModes(q, tuple(found), held, copy_latches(start_at(loaded, q), still.scene))
 
 
@@ -131,4 +132,4 @@ def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scen
     unit = 1.0 if joint.kind.turns(joint.free[largest - joint.v0]) else still.model.built.numbers.length
     for _ in range(20):
         still.move(size * unit * way / 20)
-    return start_at(result.scene, coordinates(still))
+    return start_at(result.scene, coordinates(still.system, still.pose()))

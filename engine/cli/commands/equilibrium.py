@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +13,9 @@ from trunnion.cli.options.option_declarations import Changes, Json, Plot, Scene,
 from trunnion.cli.output.exit_codes import DONE
 from trunnion.cli.output.hold_report import hold_document, verdict
 from trunnion.cli.output.printed_output import number, print_answer, table
+
+if TYPE_CHECKING:
+    from trunnion.analysis.mechanics.friction_bands import Band
 
 
 def command(
@@ -28,8 +32,8 @@ def command(
     plot: Plot = None,
     as_json: Json = False,
 ) -> int:
-    """Tell whether friction holds the given pose. Then find the pose of rest without friction, and the range around it in which
-    friction holds the mechanism."""
+    """Tell whether friction holds the given pose, and the range around it in which it does. Then find the poses of rest without
+    friction, stable and unstable, and the range around each in which friction holds the mechanism."""
     from trunnion.analysis.mechanics.equilibrium_pose import equilibrium, start_at
     from trunnion.analysis.static_bounds.static_margin import hold
 
@@ -46,15 +50,29 @@ def command(
         from trunnion.plots.style.figure_files import save_figure
 
         save_figure(mechanism(start_at(loaded, result.q)), picture)
-    rows = [(n, ", ".join(number(x, 9) for x in v)) for n, v in result.q.items()]
-    start = [f"{loaded.name}, given pose: {verdict(given)}", ""]
-    lines = [*start, f"pose of rest without friction ({result.kind})", *table(("joint", "coordinates"), rows)]
-    if result.bands:
-        first = [" / ".join(dict.fromkeys(x for x in b.first if x)) for b in result.bands]
-        bands = [(b.coordinate, bound(b.low), bound(b.high), f) for b, f in zip(result.bands, first, strict=True)]
-        head = ("coordinate", "from", "to", "slips first")
-        lines += ["", "friction holds each coordinate within this range, with the other coordinates as above:", *table(head, bands)]
+    lines = [f"{loaded.name}, given pose: {verdict(given)}"]
+    lines += _ranges("around the given pose, friction holds each coordinate within this range:", result.around)
+    if result.kind == "none":
+        lines += ["", "without friction there is no pose of rest"]
+    else:
+        lines += ["", f"pose of rest without friction ({result.kind})", *_pose(result.q)]
+        lines += _ranges("friction holds each coordinate within this range, with the other coordinates as above:", result.bands)
+    for other in result.others:
+        lines += ["", f"further pose of rest without friction ({other.kind})", *_pose(other.q), *_ranges("", other.bands)]
     return print_answer(as_json, DONE, {"given": hold_document(given), **result.document()}, lines, [picture])
+
+
+def _pose(q: Mapping[str, Sequence[float]]) -> list[str]:
+    return table(("joint", "coordinates"), [(n, ", ".join(number(x, 9) for x in v)) for n, v in q.items()])
+
+
+def _ranges(head: str, bands: Sequence[Band]) -> list[str]:
+    """A table of ranges of rest below a line; empty if there are none."""
+    if not bands:
+        return []
+    first = [" / ".join(dict.fromkeys(x for x in b.first if x)) for b in bands]
+    rows = [(b.coordinate, bound(b.low), bound(b.high), f) for b, f in zip(bands, first, strict=True)]
+    return ["", *([head] if head else []), *table(("coordinate", "from", "to", "slips first"), rows)]
 
 
 def bound(x: float | None) -> str:

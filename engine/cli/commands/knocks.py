@@ -16,8 +16,8 @@ from trunnion.cli.output.printed_output import number, print_answer, table
 if TYPE_CHECKING:
     from trunnion.analysis.mechanics.clearance_impacts import ClearanceImpact
 
-COLUMNS = ("joint", "time, s", "way, µm", "flight, ms", "hits at, mm/s", "at, deg", "mass, kg", "energy, µJ")
-CLEARANCE = "Radial clearance: '20 um' for all revolute and spherical joints, or JOINT='20 um' for one joint."
+COLUMNS = ("joint", "part", "time, s", "way, µm", "flight, ms", "hits at, mm/s", "at, deg", "mass, kg", "energy, µJ")
+CLEARANCE = "Radial clearance, or half the play of a sleeve: '20 um' for all joints with contacts, or JOINT='20 um' for one joint."
 
 
 def command(
@@ -29,7 +29,10 @@ def command(
     changes: Changes,
     as_json: Json = False,
 ) -> int:
-    """List when pins with clearance would move across their bearings, how long each crossing takes, and how fast the pins hit."""
+    """List when the parts of joints with clearance would cross it, how long each crossing takes, and how fast the parts hit.
+
+    The column "part" numbers the clearances of a joint: the faces across e2 and e3 of a sleeve, or the journals of a universal
+    joint."""
     from trunnion.analysis.mechanics.clearance_impacts import knocks
     from trunnion.simulation.run import simulate
 
@@ -40,7 +43,7 @@ def command(
     result = simulate(loaded, outputs=("*",), **chosen)
     hits = knocks(result, clearances)
     code = DONE if result.outcome.ok else FAILED
-    lines = table(COLUMNS, [row(k) for k in hits]) if hits else ["no pin crosses its bearing"]
+    lines = table(COLUMNS, [row(k) for k in hits]) if hits else ["no part crosses its clearance"]
     document = {"outcome": result.outcome.name, "knocks": [k.document() for k in hits]}
     return print_answer(as_json, code, document, [f"{loaded.name}: {result.outcome}", *lines], [])
 
@@ -58,4 +61,4 @@ def clearances_by_joint(texts: Sequence[str], reader: ArgumentReader) -> dict[st
 def row(k: ClearanceImpact) -> list[str]:
     """A row of the table."""
     numbers = (k.way * 1e6, k.flight * 1e3, k.speed * 1e3, math.degrees(k.angle), k.mass, k.energy * 1e6)
-    return [k.joint, number(k.time), *(number(x, 4) for x in numbers)]
+    return [k.joint, str(k.part), number(k.time), *(number(x, 4) for x in numbers)]

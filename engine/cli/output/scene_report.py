@@ -72,6 +72,7 @@ def start_data(model: Any) -> dict[str, Any]:
         "joint": result.outcome.joint, "advice": result.outcome.advice,
         "notes": [*result.notes, *beginning, *contact_travel_notes(scene), *questions, *unused_notes(scene)],
         "redundant_rows": result.redundancy.count, "not_unique": list(result.redundancy.joints),
+        "not_unique_columns": [*result.redundancy.columns, *result.redundancy.drives],
         "moving_freedoms": model.system.nv - model.system.constraint_rows + result.redundancy.count,
     }  # fmt: skip
 

@@ -18,10 +18,10 @@ KIND = ColumnKind(
     expression=drive,
     quantities=(
         Quantity(name="drive", output="effort", column="{joint}.drive.effort[{number}]", unit="{effort}",
-                 text="effort of the drive of {joint}", direct=True),
+                 text="effort of the drive of {joint}", direct=True, reacts=True),
         Quantity(name="drive", output="reaction", label=("reaction",), column="{joint}.drive.reaction[{number}]", unit="{effort}",
-                 text="effort that the drive of {joint} exerts on its source: minus the effort on {joint}", direct=True),
+                 text="effort that the drive of {joint} exerts on its source: minus the effort on {joint}", direct=True, reacts=True),
         Quantity(name="power", output="power", label=("drive",), column="{joint}.drive.power[{number}]", unit="W",
-                 text="power of the drive of {joint}", vector=False, direct=True),
+                 text="power of the drive of {joint}", vector=False, direct=True, reacts=True),
     ),
 )  # fmt: skip

@@ -26,6 +26,7 @@ from trunnion.elements.contact.ball_in_socket_friction import (
     slope_of,
     touch_of,
 )
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.contact.contact_element import HELD_MOST, Contact, ContactElement, Hold, Place, Size, Solid, Wrench
 from trunnion.elements.friction import Law
 from trunnion.elements.friction.friction_law import HALF
@@ -178,4 +179,5 @@ BALL = ContactElement(
     sizes=(Size("radius", "m", "radius of the ball", POSITIVE, '"20 mm"', symbol="r"),),
     pairs=((0, 1, 2),), rests=_rests, places=lambda g: [Place("pin", 0, 0.0, g["radius"], area=math.pi * g["radius"] ** 2)],
     pins=lambda g: [Solid("sphere", (g["radius"],))], frame="inboard", cone=_cone, drift=_drift, own_speeds=_speeds,
+    plays=(Play((0, 1, 2), (), (), ("e1", "e3")),),
 )  # fmt: skip

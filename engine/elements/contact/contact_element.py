@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import Number, checked_numbers
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.friction import Law
 
 if TYPE_CHECKING:
@@ -208,7 +209,8 @@ class ContactElement:
     cone       (arguments of ``own_speeds``) → for each pair, a number that is negative while the pair turns without sliding. Only
                the ball can do so; other elements have None.
     frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (the joint frame of the rates, for a ball), "both" (u1,
-               u2, u1 × u2, with the wrench on the inboard part)."""
+               u2, u1 × u2, with the wrench on the inboard part).
+    plays      its clearances, in which ``knocks`` computes crossings."""
 
     name: str
     needs: Callable[[Sequence[str], bool], tuple[str, ...]]
@@ -230,6 +232,7 @@ class ContactElement:
     ideal: str = "pin"
     frame: str = "pin"
     bound: tuple[int, ...] = ()
+    plays: tuple[Play, ...] = ()
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.contact.contact_element import (
     FIXED,
     OVERLAP,
@@ -181,5 +182,5 @@ def _rests(j: Rubs) -> list[Pair]:
 JOURNAL = ContactElement(
     "journal", _needs, _friction, _PAIR.held, _contacts, _velocity, _pressed, 2, springs=4,
     rests=_rests, sizes=(RADIUS, HALF_LENGTH, THRUST_RADIUS, PRELOAD), pairs=((0,),), places=places, pins=pins, thrusts=("f1",),
-
+    plays=(Play((1, 2), ("e1",), ("e2", "e3"), ("e3", "e2")),),
 )  # fmt: skip

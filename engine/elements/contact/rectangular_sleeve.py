@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import POSITIVE
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.contact.contact_element import (
     TINY,
     Contact,
@@ -128,4 +129,5 @@ SLEEVE = ContactElement(
     pairs=((0,),), places=_places,
     pins=lambda g: [Solid("box", (2 * drawn_half_length(g), 2 * g["half_width"], 2 * g["half_height"]))],
     anywhere=False, ideal="outboard",
+    plays=tuple(Play((k,), (f"e{4 - k}",), ("e1", "e2", "e3"), ("e3", "e2")) for k in (1, 2)),
 )  # fmt: skip

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Wrench, ratio_held
 from trunnion.elements.contact.journal import (
     HALF_LENGTH,
@@ -131,4 +132,5 @@ def _rests(j: Rubs) -> list[Pair]:
 SHAFT = ContactElement(
     "shaft", _needs, _friction, _held, _contacts, _velocity, _pressed, 2, springs=4,
     rests=_rests, own_speeds=_speeds, sizes=(RADIUS, HALF_LENGTH, *LENGTHS, PRELOAD), pairs=((0, 1),), places=places, pins=pins,
+    plays=(Play((1, 2), (), ("e2", "e3"), ("e3", "e2")),),
 )  # fmt: skip

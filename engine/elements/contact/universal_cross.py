@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.elements.contact.clearance import Play
 from trunnion.elements.contact.contact_element import (
     TINY,
     Contact,
@@ -149,4 +150,5 @@ CROSS = ContactElement(
     rests=_rests,
     sizes=(replace(RADIUS, count=2), replace(HALF_LENGTH, count=2), replace(PRELOAD, count=2)),
     pairs=((0,), (1,)), places=_places, pins=_pins, frame="both", thrusts=("f1", "f2"),
+    plays=(Play((1, 2), ("e1",), ("u3",), ("u3", "u2")), Play((2, 0), ("u2",), ("u3",), ("e1", "u3"), "out", True)),
 )  # fmt: skip

@@ -233,6 +233,15 @@ typedef struct tr_bounding {
   int overrun;                  /* outcome of the last bounded step: TR_OVERRUN_… */
 } tr_bounding;
 
+/* Followers without friction whose force a host watches (``events/follower_pulls.c``). The arrays are the host's. */
+typedef struct tr_pulls {
+  int count;
+  const int *slot;     /* index of each follower's λ among the active rows */
+  const double *sense; /* sign of a λ that pushes */
+  double *last, *peak; /* force at the end of the last step, and the largest so far, N; positive for a push */
+  double *time;        /* first instant of a pull, s; NaN: none */
+} tr_pulls;
+
 typedef struct tr_sim {
   size_t bytes; /* size of the whole block */
   const tr_kernel *k;
@@ -252,6 +261,7 @@ typedef struct tr_sim {
   tr_stats stats;
   tr_asking ask;
   tr_bounding bound;
+  tr_pulls pulls;
   tr_lane *lane; /* lane that serves the requests of this simulation; null pointer: none */
 #ifdef TR_DEBUG
   int valid; /* parts that belong to the current state: TR_HAS_… */

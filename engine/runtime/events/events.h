@@ -119,6 +119,10 @@ static int tr_log_separations(tr_sim *s, double end, const tr_contact *now);
 /* Log separations in an accepted step without an event. a: accelerations at the step's end, which must be evaluated. */
 static void tr_log_step_separations(tr_sim *s, const double *a);
 
+/* Store the first instants in an accepted step, up to its fraction `end`, at which forces of watched followers become pulls. The
+ * solution must be that of the step's end. */
+static void tr_watch_step_pulls(tr_sim *s, double end);
+
 /* Kind of event by which pair i changed from the mode `old`; 0 if there is no event. Directions are compared as surface speeds,
  * because travel and rotation have different units. */
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old);

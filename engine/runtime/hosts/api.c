@@ -148,8 +148,19 @@ int tr_redundancy(tr_sim *s, double *share) {
   const int found = tr_evaluate_for_redundancy(s);
   if (found != 1) return found;
   double z[k->rows + k->neta + 1];
+  int evaluations;
   tr_expand_multipliers(s, TR_A(s, y), z, 0);
-  return tr_open_shares(s, TR_A(s, y), z, share);
+  return tr_open_shares(s, TR_A(s, y), z, share, 0, &evaluations);
+}
+
+int tr_open_columns(tr_sim *s, double *columns) {
+  const tr_kernel *k = s->k;
+  if (tr_evaluate_for_redundancy(s) != 1) return 0;
+  double z[k->rows + k->neta + 1], share[s->o->nkappa];
+  int evaluations;
+  tr_expand_multipliers(s, TR_A(s, y), z, 0);
+  tr_open_shares(s, TR_A(s, y), z, share, columns, &evaluations);
+  return evaluations;
 }
 
 const tr_stats *tr_statistics(const tr_sim *s) { return &s->stats; }
@@ -160,6 +171,10 @@ int tr_events_take(tr_sim *s) {
   int n = s->events.count;
   s->events.count = 0;
   return n;
+}
+
+void tr_watch_pulls(tr_sim *s, int count, const int *slot, const double *sense, double *values) {
+  s->pulls = (tr_pulls){count, slot, sense, values, values + count, values + 2 * count};
 }
 
 void tr_ask(tr_sim *s, int (*host)(void)) { s->ask = (tr_asking){.host = host}; }

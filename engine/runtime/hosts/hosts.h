@@ -98,6 +98,13 @@ int tr_evaluate_for_redundancy(tr_sim *s);
  * as in tr_open_shares. */
 int tr_redundancy(tr_sim *s, double *share);
 
+/* Columns whose reactions are changed along each direction that the motion does not determine. columns and result as columns and
+ * evaluations in tr_open_shares; 0 without a solution. */
+int tr_open_columns(tr_sim *s, double *columns);
+
+/* Watch the forces of followers until the next call. values (3 × count): last, peak and time of tr_pulls. count 0: none. */
+void tr_watch_pulls(tr_sim *s, int count, const int *slot, const double *sense, double *values);
+
 const tr_stats *tr_statistics(const tr_sim *s);
 
 double tr_time(const tr_sim *s);

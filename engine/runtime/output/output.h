@@ -4,8 +4,9 @@
 #include "checks/checks.h"
 
 /* share (nkappa) ← for each scaled reaction, its largest component over the open directions at the solution, where each direction
- * has norm 1. Returns the number of directions. */
-static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share);
+ * has norm 1. Returns the number of directions. Directions of loops without a common joint are evaluated together. evaluations ← the
+ * number of evaluations. columns ((evaluations + 1) × nout, or null pointer) ← the columns at z, then those of each evaluation. */
+static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share, double *columns, int *evaluations);
 
 /* full ← [λ | η] with λ of all rows, from [λ active | η] of the solution. resolve: choose the undetermined reactions with minimum
  * norm. Requires a solution. */

@@ -60,22 +60,34 @@ static int tr_open_group(const tr_sim *s, int group, int slot, const char *is_ac
   return count;
 }
 
-static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share) {
+/* moved ← scaled reactions at the multipliers zz. If columns is given, its row n ← the columns at zz. */
+static void tr_evaluate_open(tr_sim *s, const double *y, const double *zz, double *moved, double *columns, int n) {
+  const tr_kernel *k = s->k;
+  const tr_outputs *o = s->o;
+  double extra[TR_DOUBLES(tr_extra) + k->nsliders + 1];
+  o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
+  if (!columns) return;
+  memset(extra, 0, sizeof extra);
+  o->eval(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, extra, columns + (size_t)n * o->nout);
+}
+
+static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share, double *columns, int *evaluations) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
   int rows = k->rows, a = k->active, m = s->o->nkappa, count = tr_dependent_rows(s), opened[rows], groups = 0, more = 1;
   char is_active[rows + 1];
   double base[m], moved[m], zz[rows + k->neta + 1], *V = TR_A(s, open_lambda);
   memset(share, 0, sizeof(double) * m);
+  *evaluations = 0;
   if (a == rows && count == 0) return 0;
   memset(is_active, 0, sizeof is_active);
   for (int i = 0; i < a; ++i) is_active[k->active_rows[i]] = 1;
-  o->kappa(TR_A(s, x), y, TR_A(s, co), z, TR_A(s, dy) + k->nq, base);
+  tr_evaluate_open(s, y, z, base, columns, 0);
   tr_null_space(s, V);
   for (int q = 0; q < count; ++q) {
     memcpy(zz, z, sizeof(double) * (rows + k->neta));
     for (int i = 0; i < a; ++i) zz[k->active_rows[i]] += V[i + q * a];
-    o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
+    tr_evaluate_open(s, y, zz, moved, columns, ++*evaluations);
     tr_raise_shares(m, 0, base, moved, share);
   }
   for (int l = 0; l < o->nloops; ++l)
@@ -85,7 +97,7 @@ static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *s
       memcpy(zz, z, sizeof(double) * (rows + k->neta));
       more = tr_open_group(s, g, slot, is_active, opened, zz);
       count += more;
-      if (more) o->kappa(TR_A(s, x), y, TR_A(s, co), zz, TR_A(s, dy) + k->nq, moved);
+      if (more) tr_evaluate_open(s, y, zz, moved, columns, ++*evaluations);
       for (int l = 0; l < o->nloops && more; ++l) {
         const int first = o->share_start[l], n = o->share_start[l + 1] - first;
         if (opened[l] >= 0) tr_raise_shares(n, o->share_at + first, base, moved, share);

@@ -197,11 +197,13 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_next_step_factor(s, trial->err, m->order, most);
   if (trial->corners) wait->grow = fmin(wait->grow, 1.0);
   if (event) {
+    if (s->pulls.count) tr_watch_step_pulls(s, trial->theta);
     tr_refine_pending_event(s), tr_integrate_works(s, m);
     return;
   }
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
   if (k->sets) s->friction.capture = tr_find_pair_to_capture(s);
+  if (s->pulls.count) tr_watch_step_pulls(s, 1.0);
   if (k->nsliders) tr_log_step_separations(s, TR_A(s, K) + m->end * tr_state_width(s) + k->nq);
   tr_integrate_works(s, m);
   tr_audit_step(s, trial->end, TR_A(s, ynew));

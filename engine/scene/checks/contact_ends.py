@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 from trunnion.elements.joints.cylindrical import CYLINDRICAL
 from trunnion.elements.joints.prismatic import PRISMATIC
-from trunnion.scene.data_classes.scene import Body, Scene
-from trunnion.scene.queries.body_poses import JointSide, sides_of, vector
-from trunnion.scene.queries.body_references import GROUND
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.queries.body_poses import sides_of
+from trunnion.scene.queries.part_extents import extent
 
 SLIDING = (PRISMATIC.name, CYLINDRICAL.name)
 SHORT = 1.5
@@ -25,28 +23,10 @@ def contact_end_notes(scene: Scene) -> list[str]:
             continue
         carrier, other = sides_of(scene, j) if j.pin == "inboard" else sides_of(scene, j)[::-1]
         apart = 2.0 * half
-        if _extent(scene, carrier) > SHORT * apart >= _extent(scene, other):
+        if extent(scene, carrier) > SHORT * apart >= extent(scene, other):
             key = "outboard" if j.pin == "inboard" else "inboard"
             notes.append(
                 f"joints.{name}: the contacts stay at two places of {carrier.body}, {apart:g} m apart, while {other.body} slides "
                 f"away. Are they at the ends of {other.body}? Then give ends: {key}"
             )
     return notes
-
-
-def _extent(scene: Scene, side: JointSide) -> float:
-    """Length of a part along the joint's axis, m; infinite for the ground and for a part without a shape."""
-    if side.body == GROUND or side.axis is None:
-        return math.inf
-    return _length(scene.bodies[side.body], vector(side.axis))
-
-
-def _length(b: Body, axis: tuple[float, float, float]) -> float:
-    """Length of a body's shape along an axis, m; infinite without a shape."""
-    size = math.hypot(*axis)
-    if b.box is not None:
-        return sum(abs(a) * float(e) for a, e in zip(axis, b.box, strict=True)) / size
-    if b.cylinder is not None:
-        along = abs(axis["xyz".index(b.cylinder.axis[-1])]) / size
-        return along * float(b.cylinder.length) + 2.0 * math.sqrt(max(0.0, 1.0 - along**2)) * float(b.cylinder.radius)
-    return math.inf if b.sphere is None else 2.0 * float(b.sphere)

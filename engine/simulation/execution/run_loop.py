@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,13 +15,16 @@ from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
+from trunnion.simulation.execution.follower_pulls import FollowerPulls
+from trunnion.simulation.execution.guide_ends import guide_end_notes
 from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
+from trunnion.simulation.execution.open_reactions import open_reactions
 from trunnion.simulation.results.audit import Audit, audit_of, judged
 from trunnion.simulation.results.event_decoder import decode
 from trunnion.simulation.results.friction_uniqueness import Certificate, certificate, certificate_notes
 from trunnion.simulation.results.outcome import CANCELLED, DONE, Outcome
-from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy, redundancy_notes
+from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy_notes
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.results.result_data import Stats
 from trunnion.simulation.results.summary import marginal_note, stiffness_note
@@ -53,6 +57,7 @@ class OneRun:
         self.records: list[np.ndarray] = []
         self.notes: list[str] = []
         self.redundancy = Redundancy(0)
+        self.pulls: FollowerPulls | None = None
         self.build = self.setup = self.wall = 0.0
         self.roots = 1
         self.began = False
@@ -74,13 +79,17 @@ class OneRun:
         used["kernel"] = self.model.kernel_kind
         scene = self.model.built.scene
         certified = certificate(block, self.model.system, self.roots, self.redundancy) if self.began else Certificate()
-        self.notes += certificate_notes(certified)
         events = decode(self.model.system, np.concatenate(self.records)) if self.records else []
         frictional = [j.name for j in self.model.system.frictional]
         audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
         outcome = judged(outcome, audit)
+        if self.redundancy.count:  # evaluations after those that the statistics and the audit count
+            self.redundancy = self.redundancy.or_at(open_reactions(self.model, s))
+            certified = replace(certified, not_unique=self.redundancy.joints)
+        self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
         found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)
-        self.notes += [*audit.notes, *filter(None, found)]
+        self.notes += [*audit.notes, *(self.pulls.notes() if self.pulls else ()),
+                       *guide_end_notes(scene, self.model.columns, data), *filter(None, found)]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.redundancy, certified, audit)
@@ -103,8 +112,8 @@ class OneRun:
         if status != bl.OK:
             return diagnose(model, status)
         self.rows.append(first[None, :])
-        self.redundancy = redundancy(model.block)
-        self.notes += redundancy_notes(self.redundancy)
+        self.pulls = FollowerPulls(model.system, model.block)
+        self.redundancy = open_reactions(model, self.settings)
         return None
 
     def _step_until_interrupt(self) -> Outcome:

@@ -33,14 +33,15 @@ class Model:
     ):
         started = time.perf_counter()
         self.built: Built = built or build_with_starts(scene)
-        everything = columns(self.built.system)
+        self.available: list[Column] = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
-        if problems := pattern_problems(everything, wanted):
+        if problems := pattern_problems(self.available, wanted):
             raise SceneError(problems)
-        self.columns: list[Column] = select(everything, wanted)
+        self.columns: list[Column] = select(self.available, wanted)
         self.build_seconds = 0.0
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
+        self._reactions: Model | None = None
         self.with_inertia_at = b""  # parameters and state of the last start, at which every motion moved inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
@@ -57,6 +58,13 @@ class Model:
 
             make = parts_kernel
         return make(self.system, len(self.built.parameters.values), self.columns, needs_quadratures(self.columns), redundant)
+
+    def with_reactions(self, names: list[str]) -> Model:
+        """A model of the same scene with these columns, which show reactions. Later calls return the same model."""
+        if self._reactions is None or self._reactions.system != self.system:
+            self._reactions = Model(self.built.scene, names, "parts", built=self.built)
+        self._reactions.block.take(self.built.numbers, np.array(self.block.parameters))
+        return self._reactions
 
     def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray) -> int:
         """Start a run from an assembled block. t, until, every: s. Fills ``row`` (columns + 1) and returns the ``Status``.

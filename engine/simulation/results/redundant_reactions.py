@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 SHARE = 1e-6
 """Consider the reaction patterns (unit vectors) that the motion does not determine. A joint's reactions are not unique if one of
 these patterns has a component of at least this size in the joint. Round-off is at most 1e-12."""
+
+
+Combination = dict[str, float]
+"""A sum of columns: {name: factor}."""
 
 
 @dataclass(frozen=True)
@@ -22,11 +27,28 @@ class Redundancy:
         count: number of independent reaction patterns that the motion does not determine.
         joints: joints whose reactions are not unique.
         rubbing: those of ``joints`` that have friction. For rigid bodies, their friction and the motion are not unique.
+        columns: columns of the components of reactions that are not unique at the start or at the end of the run. All other
+            components are unique there. With ``rubbing``, they are unique only for given friction.
+        drives: columns of the efforts of drives that are not unique.
+        determined: independent combinations of ``drives`` that are unique at the start, as {column: factor}, in SI units.
     """
 
     count: int
     joints: tuple[str, ...] = ()
     rubbing: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    drives: tuple[str, ...] = ()
+    determined: tuple[Combination, ...] = ()
+
+    def or_at(self, later: Redundancy) -> Redundancy:
+        """What is not unique here or at a later state of the run."""
+        def both(a: tuple[str, ...], b: tuple[str, ...]) -> tuple[str, ...]:
+            return tuple(dict.fromkeys((*a, *b)))
+
+        return replace(
+            self, joints=both(self.joints, later.joints), rubbing=both(self.rubbing, later.rubbing),
+            columns=both(self.columns, later.columns), drives=both(self.drives, later.drives),
+        )  # fmt: skip
 
 
 def redundancy(block: Block) -> Redundancy:
@@ -44,13 +66,48 @@ def redundancy(block: Block) -> Redundancy:
 
 
 def redundancy_notes(r: Redundancy) -> list[str]:
-    """A note about reactions that are not unique; empty if all reactions are unique."""
+    """Notes about reactions and efforts that are not unique; empty if all are unique."""
     if r.count == 0:
         return []
-    joints, redundant = ", ".join(r.joints), f"{r.count} redundant constraint{'s' * (r.count > 1)}"
+    redundant = f"{r.count} redundant constraint{'s' * (r.count > 1)}"
+    which = "; ".join(_components(r)) if r.columns else f"those of {', '.join(r.joints)}"
     if not r.rubbing:
-        return [f"{redundant}: the motion is unique, but the reactions of {joints} are not; minimum-norm reactions are reported"]
+        others = "all other components are unique; " if r.columns else ""
+        what = f"the motion is unique, but these reactions are not: {which}"
+        return [f"{redundant}: {what}; {others}minimum-norm reactions are reported", *_drive_notes(r)]
+    others = "; for given friction, all other components are unique" if r.columns else ""
     return [
-        f"{redundant}: for rigid bodies, the reactions of {joints}, the friction of {', '.join(r.rubbing)} and the motion are not "
-        "unique; the solution for contacts of equal, high radial stiffness is reported"
+        f"{redundant}: for rigid bodies, the friction of {', '.join(r.rubbing)}, the motion and these reactions are not unique: "
+        f"{which}{others}; the solution for contacts of equal, high radial stiffness is reported",
+        *_drive_notes(r),
     ]
+
+
+def _components(r: Redundancy) -> list[str]:
+    """The open components in words, joints with equal components together."""
+    by_joint: dict[str, dict[str, list[str]]] = {}
+    for name in r.columns:
+        joint = max((j for j in r.joints if name.startswith(f"{j}.")), key=len)
+        word, _, index = name[len(joint) + 1 :].removeprefix("reaction.").partition("[")
+        by_joint.setdefault(joint, {}).setdefault(word, []).extend([index[:-1]] if index else [])
+    alike: dict[str, list[str]] = {}
+    for joint, words in by_joint.items():
+        text = ", ".join(f"{w}[{','.join(indices)}]" if indices else w for w, indices in words.items())
+        alike.setdefault(text, []).append(joint)
+    return [f"{text} of {', '.join(joints)}" for text, joints in alike.items()]
+
+
+def _drive_notes(r: Redundancy) -> list[str]:
+    """A note about efforts of drives that are not unique."""
+    if not r.drives:
+        return []
+    sums = ", ".join(" ".join(_terms(c)) for c in r.determined)
+    told = f"at the start, only {sums} {'are' if len(r.determined) > 1 else 'is'} unique" if sums else "no sum of them is unique"
+    return [f"the drives share a load arbitrarily: {', '.join(r.drives)} are not unique; {told}"]
+
+
+def _terms(c: Combination) -> Iterator[str]:
+    """A sum in words, such as a + 0.5 b."""
+    for i, (name, x) in enumerate(c.items()):
+        sign = ("-" if x < 0 else "") if i == 0 else ("- " if x < 0 else "+ ")
+        yield f"{sign}{name}" if abs(abs(x) - 1.0) < SHARE else f"{sign}{abs(x):.6g} {name}"

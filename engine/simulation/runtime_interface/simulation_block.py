@@ -232,6 +232,14 @@ class Block:
         share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
         return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
+    def open_columns(self) -> np.ndarray:
+        """Changes of the columns along the reaction patterns that the motion does not determine (evaluations × columns). Patterns
+        of rows that structure removes are evaluated together for the loops of a group (``tr_open_columns``)."""
+        count = self.lib.tr_open_columns(self.at, None)
+        rows = np.zeros((count + 1, self.width - 1))
+        self.lib.tr_open_columns(self.at, rows.ctypes.data)
+        return rows[1:] - rows[0]
+
     def hold(self) -> np.ndarray | None:
         """Statics at the current state with all friction pairs in stick. ``start`` must be called before. Returns a ``tr_held`` for
         each pair; None if the statics have no solution."""
@@ -243,6 +251,11 @@ class Block:
         """The friction multipliers η (neta) of the last solution."""
         s = self.kernel.sizes
         return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[s["active"] :]
+
+    def active_multipliers(self) -> np.ndarray:
+        """The multipliers λ of the active rows of the last solution."""
+        s = self.kernel.sizes
+        return self._view(Array.MULTIPLIERS, s["active"] + s["neta"])[: s["active"]]
 
     def why(self) -> tuple[int, int]:
         """The cause of a failure of friction: (``Why``, index of the responsible friction pair or −1)."""

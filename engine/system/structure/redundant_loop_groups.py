@@ -3,8 +3,16 @@ multipliers of two of its loops (theory, "Redundant loops")."""
 
 from __future__ import annotations
 
-from trunnion.system.structure.bodies_and_joints import System
+from collections.abc import Collection
+
+from trunnion.system.structure.bodies_and_joints import Joint, System
 from trunnion.system.structure.loop_joints import bodies_of_loop, rows_of
+
+
+def joints_of_loop(system: System, c: Joint, names: Collection[str]) -> list[str]:
+    """The joints that transmit the multipliers of a cut joint or coupling. For a coupling, these are all. names: joints on
+    loops."""
+    return [*(system.tree[b].name for b in bodies_of_loop(system, c)), c.name] if c.name in names else list(names)
 
 
 def reaction_groups(system: System) -> dict[str, list[int]]:
@@ -22,7 +30,7 @@ def reaction_groups(system: System) -> dict[str, list[int]]:
     used: dict[str, set[int]] = {name: set() for name in rows}
     tables: dict[str, list[int]] = {"loop_rows": [], "loop_group": [], "share_start": [0], "share_at": []}
     for c in system.cuts:
-        on_loop = [*(system.tree[b].name for b in bodies_of_loop(system, c)), c.name] if c.name in rows else list(rows)
+        on_loop = joints_of_loop(system, c, rows)
         taken = set().union(*(used[name] for name in on_loop))
         group = next(g for g in range(len(taken) + 1) if g not in taken)
         for name in on_loop:

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import trunnion
 from trunnion import SceneError, knocks, simulate
-from trunnion.analysis.mechanics.clearance_impacts import mobility
+from trunnion.analysis.mechanics.joint_clearances import mobility
 from trunnion.cli import main
 from trunnion.scene.data_classes import scene as sm
 
@@ -63,6 +63,60 @@ def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str)
     assert first.normal == pytest.approx([r[f"pin.contact[1].normal[{k}]"][row] for k in (1, 2, 3)], abs=1e-9)
     apart = first.angle - r["pin.contact[1].angle"][row]
     assert np.exp(1j * apart) == pytest.approx(1.0, abs=1e-9)
+
+
+def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]:
+    """A body that a joint of this kind holds at rest, under an alternating force through its joint. For each clearance, the part of
+    the force along it: across the pin, or normal to the faces."""
+    pin = str(rng.choice(["inboard", "outboard"]))
+    push = rng.normal(size=3)
+    push /= np.linalg.norm(push)
+    e1, e2, e3 = np.eye(3)
+    center, start = (0.0, 0.0, 0.0), None
+    if kind == "prismatic":
+        rub = sm.Friction(mu=0.05, half_width=0.01, half_height=0.015, half_length=0.02)
+        push[0], center = 0.0, (0.0, *(float(x) for x in rng.uniform(-0.05, 0.05, 2)))  # the sleeve does not tilt, nor slide
+        sizes = [push @ e2, push @ e3]
+    elif kind == "cylindrical":
+        rub, push[0] = PIN, 0.0
+        sizes = [np.linalg.norm(push)]
+    else:
+        rub = sm.Friction(mu=0.05, radius=(0.01, 0.01), half_length=(0.02, 0.02))
+        angles = rng.uniform(-0.8, 0.8, 2)
+        start = sm.Start(q=tuple(float(a) for a in angles))
+        u2 = np.array([0.0, np.cos(angles[0]), np.sin(angles[0])])
+        sizes = [np.linalg.norm(np.cross(push, u)) for u in (e1, u2)]
+    joint = sm.Joint(kind, "ground", "hub", axis="x", reference="y", pin=pin, friction=rub, start=start)
+    waves = tuple(sm.Signal(harmonic=sm.Harmonic(PULL * float(x), HERTZ)) for x in push)
+    body = sm.Body(mass=MASS, inertia=(0.01, 0.01, 0.01), center=center)
+    scene = sm.Scene({"hub": body}, {"pin": joint}, kind, gravity=(0.0, 0.0, 0.0), forces={"push": sm.Force("force", "hub", waves)})
+    return scene, [abs(float(x)) for x in sizes]
+
+
+@pytest.mark.default_cases(6)
+@pytest.mark.parametrize("kind", ["prismatic", "cylindrical", "universal"])
+@pytest.mark.parametrize("seed", range(36))
+def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind: str, seed: int) -> None:
+    """Each clearance sees its own part of the force. The impacts are at the contacts that carry from then on."""
+    scene, sizes = held_by(kind, np.random.default_rng(seed))
+    r = simulate(scene, until=0.3, every=1e-3)
+    found = knocks(r, CLEARANCE)
+    for part, size in enumerate(sizes, 1):
+        own, pull = [k for k in found if k.part == part], PULL * size
+        t = brentq(lambda t, pull=pull: pull / (MASS * RATE**2) * (RATE * t - np.sin(RATE * t)) - 2 * CLEARANCE, 1e-9, 0.5 / HERTZ)
+        assert own[0].time == pytest.approx(1 / (2 * HERTZ), abs=1e-9)
+        for k in own:
+            assert (k.way, k.mass) == (pytest.approx(2 * CLEARANCE), pytest.approx(MASS))
+            assert k.flight == pytest.approx(t, rel=1e-5)
+            assert k.speed == pytest.approx(pull / (MASS * RATE) * (1 - np.cos(RATE * t)), rel=1e-5)
+        row = int(np.searchsorted(r.time, own[0].time + own[0].flight))
+        if kind == "prismatic":
+            face = np.eye(3)[part] * np.sign(r[f"pin.reaction.force[{part + 1}]"][row])
+            assert own[0].normal == pytest.approx(-face if scene.joints["pin"].pin == "inboard" else face, abs=1e-9)
+            continue
+        contact = f"pin.contact[{2 * part - 1}]"
+        assert own[0].normal == pytest.approx([r[f"{contact}.normal[{k}]"][row] for k in (1, 2, 3)], abs=1e-9)
+        assert np.exp(1j * (own[0].angle - r[f"{contact}.angle"][row])) == pytest.approx(1.0, abs=1e-9)
 
 
 def test_it_is_what_a_gap_does_that_is_simulated() -> None:

@@ -141,3 +141,54 @@ def test_what_falls_has_no_rest() -> None:
         equilibrium(free)
     with pytest.raises(SceneError, match="no joint"):
         equilibrium(chain(2), along="elbow")
+
+
+def _ends(bands: Any) -> list[tuple[float | None, float | None]]:
+    return [(b.low, b.high) for b in bands]
+
+
+@pytest.mark.default_cases(6)
+@pytest.mark.parametrize("seed", range(60))
+def test_bands_about_the_given_pose_and_the_unstable_rest_of_a_pendulum_end_where_its_weight_overcomes_friction(seed: int) -> None:
+    """m g l |sin(q − q₀)| = torque, with q₀ along gravity. Given poses lie 1e-6 rad inside and outside of both bands."""
+    rng = np.random.default_rng(seed)
+    down, share, near = float(rng.uniform(-1, 1)), float(rng.uniform(0.02, 0.98)), float(rng.choice([-1e-6, 1e-6]))
+    half, top, side = float(np.arcsin(share)), bool(rng.random() < 0.5), float(rng.choice([-1, 1]))
+    middle = down + np.pi * top
+    scene = pinned(0.981 * share, start=sm.Start(q=middle + side * (half + near)))
+    scene = replace(scene, gravity=(9.81 * float(np.sin(down)), -9.81 * float(np.cos(down)), 0.0))
+    found = equilibrium(scene)
+    turn = 2 * np.pi * round((found.q["pin"][0] - down) / (2 * np.pi))
+    assert _ends(found.bands) == [pytest.approx((down + turn - half, down + turn + half), abs=1e-9)]
+    assert _ends(found.around) == ([pytest.approx((middle - half, middle + half), abs=1e-9)] if near < 0 else [])
+    (other,) = found.others
+    turn = 2 * np.pi * round((other.q["pin"][0] - down) / (2 * np.pi) - 0.4)
+    assert (other.kind, other.q["pin"][0]) == ("unstable", pytest.approx(down + np.pi + turn, abs=1e-9))
+    assert _ends(other.bands) == [pytest.approx((down + np.pi + turn - half, down + np.pi + turn + half), abs=1e-9)]
+
+
+@pytest.mark.default_cases(4)
+@pytest.mark.parametrize("seed", range(40))
+def test_a_block_on_a_slope_is_held_everywhere_or_falls(seed: int) -> None:
+    """tan α = μ: without friction the block has no rest; 1e-6 below, friction holds it wherever it is."""
+    rng = np.random.default_rng(seed)
+    mu, more, size = float(rng.uniform(0.05, 1.0)), float(rng.choice([-1e-6, 1e-6])), float(rng.uniform(0.02, 0.1))
+    slope = np.arctan(mu) * (1 + more)
+    rub = sm.Friction(mu=mu, half_width=size, half_height=size, half_length=2 * size)
+    rail = sm.Joint("prismatic", "ground", "block", axis="x", friction=rub, start=sm.Start(q=float(rng.uniform(-1, 1)) * size))
+    gravity = (9.81 * float(np.sin(slope)), 0.0, -9.81 * float(np.cos(slope)))
+    scene = sm.Scene({"block": sm.Body(mass=2.0, inertia=(0.1, 0.1, 0.1))}, {"rail": rail}, gravity=gravity)
+    if more > 0:
+        with pytest.raises(SimulationError, match="no pose of rest"):
+            equilibrium(scene)
+        return
+    found = equilibrium(scene)
+    assert (found.kind, found.q["rail"], found.bands, found.others) == ("none", (rail.start.q,), (), ())
+    assert _ends(found.around) == [(None, None)]
+
+
+def test_a_double_pendulum_has_three_unstable_rests() -> None:
+    found = equilibrium(chain(2, start=0.3))
+    up = sorted(tuple(round(abs(v[0]) / np.pi) % 2 for v in o.q.values()) for o in found.others)
+    assert up == [(0, 1), (1, 0), (1, 1)]
+    assert {o.kind for o in found.others} == {"unstable"}

@@ -273,3 +273,44 @@ def test_cams_that_cannot_be_are_refused_with_why(says: str) -> None:
     each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in "ab")
     with pytest.raises(SceneError, match=re.escape(says)):
         build(scene_from_text(f"schema: 1\nbodies:\n{each}joints:\n{joints}\n  m: {WRONG[says]}\nsimulation: {{until: 1 s}}\n"))
+
+
+def pushed(seed: int) -> tuple[sm.Scene, float | None]:
+    """A plate on a random cam that turns steadily, under a constant load; the instant from which the cam would have to pull, from
+    the curve: the plate's height is the support function h at the plate's normal, so its acceleration is ω² h''."""
+    rng = np.random.default_rng([7, seed])
+    angles = np.linspace(0, 2 * np.pi, int(rng.integers(30, 60)))
+    radius = 0.05 + 0.004 * np.cos(angles - rng.uniform(0, 6)) + 0.001 * np.cos(2 * angles - rng.uniform(0, 6))
+    radius[-1] = radius[0]
+    rate, mass, load, until = rng.uniform(5, 30), 0.4, rng.uniform(0.2, 1.2), 0.9
+    scene = scene_from_text(f"""
+schema: 1
+gravity: [0, 0, 0]
+bodies: {{cam: {{mass: 1, inertia: [0.001, 0.001, 0.002]}}, rod: {{mass: {mass}, inertia: [0.003, 0.003, 0.003]}}}}
+joints:
+  turn: {{type: revolute, axis: z, reference: x, inboard: ground, outboard: cam, drive: {{constant: {{rate: {rate}}}}}}}
+  guide: {{type: prismatic, axis: y, inboard: ground, outboard: rod, effort: {-load * mass * rate**2 * 0.004}}}
+  follow: {{type: flat_cam, axis: z, reference: x, inboard: cam, outboard: {{body: rod, axis: y, reference: z}},
+    profile: {{angle: {angles.tolist()}, radius: {radius.tolist()}}}}}
+simulation: {{until: {until} s, every: 0.5 s}}
+""")
+    times = np.linspace(0, until, 20001)
+    bend = CubicSpline(angles, radius, bc_type="periodic")
+
+    def push(t: float) -> float:
+        return bend((np.pi / 2 - rate * t) % (2 * np.pi), 2) + load * 0.004
+
+    pulls = np.nonzero(push(times) < 0)[0]
+    if not len(pulls):
+        return scene, None
+    first = int(pulls[0])
+    return scene, brentq(push, times[first - 1], times[first], xtol=1e-14) if first else 0.0
+
+
+@pytest.mark.default_cases(10)
+@pytest.mark.parametrize("seed", range(110))
+def test_without_friction_a_note_tells_the_instant_from_which_a_cam_pulls(seed: int) -> None:
+    scene, wanted = pushed(seed)
+    r = simulate(scene, rtol=1e-8, outputs=["guide.q*"])
+    told = [float(n.split(" s ")[0].rpartition(" ")[2]) for n in r.notes if n.startswith("follow: from t")]
+    assert told == ([] if wanted is None else [pytest.approx(wanted, abs=1e-9)])

@@ -236,3 +236,25 @@ def test_derivatives_of_a_run_on_a_curve_are_those_by_differences() -> None:
         for column in columns:
             slope = (up[column] - down[column]) / (2 * h)
             assert found.d(column, path)[1:] == pytest.approx(slope[1:], rel=1e-6, abs=1e-6), (column, path)
+
+
+def test_a_bead_that_slides_off_a_circle_is_told_where_the_force_changes_sides() -> None:
+    """From the top with the speed v: the force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on or not."""
+    radius, speed = 0.5, 0.4
+    angles = np.linspace(0, 2 * np.pi, 201)
+    points = [[radius * float(np.sin(a)), radius * float(np.cos(a))] for a in angles[:-1]]
+    scene = scene_from_text(f"""
+schema: 1
+gravity: [0, -9.81, 0]
+bodies: {{bead: {{mass: 0.4, inertia: [0.01, 0.01, 0.02]}}}}
+joints:
+  plane: {{type: planar, axis: z, reference: x, inboard: ground, outboard: bead,
+    start: {{q: [0, {radius}, 0], qd: [{speed}, 0, 0]}}}}
+  hill: {{type: point_on_curve, axis: z, reference: x, inboard: ground, outboard: bead,
+    curve: {{points: {points}, closed: true}}}}
+simulation: {{until: 0.6 s, every: 10 ms}}
+""")
+    (note,) = (n for n in simulate(scene, rtol=1e-10).notes if n.startswith("hill: at t"))
+    time = float(note.split(" s ")[0].rpartition(" ")[2])
+    last = simulate(scene, rtol=1e-10, until=time, every=time)
+    assert last["bead.position[2]"][-1] / radius == pytest.approx((2 + speed**2 / (9.81 * radius)) / 3, abs=1e-4)

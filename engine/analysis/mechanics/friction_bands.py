@@ -1,0 +1,180 @@
+"""Bands: ranges of a coordinate in which friction holds a mechanism at rest (theory, "Rest, swings and efforts")."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trunnion.analysis.mechanics.mechanism_at_rest import Still
+from trunnion.analysis.static_bounds.static_margin import hold_drives
+from trunnion.scene.data_classes import scene as sm
+from trunnion.simulation.run import Model
+from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
+
+FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
+"""Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
+LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
+within three consecutive points."""
+EXACT = 1e-14
+"""The ends of bands are located to this distance, rad or relative to the scene's length."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """The range of a coordinate in which friction holds the mechanism. The other coordinates keep their values of the equilibrium,
+    except where loops must be closed.
+
+    Attributes:
+        coordinate: name of the coordinate.
+        low: lower end, rad or m; None if no end was found. For a ball joint: rotation from the equilibrium about an axis of the
+            joint's inboard frame.
+        high: upper end, as for ``low``.
+        first: the joint that slips first, at each of the two ends.
+    """
+
+    coordinate: str
+    low: float | None
+    high: float | None
+    first: tuple[str, str]
+
+
+class BandSearch:
+    """Finds the bands: the ranges of coordinates in which friction holds the mechanism. scene: with friction. latches: the scene
+    with the latches of the pose. still: the mechanism in the pose."""
+
+    def __init__(self, scene: sm.Scene, latches: sm.Scene, still: Still):
+        held = copy_latches(hold_drives(scene)[0], latches)
+        self.model, self.at = Model(held, ("energy.kinetic",)), still.pose()
+        self.built, self.moves = self.model.built, ""
+
+    def holds(self) -> bool:
+        """Whether friction holds the pose."""
+        j = next((x for x in self.model.system.tree if x.free), None)
+        return j is not None and self._excess(j, j.free[0], 0.0) <= 0.0
+
+    def all_bands(self, chosen: Sequence[Joint], at: np.ndarray | None = None) -> tuple[Band, ...]:
+        """The bands of all chosen joints. at: another pose with the same latches (nq)."""
+        self.at = self.at if at is None else at
+        return tuple(band for j in chosen for band in self.bands(j))
+
+    def bands(self, joint: Joint) -> list[Band]:
+        """The bands of all free coordinates of a joint."""
+        j = next(x for x in self.model.system.tree if x.name == joint.name)
+        return [self._band(j, k) for k in range(j.kind.nv) if k in j.free]
+
+    def _band(self, j: Joint, k: int) -> Band:
+        turns = j.kind.turns(k)
+        unit, at = 1.0 if turns else self.built.numbers.length, 0.0
+        ball = j.kind.coordinate_of(k) < 0
+        if not ball:
+            at = float(self.at[j.q0 + state_coordinates(j).index(j.kind.coordinate_of(k))])
+        ends, first = [], []
+        for side in (-1, 1):
+            end, joint = self._end(j, k, side, unit)
+            ends.append(None if end is None else at + end)
+            first.append(joint)
+        name = f"{j.name} about e{k - (j.kind.nv - 3) + 1}" if ball else f"{j.name}.q[{j.kind.coordinate_of(k) + 1}]"
+        return Band(name, ends[0], ends[1], (first[0], first[1]))
+
+    def _end(self, j: Joint, k: int, side: int, unit: float) -> tuple[float | None, str]:
+        def excess(way: float) -> float:
+            return self._excess(j, k, side * way)
+
+        points = [(0.0, excess(0.0))]
+        if points[0][1] > 0.0:
+            return 0.0, self.moves
+        step = FIRST * unit
+        while points[-1][0] < FAR * unit:
+            points = [*points[-2:], (points[-1][0] + step, excess(points[-1][0] + step))]
+            inside, beyond = points[-2], points[-1]
+            if beyond[1] <= 0.0 and len(points) == 3 and points[1][1] > max(points[0][1], beyond[1]):
+                inside, beyond = points[0], _find_top(excess, points[0][0], beyond[0], EXACT**0.5 * unit)
+            if beyond[1] > 0.0:
+                return side * _find_root(excess, inside[0], beyond[0], EXACT * unit), self.moves
+            step = min(GROWS * step, LONGEST * unit)
+        return None, ""
+
+    def _excess(self, j: Joint, k: int, way: float) -> float:
+        """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. An
+        impossible pose gives 1."""
+        q, numbers = self.at.copy(), self.built.numbers
+        at = state_coordinates(j)
+        if j.kind.coordinate_of(k) >= 0:
+            q[j.q0 + at.index(j.kind.coordinate_of(k))] += way
+        else:
+            own = j.q0 + at.index(j.kind.quaternion)
+            q[own : own + 4] = _rotate(q[own : own + 4], k - (j.kind.nv - 3), way)
+        given, by_rate = np.zeros_like(numbers.q_given), np.zeros_like(numbers.q_given_by_rate)
+        given[j.q0 : j.q0 + len(at)] = 1.0
+        by_rate[j.v0 : j.v0 + len(j.free)] = 1.0
+        block = self.model.block
+        moved = replace(numbers, q=q, q_given=given, q_given_by_rate=by_rate, v=0.0 * numbers.v)
+        block.take(moved, np.array(self.built.parameters.values))
+        block.configure(Settings(rtol=1e-9))
+        if block.assemble() != 1:
+            return 1.0
+        block.y[self.model.system.nq : block.ny] = 0.0
+        self.model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(block.width))
+        table = self.model.block.hold()
+        if table is None:
+            return 1.0
+        shares = np.nan_to_num(table["share"], nan=0.0)
+        if len(shares):
+            self.moves = slider_names(self.model.system)[int(np.argmax(shares))][0]
+        return float(shares.max(initial=0.0) - 1.0)
+
+
+def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> tuple[float, float]:
+    """(x, f(x)) between a and b: a point with f > 0, or else the maximum of f. Golden sections locate the maximum to ``near``."""
+    part = 0.5 * (math.sqrt(5.0) - 1.0)
+    x, y = b - part * (b - a), a + part * (b - a)
+    fx, fy = f(x), f(y)
+    while max(fx, fy) <= 0.0 and b - a > near:
+        if fx > fy:
+            b, y, fy = y, x, fx
+            x = b - part * (b - a)
+            fx = f(x)
+        else:
+            a, x, fx = x, y, fy
+            y = a + part * (b - a)
+            fy = f(y)
+    return max((x, fx), (y, fy), key=lambda found: found[1])
+
+
+def _find_root(f: Callable[[float], float], a: float, b: float, near: float) -> float:
+    """The root of f between a and b, where f has opposite signs, to within ``near``. Uses the Illinois method with bisections.
+
+    SciPy's root finders are not part of the plain installation.
+    """
+    fa, fb = f(a), f(b)
+    for n in range(200):
+        x = 0.5 * (a + b) if n % 3 == 2 or fb == fa else b - fb * (b - a) / (fb - fa)
+        fx = f(x)
+        if fx * fb <= 0.0:
+            a, fa = b, fb
+        else:
+            fa *= 0.5
+        b, fb = x, fx
+        if fb == 0.0 or abs(b - a) <= near:
+            break
+    return b
+
+
+def _rotate(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:
+    """The orientation ``quaternion`` (4), followed by a rotation by ``angle``, rad, about an axis (0 to 2) of the inboard
+    frame."""
+    c, s = math.cos(angle / 2), math.sin(angle / 2)
+    turn = np.zeros(3)
+    turn[axis] = s
+    w, v = quaternion[0], quaternion[1:]
+    return np.concatenate([[c * w - turn @ v], c * v + w * turn + np.cross(turn, v)])
+
+
+def copy_latches(scene: sm.Scene, still: sm.Scene) -> sm.Scene:
+    """The scene with its latches replaced by those of the scene ``still``."""
+    return replace(scene, joints={n: replace(j, latch=still.joints[n].latch) for n, j in scene.joints.items()})

@@ -1,0 +1,40 @@
+"""Followers without friction whose force becomes a pull: a note tells the first instant (theory, "Cams")."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trunnion.simulation.runtime_interface.simulation_block import Block
+from trunnion.system.structure.bodies_and_joints import Joint, System
+
+ONE_SIDED = ("point", "face")
+"""Ways to follow that push in the direction of the normal. A point on a curve pushes to the side to which it pushes first."""
+
+
+class FollowerPulls:
+    """The forces of followers without friction during a run. system: of the block, which must have started."""
+
+    def __init__(self, system: System, block: Block):
+        slots = {row: i for i, row in enumerate(block.kernel.facts["active_rows"])}
+        found = [j for j in system.cuts if j.kind.follows in (*ONE_SIDED, "curve") and not j.friction and j.rows in slots]
+        self.joints: list[Joint] = found
+        self.slots = np.array([slots[j.rows] for j in found], np.intc)
+        start = block.active_multipliers()[self.slots]
+        signs = np.where(start < 0.0, -1.0, 1.0)
+        self.sense = np.where([j.kind.follows == "curve" for j in found], signs, 1.0)
+        pushes = self.sense * start
+        self.values = np.array([pushes, pushes, np.where(pushes < 0.0, block.time, np.nan)])
+        self.block = block
+        if found:
+            block.lib.tr_watch_pulls(block.at, len(found), self.slots.ctypes.data, self.sense.ctypes.data, self.values.ctypes.data)
+
+    def notes(self) -> list[str]:
+        """A note for every follower that pulled. Ends the watch."""
+        self.block.lib.tr_watch_pulls(self.block.at, 0, None, None, None)
+        return [_note(j, t) for j, t in zip(self.joints, self.values[2], strict=True) if not np.isnan(t)]
+
+
+def _note(j: Joint, time: float) -> str:
+    if j.kind.follows == "curve":
+        return f"{j.name}: at t = {time:.10g} s the force changes sides; a curve that guides on one side only would lose the point"
+    return f"{j.name}: from t = {time:.10g} s the cam pulls; a follower without a groove would lift off there"

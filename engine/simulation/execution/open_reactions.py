@@ -1,0 +1,98 @@
+"""Components of reactions, and efforts of drives, that redundant loops do not determine (theory, "Redundant loops")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from trunnion.kernel.interface.output_columns import Column
+from trunnion.simulation.execution.runnable_model import Model
+from trunnion.simulation.results.redundant_reactions import SHARE, Combination, Redundancy, redundancy
+from trunnion.simulation.runtime_interface import simulation_block as bl
+from trunnion.system.structure.loop_joints import rows_of
+from trunnion.system.structure.redundant_loop_groups import joints_of_loop, reaction_groups
+
+LINEAR = {"reaction", "axial_force", "gearbox_output", "drive"}
+"""Kinds of columns that are affine in the reactions."""
+LENGTHS = {"N*m": 1.0}
+"""Power of the length scale by which a column with this unit is divided; 0 for other units."""
+
+
+def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
+    """The redundancy at the current state of a started model, with its columns. settings: those of the run."""
+    found = redundancy(model.block)
+    wanted = [c for c in model.available if _may_be_open(c, found.joints)]
+    changes = _changes(model, wanted, settings) if wanted else np.zeros((0, 0))
+    if not len(changes):
+        return found
+    length = model.built.numbers.length
+    sizes = np.abs(changes).max(axis=0) / [length ** LENGTHS.get(c.unit, 0.0) for c in wanted]
+    largest = {n: max(size for size, c in zip(sizes, wanted, strict=True) if c.subject[0] == n) for n in found.joints}
+    is_open = [size > SHARE * largest[c.subject[0]] for size, c in zip(sizes, wanted, strict=True)]
+    drives = [i for i, c in enumerate(wanted) if c.kind == "drive" and is_open[i]]
+    names = tuple(wanted[i].name for i in drives)
+    return replace(
+        found, columns=tuple(c.name for c, o in zip(wanted, is_open, strict=True) if o and c.kind != "drive"), drives=names,
+        determined=_combinations(names, changes[:, drives] / np.abs(changes[:, drives]).max(initial=0.0)) if drives else (),
+    )  # fmt: skip
+
+
+def _may_be_open(c: Column, joints: tuple[str, ...]) -> bool:
+    return c.kind in LINEAR and c.subject[0] in joints and c.quantity.output != "power"
+
+
+def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.ndarray:
+    """Changes of the columns ``wanted`` along the open directions (directions × columns). They come from a model with these
+    columns at the same state, if the model lacks them. Empty if that model cannot start."""
+    places = {c.name: i for i, c in enumerate(model.columns)}
+    if not all(c.name in places for c in wanted):
+        other = model.with_reactions([c.name for c in wanted])
+        other.block.configure(settings)
+        other.block.y[: model.block.ny] = model.block.y[: model.block.ny]
+        row = np.zeros(other.block.width)
+        if other.begin(settings, model.block.time, np.inf, 0.0, row) != bl.OK:
+            return np.zeros((0, len(wanted)))
+        return _changes(other, wanted, settings)
+    changes = model.block.open_columns()[:, [places[c.name] for c in wanted]]
+    return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, [c.subject[0] for c in wanted], changes)])
+
+
+def _by_loop(model: Model, joints: list[str], changes: np.ndarray) -> Iterator[np.ndarray]:
+    """Changes along single directions (n × columns). The runtime first evaluates directions of several loops, then the rows that
+    structure removes: for each group of loops, one row of every loop at once. joints: those of the columns."""
+    loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
+    active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
+    removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
+    slots = [max(n for n, g in zip(removed, groups, strict=True) if g == group) for group in range(max(groups) + 1)]
+    at = len(changes) - sum(slots)
+    yield changes[:at]
+    for group, count in enumerate(slots):
+        for c, own in zip(model.system.cuts, groups, strict=True):
+            if own == group:
+                yield np.where(np.isin(joints, joints_of_loop(model.system, c, on_loops)), changes[at : at + count], 0.0)
+        at += count
+
+
+def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:
+    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: of the efforts
+    (directions × efforts), the largest being 1."""
+    _, sizes, basis = np.linalg.svd(changes, full_matrices=True)
+    rest = basis[int(np.sum(sizes > SHARE)) :]
+    out = []
+    for at in range(len(names)):
+        if not len(rest):
+            break
+        pivot = int(np.argmax(np.abs(rest[:, at])))
+        if abs(rest[pivot, at]) < SHARE:
+            continue
+        row = rest[pivot] / rest[pivot, at]
+        rest = np.delete(rest, pivot, 0)
+        rest = rest - np.outer(rest[:, at], row)
+        out.append(row)
+    for i, row in enumerate(out):  # the leading effort of each combination is in no other one
+        lead = int(np.argmax(np.abs(row) > SHARE))
+        out[:i] = [above - above[lead] * row for above in out[:i]]
+    return tuple({n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > SHARE} for row in out)
