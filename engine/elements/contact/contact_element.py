@@ -202,6 +202,9 @@ class ContactElement:
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    names of the components of f_c that end faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
+    one_of     names of sizes of which a scene gives exactly one.
+    tensions   (η along the first freedom, numbers) → tensions at both ends of a band, N; None if there is no band.
+    scaled     whether, without contacts, the law's coefficient scales the friction that other numbers give, and is 1 by default.
     count      number of contacts; 0 if friction is independent of the load.
     springs    number of entries that ``pressed`` returns.
     drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
@@ -230,6 +233,9 @@ class ContactElement:
     ideal: str = "pin"
     frame: str = "pin"
     bound: tuple[int, ...] = ()
+    one_of: tuple[str, ...] = ()
+    tensions: Callable[[SX, Mapping[str, SX]], list[SX]] | None = None
+    scaled: bool = True
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
 
