@@ -28,7 +28,7 @@ PRETENSION = Size(
 )  # fmt: skip
 WRAP = Size(
     "wrap_angle", "rad", "angle of wrap; negative if the end with the given tension is the tight end in forward motion",
-    Bound(-100.0, 100.0, advice="a rope that is wound up n times has n * 360 deg"), '"270 deg"', symbol="φ", bears=False,
+    Bound(nonzero=True), '"270 deg"', symbol="φ", bears=False,
 )  # fmt: skip
 RADIUS = Size("drum_radius", "m", "radius of a band brake's drum", POSITIVE, '"0.1 m"', symbol="R", bears=False)
 Numbers = Mapping[str, Any]
@@ -96,9 +96,9 @@ def wrapped(name: str, radius: str, sizes: tuple[Size, ...], pulls: Callable[[Wr
 def _pull(w: Wrench, g: Numbers) -> SX:
     """The sum of both strands' tensions, which pulls the pulleys together."""
     if PRETENSION.name in g:
-        return -2 * g[PRETENSION.name]
+        return 2 * g[PRETENSION.name]
     torque = ca.copysign(1.0, g[WRAP.name]) * w["m1"]
-    return -2 * g[TENSION.name] + torque / (0.5 * g["module"])  # the module is the diameter of the inboard pulley
+    return 2 * g[TENSION.name] - torque / (0.5 * g["module"])  # the module is the diameter of the inboard pulley
 
 
 BAND = wrapped("band", RADIUS.name, (TENSION, PRETENSION, WRAP, RADIUS), None)
