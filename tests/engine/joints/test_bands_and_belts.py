@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import trunnion
 from tests.engine.mechanisms.gear_pairs import Row, flying, unit
 from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive, random_brake, random_drive
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
@@ -141,7 +139,7 @@ def test_each_strand_pulls_both_pulleys_along_the_line_that_touches_them(seed: i
         for body in f.inertia:
             assert np.abs(np.concatenate(row.balance(body))).max() < 1e-9 * 10.0 * f.inertia[body][0], body
         for k, one in enumerate(f.pairs):
-            force, torque, at = row.reported(f"m{k}")
+            force, torque, _ = row.reported(f"m{k}")
             R = row.turned("carrier")
             a, s = R @ one.a1, R @ (one.p2 - one.p1)
             away = s - a * (s @ a)

@@ -47,10 +47,10 @@ class Band:
 
 
 def motion(times: np.ndarray, speed: float, accelerate: Callable[[float], float], needed: float, least: float,
-           most: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """(sliding, speed of sliding, friction) at each time. accelerate: friction → acceleration of sliding; needed: friction that
+           most: float) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """(sliding, friction) at each time. accelerate: friction → acceleration of sliding; needed: friction that
     holds, which it may do between least and most."""
-    slid, speeds, held = (np.empty(len(times)) for _ in range(3))
+    slid, held = np.empty(len(times)), np.empty(len(times))
     x, t = 0.0, 0.0
     while True:
         rests = speed == 0.0 and least <= needed <= most
@@ -58,9 +58,9 @@ def motion(times: np.ndarray, speed: float, accelerate: Callable[[float], float]
         a = 0.0 if rests else accelerate(f)
         now = times >= t
         dt = times[now] - t
-        slid[now], speeds[now], held[now] = x + speed * dt + 0.5 * a * dt**2, speed + a * dt, f
+        slid[now], held[now] = x + speed * dt + 0.5 * a * dt**2, f
         if speed * a >= 0:
-            return slid, speeds, held
+            return slid, held
         span = -speed / a
         x, speed, t = x + 0.5 * speed * span, 0.0, t + span
 
@@ -91,9 +91,8 @@ class Brake:
     def angles(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Angle of the drum, and friction at its surface."""
         R, J = self.radius, self.inertia
-        at = motion(times, self.rate, lambda f: (self.torque - R * f) / J, self.torque / R, self.band.friction(-1),
-                    self.band.friction(1))  # fmt: skip
-        return at[0], at[2]
+        least, most = self.band.friction(-1), self.band.friction(1)
+        return motion(times, self.rate, lambda f: (self.torque - R * f) / J, self.torque / R, least, most)
 
 
 @dataclass(frozen=True)
@@ -147,8 +146,8 @@ class Drive:
         (b1, b2), (J1, J2), (M1, M2), (w1, w2) = self.arms, self.inertias, self.torques, self.rates
         soft = b1**2 / J1 + b2**2 / J2
         push = b1 * M1 / J1 + b2 * M2 / J2
-        slid, speeds, f = motion(times, b1 * w1 + b2 * w2, lambda f: push - soft * f, push / soft,
-                                 self.wrapped.friction(-1), self.wrapped.friction(1))  # fmt: skip
+        least, most = self.wrapped.friction(-1), self.wrapped.friction(1)
+        slid, f = motion(times, b1 * w1 + b2 * w2, lambda f: push - soft * f, push / soft, least, most)
         # b1 (J1 w1) and b2 (J2 w2) change by opposite impulses of friction: J1 w1/b1 − J2 w2/b2 changes by the torques alone.
         kept = (J1 * w1 / b1 - J2 * w2 / b2) * times + 0.5 * (M1 / b1 - M2 / b2) * times**2
         q1 = (slid * J2 / b2**2 + kept) / (b1 * J2 / b2**2 + J1 / b1)
