@@ -27,8 +27,8 @@ PRETENSION = Size(
     needed=False, symbol="T_0", bears=False, varies=True,
 )  # fmt: skip
 WRAP = Size(
-    "wrap_angle", "rad", "angle of wrap; negative if the end with the given tension is the tight end in forward motion",
-    Bound(nonzero=True), '"270 deg"', symbol="φ", bears=False,
+    "wrap_angle", "rad", "angle of wrap (belt: about the smaller pulley, by default from the geometry); negative if the end with "
+    "the given tension is the tight end in forward motion", Bound(nonzero=True), '"270 deg"', symbol="φ", bears=False,
 )  # fmt: skip
 RADIUS = Size("drum_radius", "m", "radius of a band brake's drum", POSITIVE, '"0.1 m"', symbol="R", bears=False)
 Numbers = Mapping[str, Any]

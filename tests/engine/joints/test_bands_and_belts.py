@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import trunnion
 from tests.engine.mechanisms.gear_pairs import Row, flying, unit
 from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive, random_brake, random_drive
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
@@ -249,3 +251,23 @@ def test_bands_and_belts_that_cannot_be_are_refused_with_why(says: str) -> None:
 def test_bounds_at_rest_refuse_a_belt_by_its_name() -> None:
     with pytest.raises(SceneError, match=re.escape("joints.belt.friction: bounds at rest are not available for gears and belts")):
         hold(DRIVE.scene(), bounds=True)
+
+
+def of_the_guide(name: str) -> sm.Scene:
+    """A scene on the guide's page of friction."""
+    page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
+    (text,) = [x.split("```")[0] for x in page.split("```yaml\n") if f"name: {name}\n" in x.split("```")[0]]
+    return scene_from_text(text)
+
+
+def test_the_band_brake_and_the_fan_drive_of_the_guide_are_those_by_hand() -> None:
+    brake, fan = of_the_guide("band_brake"), of_the_guide("fan_drive")
+    assert hold(brake).pairs[0].share == pytest.approx(100 / (60 * (math.exp(0.3 * 1.5 * math.pi) - 1)), rel=1e-12)
+    back = replace(brake, joints={"brake": replace(brake.joints["brake"], effort=-100.0)})
+    assert hold(back).pairs[0].share == pytest.approx(100 / (60 * (1 - math.exp(-0.45 * math.pi))), rel=1e-12)
+    r = simulate(fan, until=2, every=1, rtol=1e-9)
+    most = 600 * math.tanh(0.15 * (math.pi - 2 * math.asin(75 / 400)))
+    (stuck,) = [e for e in r.events if e.kind == "stick"]
+    assert stuck.time == pytest.approx(0.5 * 20 * math.pi / (0.125 * most), rel=1e-9)
+    assert r["belt.friction.work"][-1] == pytest.approx(-0.25 * (20 * math.pi) ** 2, rel=1e-8)
+    assert most * 0.125 == pytest.approx(29.43, abs=0.005)
