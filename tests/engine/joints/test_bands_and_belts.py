@@ -79,6 +79,27 @@ def test_bounds_at_rest_of_a_band_brake_are_the_limits_of_both_senses() -> None:
     assert load.less.guaranteed.value == pytest.approx(USUAL.limit(-1), rel=1e-9)
 
 
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("seed", range(20))
+def test_bounds_at_rest_of_a_belt_are_its_limits_and_include_the_pull_at_the_bearing(seed: int) -> None:
+    """The outboard pulley is held by the friction of its bearing, which both strands press."""
+    d = random_drive(seed)
+    needed = 0.3 * d.wrapped.friction(1)
+    scene = replace(d, torques=(d.arms[0] * needed, 0.0), rates=(0.0, 0.0)).scene()
+    bearing = sm.Friction(mu=0.9, radius=2 * d.radii[1], half_length=0.1)
+    on_b = replace(scene.joints["on_b"], effort=None, start=None, friction=bearing)
+    found = hold(replace(scene, joints=scene.joints | {"on_b": on_b}), bounds=True)
+    b, belt = found.pairs
+    across, along = (sum(d.wrapped.tensions(needed)) * math.sin(d.wrap / 2), needed * math.cos(d.wrap / 2))
+    load = math.hypot(across, along)
+    assert b.share.largest.value == pytest.approx(abs(d.arms[1] * needed) / (0.9 / math.hypot(1, 0.9) * load * 2 * d.radii[1]), rel=1e-7)
+    assert belt.share.largest.value == pytest.approx(0.3, abs=1e-8)
+    motor = next(x for x in found.loads if "on_a" in x.name)
+    limits = sorted(x.possible.value for x in (motor.less, motor.more))
+    belts = sorted(d.arms[0] * d.wrapped.friction(sense) for sense in (1, -1))
+    assert all(abs(x) <= abs(y) * (1 + 1e-7) for x, y in zip(limits, belts, strict=True))
+
+
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_belt_slides_and_holds_by_the_closed_form(seed: int) -> None:
@@ -246,11 +267,6 @@ def test_bands_and_belts_that_cannot_be_are_refused_with_why(says: str) -> None:
     assert old in RIGHT
     with pytest.raises(SceneError, match=re.escape(says)):
         scene_from_text(RIGHT.replace(old, new))
-
-
-def test_bounds_at_rest_refuse_a_belt_by_its_name() -> None:
-    with pytest.raises(SceneError, match=re.escape("joints.belt.friction: bounds at rest are not available for gears and belts")):
-        hold(DRIVE.scene(), bounds=True)
 
 
 def of_the_guide(name: str) -> sm.Scene:
