@@ -91,8 +91,8 @@ def test_bounds_at_rest_of_a_belt_are_its_limits_and_include_the_pull_at_the_bea
     found = hold(replace(scene, joints=scene.joints | {"on_b": on_b}), bounds=True)
     b, belt = found.pairs
     across, along = (sum(d.wrapped.tensions(needed)) * math.sin(d.wrap / 2), needed * math.cos(d.wrap / 2))
-    load = math.hypot(across, along)
-    assert b.share.largest.value == pytest.approx(abs(d.arms[1] * needed) / (0.9 / math.hypot(1, 0.9) * load * 2 * d.radii[1]), rel=1e-7)
+    most = 0.9 / math.hypot(1, 0.9) * math.hypot(across, along) * 2 * d.radii[1]
+    assert b.share.largest.value == pytest.approx(d.radii[1] * needed / most, rel=1e-7)
     assert belt.share.largest.value == pytest.approx(0.3, abs=1e-8)
     motor = next(x for x in found.loads if "on_a" in x.name)
     limits = sorted(x.possible.value for x in (motor.less, motor.more))
