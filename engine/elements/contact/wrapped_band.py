@@ -6,13 +6,13 @@ at the surface is the difference of both tensions. It does not depend on other f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound
-from trunnion.elements.contact.contact_element import Contact, ContactElement, Hold, Size, Wrench, signum
+from trunnion.elements.contact.contact_element import ContactElement, Hold, Size, Wrench, signum
 from trunnion.elements.friction import Law
 
 if TYPE_CHECKING:
@@ -43,63 +43,74 @@ def difference(g: Numbers, k: Any, ops: Any) -> Any:
     return g[TENSION.name] * ops.copysign(1.0, turns) * (ops.exp(k * turns) - 1)
 
 
-def wrapped(name: str, radius: str, sizes: tuple[Size, ...], pulls: Callable[[Wrench, Numbers], SX] | None) -> ContactElement:
-    """An element with this friction. radius: name of the arm of the friction; "" if its freedom is a travel. pulls: sum of the
-    tensions, which acts along a second freedom."""
+@dataclass(frozen=True)
+class Wrapped:
+    """A band around a drum, or a belt.
 
-    def needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-        return ("m1",) if pulls is not None and TENSION.name in numbers else ()
+    radius  name of the arm of the friction; "" if its freedom is a travel
+    pulls   whether the sum of the tensions acts along a second freedom (belt)
+    """
 
-    def arm(g: Numbers) -> Any:
-        return g[radius] if radius else 1.0
+    radius: str = ""
+    pulls: bool = False
 
-    def velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
-        return [[arm(g) * rates[0]]]
+    def arm(self, g: Numbers) -> Any:
+        """Friction along the freedom per friction at the surface."""
+        return g[self.radius] if self.radius else 1.0
 
-    def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        k = laws[0].ratios(velocity(rates, g)[0])[0]
-        along = arm(g) * difference(g, k, ca)
-        return [along] if pulls is None else [along, pulls(w, g)]
+    def needs(self, numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
+        """The torque on the inboard pulley, if the sum of the tensions depends on it."""
+        return ("m1",) if self.pulls and TENSION.name in numbers else ()
 
-    def held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+    def velocity(self, rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
+        """As in ``ContactElement``."""
+        return [[self.arm(g) * rates[0]]]
+
+    def friction(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
+        """(friction, sum of the tensions, which pulls the pulleys together). The second also acts at rest."""
+        k = laws[0].ratios(self.velocity(rates, g)[0])[0]
+        along = self.arm(g) * difference(g, k, ca)
+        return [along, _sum(w, g)] if self.pulls else [along]
+
+    def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
+        """The capacity in the sense of the required friction."""
         most = difference(g, signum(u[0]) * laws[0].static, ca)
-        return [Hold(ca.fabs(most), ca.fabs(u[0]) / arm(g))]
+        return [Hold(ca.fabs(most), ca.fabs(u[0]) / self.arm(g))]
 
-    def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-        return []
-
-    def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-        return []
-
-    def tensions(eta: SX, g: Mapping[str, SX]) -> list[SX]:
-        more = ca.copysign(1.0, g[WRAP.name]) * eta / arm(g)
+    def tensions(self, eta: Any, g: Numbers) -> list[Any]:
+        """As in ``ContactElement``."""
+        more = ca.copysign(1.0, g[WRAP.name]) * eta / self.arm(g)
         if PRETENSION.name in g:
             return [g[PRETENSION.name] - 0.5 * more, g[PRETENSION.name] + 0.5 * more]
         return [g[TENSION.name], g[TENSION.name] + more]
 
-    def rests(j: Rubs) -> list[Pair]:
+    def rests(self, j: Rubs) -> list[Pair]:
+        """A capacity for each sense, which depends on no reaction."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import Capacity, Pair
 
         most = {sense: abs(float(difference(j.sizes, sense * j.static, np))) for sense in (1, -1)}
         both = tuple(Capacity((j.constant(size, 1.0),), sense) for sense, size in most.items())
-        return [Pair(j.joint, 1, (j.eta[0],), np.array([[1.0 / arm(j.sizes)]]), both, j.static)]
+        return [Pair(j.joint, 1, (j.eta[0],), np.array([[1.0 / self.arm(j.sizes)]]), both, j.static)]
 
-    return ContactElement(
-        name, needs, friction, held, contacts, velocity, pressed, 0, springs=0, rests=rests, sizes=sizes, pairs=((0,),),
-        bound=() if pulls is None else (1,), anywhere=False, one_of=(TENSION.name, PRETENSION.name), tensions=tensions,
-        scaled=False,
-    )  # fmt: skip
+    def element(self, name: str, sizes: tuple[Size, ...]) -> ContactElement:
+        """The contact element, which has no contacts."""
+        return ContactElement(
+            name, self.needs, self.friction, self.held, lambda w, rates, laws, g, eta: [], self.velocity,
+            lambda w, rates, laws, g, eta: [], 0, springs=0, rests=self.rests, sizes=sizes, pairs=((0,),),
+            bound=(1,) if self.pulls else (), anywhere=False, one_of=(TENSION.name, PRETENSION.name), tensions=self.tensions,
+            scaled=False,
+        )  # fmt: skip
 
 
-def _pull(w: Wrench, g: Numbers) -> SX:
-    """The sum of both strands' tensions, which pulls the pulleys together."""
+def _sum(w: Wrench, g: Numbers) -> SX:
+    """The sum of both strands' tensions."""
     if PRETENSION.name in g:
         return 2 * g[PRETENSION.name]
     torque = ca.copysign(1.0, g[WRAP.name]) * w["m1"]
     return 2 * g[TENSION.name] - torque / (0.5 * g["module"])  # the module is the diameter of the inboard pulley
 
 
-BAND = wrapped("band", RADIUS.name, (TENSION, PRETENSION, WRAP, RADIUS), None)
-BELT = wrapped("belt", "", (TENSION, PRETENSION, replace(WRAP, derived=True)), _pull)
+BAND = Wrapped(RADIUS.name).element("band", (TENSION, PRETENSION, WRAP, RADIUS))
+BELT = Wrapped(pulls=True).element("belt", (TENSION, PRETENSION, replace(WRAP, derived=True)))
