@@ -113,4 +113,4 @@ def _sum(w: Wrench, g: Numbers) -> SX:
 
 
 BAND = Wrapped(RADIUS.name).element("band", (TENSION, PRETENSION, WRAP, RADIUS))
-BELT = Wrapped(pulls=True).element("belt", (TENSION, PRETENSION, replace(WRAP, derived=True)))
+BELT = Wrapped(pulls=True).element("wrapped pulleys", (TENSION, PRETENSION, replace(WRAP, derived=True)))

@@ -51,8 +51,8 @@ FRICTION_BELT = JointKind(
     name="friction_belt",
     freedoms="sliding of the belt on its pulleys, half the change of the belt's length",
     axes=((slide(E1),), (slide(E2),)),
-    friction="belt",
-    banded="belt",
+    friction="wrapped pulleys",
+    banded="wrapped pulleys",
     rolls=Rolls(touch="wheels", size="radii", opposite=False, choice="crossed"),
     slips=True,
 )
