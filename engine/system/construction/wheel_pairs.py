@@ -131,7 +131,7 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
     derived = REGISTRY[j.type].slips and j.friction is not None and j.friction.wrap_angle is None
     second: Leaf = float(of.teeth[1])
     if REGISTRY[j.type].slips:
-        second = table.scalar(f"joints.{name}.radius_ratio", second, "1")
+        second = table.scalar(f"joints.{name}.radius_ratio", float(of.teeth[1]), "1")
     return Wheels(  # the module is not ``own``: a changed module moves the wheels, so the system must be built again
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), second),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
