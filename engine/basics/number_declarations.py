@@ -87,6 +87,7 @@ class Number:
     example      a value as written in a scene.
     needed       whether the law or element always requires the number.
     needed_with  name of another number; if the scene gives that number, it must give this number too ("": no such rule).
+    derived      whether the scene's geometry gives the number if the scene does not.
     default      value for joints that do not give the number (the scene's ``friction`` group then has this key too).
     not_below    name of another number of the same law or element, which is the lower limit of this number ("": no such limit).
     count        number of values. A cross has two journals: a scene gives one value for both, or a list.
@@ -109,6 +110,7 @@ class Number:
     varies: bool = False
     by_speed: bool = False
     by_load: bool = False
+    derived: bool = False
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):

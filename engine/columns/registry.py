@@ -28,6 +28,7 @@ FILES = (
     "device",
     "latch_state",
     "joint_friction",
+    "band_tension",
     "sliding_state",
     "bristle_deflection",
     "friction_work",

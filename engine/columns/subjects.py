@@ -135,6 +135,11 @@ def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
         yield Subject((j.name, k), _freedom(j, k).words | words, j, k)
 
 
+def _banded(_: int, j: Joint) -> Iterator[Subject]:
+    if j.friction and CONTACTS[j.friction.contact].tensions:
+        yield Subject((j.name, 0), {"joint": j.name}, j)
+
+
 def _pairs(_: int, j: Joint) -> Iterator[Subject]:
     for n, s in enumerate(j.friction.sliders if j.friction else ()):
         yield Subject((s.flag,), {"joint": j.name, "number": str(n + 1)}, j)
@@ -170,6 +175,7 @@ DRIVEN = SubjectType("a driven freedom", "joints", FREEDOM_WORDS, _driven)
 DEVICE = SubjectType("a device", "joints", (*FREEDOM_WORDS, "device", "what", "stem"), _devices, by_freedom=True)
 LATCH = SubjectType("a latch", "joints", FREEDOM_WORDS, _latches, by_freedom=True)
 FRICTION_FREEDOM = SubjectType("a freedom with friction", "joints", (*FREEDOM_WORDS, "what", "place"), _friction_freedoms)
+BANDED = SubjectType("a band or belt", "joints", ("joint",), _banded)
 PAIR = SubjectType("a friction pair", "joints", ("joint", "number"), _pairs)
 BRISTLES = SubjectType("bristles", "joints", (*FREEDOM_WORDS, "radius"), _bristles)
 FRICTION_WORK = SubjectType("a joint's friction", "joints", ("joint", "sense"), _work)

@@ -69,7 +69,7 @@ def add_rows(sym: Symbols, c: Cut) -> None:
     kind = c.joint.kind
     c.rows = [_travel_row(c, k) for k in kind.rows_s] + [_turn_row(c, m, k) for m, k in kind.rows_r]
     if kind.rolls:
-        c.rows.append(rolling_row(sym, c))
+        c.rows += [] if kind.slips else [rolling_row(sym, c)]
         c.made[FREEDOMS] = rolling_freedoms(sym, c) if kind.nv else []
         if kind.rolls.touch == "skew":
             c.Ein = worm_frame(sym, c)

@@ -6,7 +6,7 @@ pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in�
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
@@ -69,12 +69,15 @@ def _row(c: Cut, t: Touch, phi: SX) -> Row:
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
     """The two freedoms of a pair of toothed wheels: the relative rotation (of a worm: the motion along its thread), which makes the
-    flanks slide, and the distance. Each is a ``Row`` of which only the rate, the wrenches and ξ are used."""
+    flanks slide, and the distance. The two freedoms of a belt that may slide: sliding, and half the change of its length. Each is
+    a ``Row`` of which only the rate, the wrenches and ξ are used."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
     of = _sizes(sym, c)
     r1, r2 = of.radii(rolls.touch, ca)
+    if c.joint.kind.slips:
+        return [_row(c, touch, SX(0)) for touch in (_sliding(c, r1, r2), _strands(c, r1, r2))]
     if rolls.touch == "skew":
         at, lead = _pitch(c, r1, r2), SX(of.lead)
         return [at.row(c, SX(0), push) for push in (at.mixed(ca.sin(lead), ca.cos(lead)), at.u)]
@@ -128,6 +131,25 @@ def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
     part = (r1 + r2) / square
     push = (part * across[0], part * (across[1] - rate / square * across[0]))
     return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
+
+
+def _sliding(c: Cut, r1: SX, r2: SX) -> Touch:
+    """Sliding of a belt, positive if the surface of the inboard pulley runs ahead in the sense of e1: the row of the wheels per
+    unit, or its opposite."""
+    made, way = _wheels(c, r1, r2), ca.if_else(r1 < 0, 1.0, -1.0)
+    push, torque_in, torque_out = (_times(way, v) for v in (made.push, made.torque_in, made.torque_out))
+    return replace(made, push=push, torque_in=torque_in, torque_out=torque_out)
+
+
+def _strands(c: Cut, r1: SX, r2: SX) -> Touch:
+    """Equal tensions in both strands of a belt, whose sum is 1. Each strand is inclined to the line of centres by the angle whose
+    sine is (r1 + r2)/distance."""
+    arm_in, arm_out = _arms(c)
+    along, p, square, rate = _between(c)
+    inner = ca.sqrt(square - (r1 + r2) ** 2)
+    part, partdot = inner / square, rate * (0.5 / (inner * square) - inner / square**2)
+    push = (part * p[0], part * p[1] + partdot * p[0])
+    return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), NOTHING, NOTHING)
 
 
 def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:

@@ -259,7 +259,7 @@ def test_a_joint_type_has_as_many_contacts_as_its_contact_element(kind: JointKin
 
 def test_every_contact_element_belongs_to_a_joint_type_and_the_other_way_round() -> None:
     given = {contact.element_of("", k.freely_rubbed, contact.GIVEN) for k in RUBBING} - {""}
-    given |= {k.loaded for k in RUBBING} - {""}
+    given |= {name for k in RUBBING for name in (k.loaded, k.banded)} - {""}
     assert {k.friction for k in RUBBING} | given == set(contact.REGISTRY)
     assert all(k.contacts == 0 for k in joints.REGISTRY.values() if not k.friction)
 

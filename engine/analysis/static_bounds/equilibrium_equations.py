@@ -122,7 +122,8 @@ def statics(scene: Scene) -> Statics:
 
 def _refuse_gears(scene: Scene) -> None:
     """Raise SceneError for gears with friction and for tables of efficiencies: their capacities are not sums of norms."""
-    found = [n for n, j in scene.joints.items() if j.friction is not None and (e := touching(j)) is not None and e.bound]
+    rubbing = {n: e for n, j in scene.joints.items() if j.friction is not None and (e := touching(j)) is not None}
+    found = [n for n, e in rubbing.items() if e.bound and not e.tensions]
     what, hint = "bounds at rest are not available for gears with friction", "remove the friction of the gear for this analysis"
     if found:
         raise SceneError([Problem(f"joints.{n}.friction", what, hint) for n in found])

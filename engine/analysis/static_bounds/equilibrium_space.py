@@ -87,7 +87,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # zero friction at rest
     light = range(st.eta0 - len(st.system.light), st.eta0)  # multipliers that remove an added inertia: zero at rest
     zero = [*light, *smooth]
-    E, e = np.vstack([E, np.eye(E.shape[1])[zero]]), np.append(e, np.zeros(len(zero)))
+    strands, pull = _strands(st, E.shape[1])
+    E, e = np.vstack([E, np.eye(E.shape[1])[zero], strands]), np.concatenate([e, np.zeros(len(zero)), pull])
     origin, null, misses = _solutions(E, e, st.force)
     looks = _force_rows(st, pairs, load)
     seen = looks[:, :-1] @ null
@@ -100,6 +101,21 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     size = float(np.abs(looks[:, :-1] @ origin + looks[:, -1]).max(initial=0.0))
     scale = size if size > 1e-9 * st.force else st.force
     return Space(st, pairs, origin / scale, basis, load, scale, misses)
+
+
+def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """(rows, constants) of the equations of belts: the second multiplier is the sum of the tensions, a linear function of the
+    first."""
+    rows, constants = np.zeros((0, columns)), np.zeros(0)
+    for j in st.joints:
+        found = j.element.contact.tensions
+        if found is None or not j.element.contact.bound:
+            continue
+        none, unit = (sum(map(float, found(eta, j.rubs.sizes))) for eta in (0.0, 1.0))
+        row = np.zeros(columns)
+        row[[st.eta0 + k for k in j.rubs.eta]] = none - unit, 1.0
+        rows, constants = np.vstack([rows, row]), np.append(constants, -none)
+    return rows, constants
 
 
 def _solutions(E: np.ndarray, e: np.ndarray, force: float) -> tuple[np.ndarray, np.ndarray, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import Number, checked_numbers
@@ -203,6 +203,10 @@ class ContactElement:
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    names of the components of f_c that end faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
+    one_of     names of sizes of which a scene gives exactly one.
+    tensions   (η along the first freedom, numbers) → tensions at both ends of a band, N, as expressions or plain numbers; None
+               if there is no band.
+    scaled     whether, without contacts, the law's coefficient scales the friction that other numbers give, and is 1 by default.
     count      number of contacts; 0 if friction is independent of the load.
     springs    number of entries that ``pressed`` returns.
     drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
@@ -233,6 +237,9 @@ class ContactElement:
     frame: str = "pin"
     bound: tuple[int, ...] = ()
     plays: tuple[Play, ...] = ()
+    one_of: tuple[str, ...] = ()
+    tensions: Callable[[Any, Mapping[str, Any]], list[Any]] | None = None
+    scaled: bool = True
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
 

@@ -12,6 +12,7 @@ from trunnion.elements.contact.constant_friction import BOTH, CROSSED, SLIDING, 
 from trunnion.elements.contact.contact_element import ContactElement
 from trunnion.elements.contact.journal import PRELOAD
 from trunnion.elements.contact.loaded_joint import LOADED, LOADED_BACK
+from trunnion.elements.contact.wrapped_band import BAND
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
 
@@ -46,6 +47,8 @@ ELEMENTS = (
     "gear_unit.GEAR_UNIT",
     "loaded_joint.LOADED_HINGE",
     "loaded_joint.LOADED_GUIDE",
+    "wrapped_band.BAND",
+    "wrapped_band.BELT",
     "constant_friction.TURNING",
     "constant_friction.SLIDING",
     "constant_friction.BOTH",
@@ -59,6 +62,9 @@ GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].s
 
 BY_LOAD = frozenset((LOADED.name, LOADED_BACK.name))
 """Names of the numbers that give a joint friction that depends on the transmitted torque or force."""
+
+WRAPPED = frozenset(s.name for s in BAND.sizes)
+"""Names of the numbers that give a joint the friction of a band or belt."""
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:

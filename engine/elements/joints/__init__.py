@@ -24,6 +24,7 @@ TYPES = (
     "wheel_pairs.BEVEL",
     "wheel_pairs.RACK",
     "wheel_pairs.BELT",
+    "wheel_pairs.FRICTION_BELT",
     "worm.WORM",
     "cam_and_curve_followers.CAM",
     "cam_and_curve_followers.FLAT_CAM",

@@ -46,7 +46,7 @@ def registered(*kinds: JointKind) -> dict[str, JointKind]:
 def faults(kind: JointKind) -> list[str]:
     """Faults of a declaration. The numerical checks run only if the numbers of freedoms, rows and coordinates are consistent."""
     if kind.bodiless:
-        return ["a joint that carries no body must have exactly one row"] if kind.rows != 1 else []
+        return ["a joint that carries no body must have exactly one row"] if kind.rows != 1 - kind.slips else []
     sizes = list(_sizes(kind))
     return sizes or [*_place(kind), *_motion(kind), *_rows(kind)]
 

@@ -47,7 +47,7 @@ class Rolls:
               wheel and a rack
     wheels    number of wheels
     apart     whether the joint's two points are different (the wheels' centres); otherwise they coincide
-    size      key of the tooth size in a scene
+    size      key of the tooth size in a scene; "radii" for wheels without teeth
     opposite  whether the wheels turn in opposite senses
     choice    key that reverses ``opposite``; "" if there is no such key
     """
@@ -55,7 +55,7 @@ class Rolls:
     touch: Literal["wheels", "cones", "skew", "straight"]
     wheels: int = 2
     apart: bool = True
-    size: Literal["module", "pitch"] = "module"
+    size: Literal["module", "pitch", "radii"] = "module"
     opposite: bool = True
     choice: Literal["", "internal", "crossed"] = ""
 
@@ -90,7 +90,9 @@ class JointKind:
     contacts     number of contacts of this element.
     loaded       name of the contact element whose friction depends on what the joint transmits along its only freedom, e1; "" if
                  the type has none.
+    banded       name of the contact element of a band or belt around parts of the joint; "" if the type has none.
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
+    slips        whether the wheels may slide. The joint then has no row; its first freedom is the sliding.
     follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
                  inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
     keeps_distance
@@ -110,7 +112,9 @@ class JointKind:
     friction: str = ""
     contacts: int = 0
     loaded: str = ""
+    banded: str = ""
     rolls: Rolls | None = None
+    slips: bool = False
     follows: Literal["", "point", "face", "curve", "freedom"] = ""
     keeps_distance: bool = False
 
@@ -142,7 +146,7 @@ class JointKind:
     @property
     def travels(self) -> int:
         """Number of constraint rows with a residual in m. These rows are the first of ``rows``."""
-        return len(self.rows_s) + self.bodiless
+        return len(self.rows_s) + (self.bodiless and not self.slips)
 
     @property
     def cuttable(self) -> bool:

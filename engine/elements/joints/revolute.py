@@ -14,4 +14,5 @@ REVOLUTE = JointKind(
     friction="journal",
     contacts=2,
     loaded="loaded hinge",
+    banded="band",
 )

@@ -47,6 +47,16 @@ BELT = JointKind(
     freedoms="two pulleys about parallel axes e1, each about its point",
     rolls=Rolls(touch="wheels", size="pitch", opposite=False, choice="crossed"),
 )
+FRICTION_BELT = JointKind(
+    name="friction_belt",
+    freedoms="sliding of the belt on its pulleys, half the change of the belt's length",
+    axes=((slide(E1),), (slide(E2),)),
+    friction="wrapped pulleys",
+    banded="wrapped pulleys",
+    rolls=Rolls(touch="wheels", size="radii", opposite=False, choice="crossed"),
+    slips=True,
+)
+"""A flat belt or V-belt, which holds by friction only: the difference of its strands' tensions acts between the pulleys."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from itertools import chain, combinations, product
 from typing import Any
 
 from trunnion.basics.number_declarations import Number
+from trunnion.columns.declaration import ColumnKind
 from trunnion.columns.operands import CONTACT_REACTION, FRICTION, JOINT_MULTIPLIERS, JOINT_RATES, REACTION_ARM
 from trunnion.columns.registry import CONTACT, REGISTRY
 from trunnion.elements.contact import GIVEN, element_of
@@ -115,19 +116,19 @@ def _small() -> Iterator[Recipe]:
 
 
 def _columns() -> Iterator[Recipe]:
-    """Columns with an expression, except contact columns (``_contacts``)."""
+    """Columns with an expression, except those of a joint's friction (``_contacts``)."""
     for kind in REGISTRY.values():
-        if not kind.selects and kind is not CONTACT:
+        if not kind.selects and FRICTION not in kind.operands.values():
             arms = [PINS if o is REACTION_ARM else (None,) for o in kind.operands.values()]
             yield from (("column_primitives", "column", kind.name, structures) for structures in product(*arms))
 
 
-def _contacts(which: FrictionKey) -> Recipe:
-    """Contact columns of a joint with this friction."""
+def _contacts(which: FrictionKey, column: ColumnKind = CONTACT) -> Recipe:
+    """Contact columns of a joint with this friction, or another column of its friction."""
     joint = which.joint
     nv, reaction = joint.kind.nv, len(everything(joint))
     sizes = {CONTACT_REACTION: reaction, JOINT_RATES: nv, JOINT_MULTIPLIERS: nv, FRICTION: which}
-    return "column_primitives", "column", CONTACT.name, tuple(sizes.get(o) for o in CONTACT.operands.values())
+    return "column_primitives", "column", column.name, tuple(sizes.get(o) for o in column.operands.values())
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
@@ -165,7 +166,8 @@ def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
 def _cuts() -> Iterator[Recipe]:
     for kind in JOINTS.values():
         if kind.cuttable and kind.follows != "freedom":
-            yield from (("loop_joint", "cut", kind.name, *each) for each in product(("", "inb", "out"), BARE))
+            variants = ("",) if kind.slips else BARE
+            yield from (("loop_joint", "cut", kind.name, *each) for each in product(("", "inb", "out"), variants))
         if kind.follows and kind.follows != "freedom":
             yield from (("loop_joint", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
         for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
@@ -183,9 +185,10 @@ def _frictions() -> Iterator[Recipe]:
                     yield from _rubbing(_of(kind, kind.friction, law, adams, Fit(pin_out, OVERLAP), names))
             for law in (law for law in LAWS if given and LAWS[law].sets):
                 yield from (x for names in numbers(law, given) for x in _rubbing(_of(kind, given, law, False, Fit(), names)))
-            for law, pin_out in product((law for law in LAWS if kind.loaded and LAWS[law].sets), SIDES):
-                for names in numbers(law, kind.loaded):
-                    yield from _rubbing(_of(kind, kind.loaded, law, False, Fit(pin_out), names))
+            for law, other in product((law for law in LAWS if LAWS[law].sets), (kind.loaded, kind.banded)):
+                for names in numbers(law, other) if other and other != kind.friction else ():
+                    for pin_out in SIDES[: 1 + bool(CONTACTS[other].needs(names, False))]:
+                        yield from _rubbing(_of(kind, other, law, False, Fit(pin_out), names))
 
 
 def _laws(kind: JointKind) -> list[str]:
@@ -219,6 +222,8 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
     declared = [*LAWS[law].numbers, *(s for s in sizes if usual or s.name != PRELOAD.name)]
     always = {n.name for n in declared if preloads(n, law, adams)}
     found = [tuple(label for n in given for label in n.labels) for given in _given(declared, always)]
+    if one := set(CONTACTS[contact].one_of):
+        found = [names for names in found if len(one & set(names)) == 1]
     if not usual or law != Coulomb.name:
         return found
     curve = ("mu", *(name for pair in BY_SPEED for name in pair))
@@ -263,6 +268,8 @@ def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
     if CONTACTS[friction.contact].count:
         yield "friction", "pressed", which, False
         yield _contacts(which)
+    if CONTACTS[friction.contact].tensions:
+        yield _contacts(which, REGISTRY["band_tension"])
     if law.bristles:
         yield "friction", "drift", which
     if not which.needs:

@@ -9,7 +9,7 @@ from trunnion.elements.contact import GIVEN, ContactElement, Size, element_of, s
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import FIXED, OVERLAP
 from trunnion.elements.contact.journal import PRELOAD
-from trunnion.elements.contact.registry import BY_LOAD
+from trunnion.elements.contact.registry import BY_LOAD, WRAPPED
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Friction, Joint, Scene
@@ -37,6 +37,9 @@ def _impossible(j: Joint, f: Friction) -> tuple[str, str]:
     """(cause, hint) for a joint whose type does not support the given kind of friction."""
     if REGISTRY[j.type].keeps_distance:
         return f"the ends of a {j.type} are ideal", "for friction, replace it by a body with a spherical joint at each end"
+    if WRAPPED & named(f):
+        able = ", ".join(k.name for k in REGISTRY.values() if k.banded)
+        return f"no band or belt is wrapped around parts of a {j.type} joint", f"joints that support it: {able}"
     if BY_LOAD & named(f):
         able = ", ".join(k.name for k in REGISTRY.values() if k.loaded)
         what = f"a {j.type} joint has no friction that depends on the transmitted load ({' or '.join(sorted(BY_LOAD))})"
@@ -65,8 +68,10 @@ def _ended(s: Size, ends: str) -> bool:
 
 def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterator[Finding]:
     own = {s.name: s for s in element.sizes if s.ends in ("", OVERLAP if j.ends == OVERLAP else FIXED)}
-    needed = [s.name for s in own.values() if s.needed]
+    needed = [s.name for s in own.values() if s.needed and not s.derived]
     what = "constant friction" if is_constant(element) else "friction"
+    if element.one_of and sum(getattr(f, name) is not None for name in element.one_of) != 1:
+        yield Finding(path, f"{what} of a {j.type} joint needs either {' or '.join(element.one_of)}", own[element.one_of[0]].hint)
     for name in needed:
         if getattr(f, name) is None:
             said = f"{what} of a {j.type} joint needs {' and '.join(needed)}: {name} is missing"

@@ -19,6 +19,9 @@ def check(scene: Scene) -> Iterator[Finding]:
     """All findings about wheels."""
     for name, j in scene.joints.items():
         path: Path = ("joints", name)
+        if REGISTRY[j.type].slips and j.friction is None:
+            hint = "for example friction: {mu: 0.3, pretension: 300 N}; a belt that does not slide is of type belt"
+            yield Finding((*path, "friction"), f"a {j.type} holds by friction alone, which is missing", hint)
         if not REGISTRY[j.type].rolls:
             rolling = ", ".join(k.name for k in REGISTRY.values() if k.rolls)
             for key in OWN:
@@ -49,6 +52,11 @@ def _sized(path: Path, j: Joint) -> Iterator[Finding]:
     step, count = rolls_of(j).size, rolls_of(j).wheels
     usual = "teeth: [20, 40]" if count == 2 else "teeth: [20]"
     hint = f"{usual} and {step}: 2 mm, or radii"
+    if step == "radii":
+        hint = "radii: [50 mm, 100 mm]"
+        if j.teeth is not None or j.radii is None:
+            yield Finding((*path, "radii"), f"a {j.type} has no teeth: it needs its radii", hint)
+            return
     if (j.teeth is None) == (j.radii is None):
         yield Finding(path, f"a {j.type} needs {'either teeth or radii, not both' if j.teeth else 'its teeth or radii'}", hint)
         return
@@ -68,7 +76,7 @@ def _sized(path: Path, j: Joint) -> Iterator[Finding]:
         for k, z in enumerate(given):
             if abs(float(z) - round(float(z))) > WHOLE or not float(z) > 0.5:
                 yield Finding((*path, key, k), f"{float(z):g} is not a valid number of teeth", "give a whole number, at least 1")
-    elif all(float(r) > 0.0 for r in given) and counted(tuple(map(float, given))) is None:
+    elif step != "radii" and all(float(r) > 0.0 for r in given) and counted(tuple(map(float, given))) is None:
         what = f"the ratio of the radii is not a ratio of whole numbers up to {FINEST}"
         yield Finding((*path, key), what, "give teeth, or radii with a simpler ratio")
     if j.internal and count == 2 and float(given[0]) == float(given[1]):

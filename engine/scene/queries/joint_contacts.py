@@ -7,7 +7,7 @@ from dataclasses import fields
 from trunnion.basics.number_declarations import Number
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement, element_of
-from trunnion.elements.contact.registry import BY_LOAD, CONSTANT
+from trunnion.elements.contact.registry import BY_LOAD, CONSTANT, WRAPPED
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.joints import Friction, Joint
@@ -34,8 +34,9 @@ def touching(j: Joint) -> ContactElement | None:
     """The contact element of a joint with friction; None if the joint type does not support this friction."""
     assert j.friction is not None
     kind = REGISTRY[j.type]
-    if BY_LOAD & named(j.friction):
-        return CONTACTS.get(kind.loaded)
+    for names, element in ((BY_LOAD, kind.loaded), (WRAPPED, kind.banded)):
+        if names & named(j.friction):
+            return CONTACTS.get(element)
     return CONTACTS.get(element_of(kind.friction, kind.freely_rubbed, named(j.friction)))
 
 
@@ -47,4 +48,4 @@ def is_constant(element: ContactElement) -> bool:
 def given(element: ContactElement | None, n: Number, law: str) -> bool:
     """Whether number n of a law defaults to 1. The default is 1 for friction without contacts, where the coefficient scales the
     friction that other numbers give."""
-    return element is not None and not element.count and n.name == LAWS[law].scale and n.unit == "1"
+    return element is not None and not element.count and element.scaled and n.name == LAWS[law].scale and n.unit == "1"

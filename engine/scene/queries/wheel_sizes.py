@@ -48,6 +48,9 @@ def outer(j: Joint) -> tuple[int, int]:
 def sizes(j: Joint) -> Sizes:
     """Module, m, and signed numbers of teeth of a checked pair. The rack in a pair of wheel and rack has the number 0."""
     count = rolls_of(j).wheels
+    if REGISTRY[j.type].slips:
+        (one, two), sense = map(float, j.radii or (1.0, 1.0)), outer(j)
+        return Sizes(2 * one, (float(sense[0]), sense[1] * two / one))
     if j.teeth is not None:
         teeth = tuple(round(float(z)) for z in j.teeth)
         module = j.module if j.module is not None else (j.pitch or 0.0) / math.pi

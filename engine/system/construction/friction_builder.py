@@ -57,6 +57,8 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
         if value is None and given(contact, n, law):
             numbers.append((n.name, table.scalar(f"joints.{j.name}.friction.{n.name}", 1.0, n.unit)))
         if value is None:
+            if n.derived and j.wheels is not None and j.wheels.wrap is not None:
+                numbers.append((n.name, j.wheels.wrap))
             if preloads(n, law, scene.normal_force_of(f) == "adams"):
                 numbers += [(label, 0.0) for label in n.labels]
             continue

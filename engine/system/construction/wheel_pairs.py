@@ -11,7 +11,7 @@ import numpy as np
 from trunnion.basics.problems import Problem
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric
-from trunnion.elements.joints.wheel_pairs import phase
+from trunnion.elements.joints.wheel_pairs import Sizes, phase
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import JointSide, sides_of
 from trunnion.scene.queries.body_references import GROUND, body_of
@@ -19,7 +19,7 @@ from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import Spanning
 from trunnion.system.structure.coupling_joint_data import Wheels
-from trunnion.system.structure.parameter_table import ParameterTable
+from trunnion.system.structure.parameter_table import Leaf, ParameterTable
 
 ASKEW = 1e-9
 """Two directions count as parallel or perpendicular if the sine of their angular deviation is below this value."""
@@ -113,7 +113,7 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
         return
     apart = float(np.linalg.norm(s - (s @ a) * a))
     wanted = abs(r1 + r2)
-    if rolls.size == "pitch":
+    if rolls.size != "module":
         if apart <= NEAR * size or apart < abs(r1 + r2) * (1 - NEAR):
             yield f"the axes of its pulleys are {apart:.3g} m apart, less than {wanted:.3g} m", "move the pulleys apart"
     elif abs(apart - wanted) > NEAR * size:
@@ -128,8 +128,19 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
     of = sizes(j)
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     met = phase(rolls_of(j).touch, Ea.T.tolist(), Eb.T.tolist(), (pb - pa).tolist(), of, Numeric)
+    derived = REGISTRY[j.type].slips and j.friction is not None and j.friction.wrap_angle is None
+    second: Leaf = float(of.teeth[1])
+    if REGISTRY[j.type].slips:
+        second = table.scalar(f"joints.{name}.radius_ratio", float(of.teeth[1]), "1")
     return Wheels(  # the module is not ``own``: a changed module moves the wheels, so the system must be built again
-        table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), float(of.teeth[1])),
+        table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), second),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
         table.scalar(f"joints.{name}.lead_angle", of.lead, "rad") if rolls_of(j).touch == "skew" else None,
+        table.scalar(f"joints.{name}.friction.wrap_angle", _wrap(Ea[:, 0], pb - pa, of), "rad") if derived else None,
     )  # fmt: skip
+
+
+def _wrap(a: np.ndarray, s: np.ndarray, of: Sizes) -> float:
+    """Angle of wrap about the smaller pulley, rad: π less the inclination of both strands, or plus it if the belt is crossed."""
+    r1, r2 = of.radii("wheels", Numeric)
+    return math.pi + 2 * math.asin((r1 + r2) / float(np.linalg.norm(s - (s @ a) * a)))

@@ -16,12 +16,14 @@ class Wheels:
     module   pitch diameter divided by number of teeth, m.
     teeth    signed numbers of teeth of the inboard and the outboard wheel.
     phase    value of ``elements.joints.wheel_pairs.phase`` at which the wheels mesh, rad.
-    lead     only of a worm: its lead angle, rad."""
+    lead     only of a worm: its lead angle, rad.
+    wrap     only of a belt that may slide: angle of wrap about the smaller pulley, rad."""
 
     module: Leaf
     teeth: tuple[Leaf, Leaf]
     phase: Leaf
     lead: Leaf | None = None
+    wrap: Leaf | None = None
 
 
 @dataclass(frozen=True)
