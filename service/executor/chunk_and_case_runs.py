@@ -22,12 +22,14 @@ from trunnion.basics.interrupts import watched
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Runner, Stopped
 from trunnion.scene.scene_loader import scene_from_dict
+from trunnion.service.basics.engine_build import engine_build
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
 from trunnion.service.executor.part_tallies import is_tallied, write_tally
+from trunnion.service.executor.part_versions import computed_by
 from trunnion.service.request_models.job_request import plan_of_document
 
 if TYPE_CHECKING:
@@ -63,7 +65,8 @@ def run_chunk(
     start, stop = piece.start, piece.stop
     there = parts.part_outcomes(piece)
     if there is not None:
-        return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _worker_name()}
+        about = {"bytes": there[1], "worker": _worker_name(), "version": there[2]}
+        return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, **about}
     runner = _cached_runner(parts, piece.job, piece.document)
     built, stepped, began = runner.build_seconds, runner.seconds, time.thread_time()
     watch = ChunkMonitor(parts, piece.job, seconds, longest, pause)
@@ -78,7 +81,8 @@ def run_chunk(
     size = _write_results(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
     build = runner.build_seconds - built
     spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
-    return {"counts": count_by(table), "bytes": size, "worker": _worker_name(), "reached": reached, **spent}
+    about = {"worker": _worker_name(), "version": engine_build()}
+    return {"counts": count_by(table), "bytes": size, "reached": reached, **about, **spent}
 
 
 def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
@@ -89,7 +93,7 @@ def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitR
         size = parts.write_rows(piece, kept)
     if is_tallied(runner.plan):
         size += write_tally(parts, piece, runner.plan, table)
-    return size + parts.write_part(piece, table)
+    return size + parts.write_part(piece, computed_by(table, engine_build()))
 
 
 def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:

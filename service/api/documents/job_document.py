@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from datetime import UTC, datetime
 from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from trunnion.basics.renamed_words import OUTCOMES
 from trunnion.service.api.documents.problem_documents import ProblemItem
 from trunnion.service.store.store_records import Job
 from trunnion.service.store.table_definitions import ENDED
@@ -109,15 +111,24 @@ def job_document(j: Job, told: str = "") -> dict[str, Any]:
     place = f"/v1/jobs/{j.id}"
     return {
         **{name: getattr(j, name) for name in COPIED},
-        **{name: rfc3339(getattr(j, name)) for name in ("created", "started", "finished")},
+        **{name: rfc3339(getattr(j, name)) for name in ("created", "started")},
+        "finished": rfc3339(j.finished) if j.state in ENDED else None,
         "stage": stage_of(j, told),
         "tags": j.tags,
-        "outcomes": j.counts,
+        "outcomes": current_counts(j.counts),
         "progress": (j.done + j.lost) / j.cases,
         "eta_seconds": 0.0 if j.state in ENDED else eta,
         "stepping_seconds": j.seconds,
         "links": {"self": place, "request": f"{place}/request", "results": f"{place}/results", "events": f"{place}/events"},
     }
+
+
+def current_counts(counts: dict[str, int]) -> dict[str, int]:
+    """Numbers of cases by outcome, with the current names of outcomes."""
+    found: Counter[str] = Counter()
+    for name, n in counts.items():
+        found[OUTCOMES.get(name, name)] += n
+    return dict(found)
 
 
 def remaining_seconds(j: Job, now: float) -> float | None:

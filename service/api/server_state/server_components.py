@@ -27,6 +27,7 @@ from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.dask_cluster import Cluster
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
+from trunnion.service.executor.part_adoption import adopt_parts
 from trunnion.service.executor.webhooks import WebhookSender
 from trunnion.service.request_workers.worker_processes import WorkerPool
 from trunnion.service.store.database_connection import Unreachable
@@ -144,6 +145,7 @@ def create_service(settings: Settings) -> Service:
             parts.check()
         except OSError as e:
             raise SceneError([Problem("--results", f"{parts.root} {write_error_text(e)}", "choose another folder")]) from e
+    adopt_parts(store, parts)
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     memory = settings.limits.memory

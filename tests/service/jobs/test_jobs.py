@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import trunnion
-from tests.service.http_servers import MU, SMALL, InProcess
+from tests.service.http_servers import MU, SMALL, InProcess, as_stored
 
 KEEP = SMALL["reductions"]
 
@@ -124,7 +124,7 @@ def test_lists_samples_and_yaml_scenes_are_taken(server: InProcess) -> None:
     whole = trunnion.sweep(
         "spherical_pendulum", sample={MU: (0.1, 0.6)}, count=12, seed=5, sampling="random", reductions=KEEP, until=0.2
     )
-    assert server.rows(job) == [list(r.values()) for r in whole.table.to_pylist()]
+    assert server.rows(job) == [list(r.values()) for r in as_stored(whole.table).to_pylist()]
 
 
 def test_a_cancelled_job_keeps_the_rows_it_has(server: InProcess) -> None:
