@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from trunnion.analysis.studies.box_refinement import OUTCOME
+from trunnion.analysis.studies.case_rounds import REVISION
 from trunnion.analysis.studies.evolution_strategy import GOALS
 from trunnion.analysis.studies.request import LEAST, MOST, MOST_REFINED, TOLERANCES, StudyRequest
 from trunnion.basics.renamed_words import SETTINGS, current
@@ -75,6 +76,9 @@ class Sample(RequestModel):
 
 
 Bounds = dict[Path, tuple[Number, Number]]
+Revision = Annotated[
+    int, Field(ge=1, le=REVISION, description="Revision of the search. A stored request keeps the revision that chose its cases.")
+]
 
 
 class Optimise(RequestModel):
@@ -93,6 +97,7 @@ class Optimise(RequestModel):
     tolerance: float = Field(
         1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Tolerance of the optimal numbers, relative to their ranges."
     )
+    revision: Revision = REVISION
 
 
 class Refine(RequestModel):
@@ -106,6 +111,7 @@ class Refine(RequestModel):
     tolerance: float = Field(
         1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Width of the interval of a located change, relative to the ranges."
     )
+    revision: Revision = REVISION
 
 
 def study_request(asked: Mapping[str, Any]) -> StudyRequest | None:
@@ -113,7 +119,8 @@ def study_request(asked: Mapping[str, Any]) -> StudyRequest | None:
     if (best := asked.get("optimise")) is not None:
         goals = {name: best[name] for name in GOALS if best.get(name) is not None}
         rest = {name: best[name] for name in ("cases", "seed", "tolerance")}
-        return StudyRequest("optimise", best["bounds"], goals, best["within"], **rest)
+        return StudyRequest("optimise", best["bounds"], goals, best["within"], revision=best.get("revision", 1), **rest)
     if (where := asked.get("refine")) is not None:
-        return StudyRequest("refine", where["bounds"], of=where["of"], cases=where["cases"], tolerance=where["tolerance"])
+        rest = {name: where[name] for name in ("of", "cases", "tolerance")}
+        return StudyRequest("refine", where["bounds"], revision=where.get("revision", 1), **rest)
     return None

@@ -297,7 +297,8 @@ def identity_of(request: JobRequest) -> str:
     """The digest of a request. It is computed with the deprecated names of fields, so that an idempotency key stays valid after an
     update of the server."""
     before = {new: old for old, new in SETTINGS.items()}
-    return digest({before.get(name, name): value for name, value in request.model_dump(mode="json").items()})
+    asked = request.model_dump(mode="json", exclude={"optimise": {"revision"}, "refine": {"revision"}})
+    return digest({before.get(name, name): value for name, value in asked.items()})
 
 
 def plan_of_document(document: dict[str, Any]) -> Plan:
