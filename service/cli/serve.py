@@ -9,6 +9,8 @@ import os
 import socket
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,6 +20,7 @@ import typer
 from trunnion.basics.optional_packages import absent
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import SETTINGS, current
+from trunnion.basics.shown_text import visible
 from trunnion.service.basics.server_settings import Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
@@ -128,9 +131,20 @@ def command(
         webhook_secret=os.environ.get("TRUNNION_WEBHOOK_SECRET", ""),
     )  # fmt: skip
     try:
-        return make_key(settings, new_key) if new_key else run_server(settings)
+        with private_files():
+            return make_key(settings, new_key) if new_key else run_server(settings)
     except Unreachable as e:
         raise SimulationError(f"the database cannot be used: {e}") from e
+
+
+@contextmanager
+def private_files() -> Iterator[None]:
+    """Within this block, this process and its workers create files and folders that other accounts cannot read."""
+    before = os.umask(0o077)
+    try:
+        yield
+    finally:
+        os.umask(before)
 
 
 def certificates_of(scheduler: str, *files: Path | None) -> dict[str, str] | None:
@@ -195,7 +209,7 @@ def make_key(settings: Settings, text: str) -> int:
     from trunnion.service.store.job_store import Store
 
     name, _, role = text.rpartition(":")
-    if not name or role not in ROLES:
+    if not name or role not in ROLES or visible(name) != name:
         raise SceneError([Problem("--new-key", f"{text!r} is not NAME:ROLE", f"ROLE is one of {', '.join(ROLES)}")])
     make_data_folder(settings)
     store = Store(settings.database_url)
