@@ -12,8 +12,10 @@ from pydantic import BaseModel, ValidationError
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import deprecation_notes
+from trunnion.basics.shown_text import visible
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.server_settings import Limits
+from trunnion.service.executor.part_versions import with_version
 from trunnion.service.request_models.job_request import JobRequest, SceneSource, document_of, identity_of, plan_of_request, scene_of
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest, SensitivityRequest, plain
 
@@ -92,7 +94,7 @@ def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:
     """JSON of the number of cases and the columns of a job."""
     made = plan_of_request(read_request(JobRequest, body, media), limits)
-    return text_of({"cases": made.cases.count, "columns": made.schema.names})
+    return text_of({"cases": made.cases.count, "columns": with_version(made.schema).names})
 
 
 def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
@@ -105,7 +107,7 @@ def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
     made = plan_of_request(request, limits)
     return {
         "digest": identity_of(request),
-        "scene": "".join(c for c in made.scene.name if c.isprintable())[:200],
+        "scene": visible(made.scene.name)[:200],
         "label": request.label,
         "tags": request.tags,
         "notify": request.notify,

@@ -10,11 +10,12 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from trunnion.basics.renamed_words import OUTCOMES
+from trunnion.basics.shown_text import visible
 from trunnion.service.api.documents.problem_documents import ProblemItem
 from trunnion.service.store.store_records import Job
 from trunnion.service.store.table_definitions import ENDED
 
-COPIED = ("id", "state", "scene", "label", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")
+COPIED = ("id", "state", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")
 """Fields of a job record that the document contains without change."""
 State = Literal["queued", "running", "cancelling", "done", "failed", "cancelled"]
 EXAMPLE_JOB: dict[str, Any] = {
@@ -111,10 +112,11 @@ def job_document(j: Job, told: str = "") -> dict[str, Any]:
     place = f"/v1/jobs/{j.id}"
     return {
         **{name: getattr(j, name) for name in COPIED},
+        **{name: visible(getattr(j, name)) for name in ("scene", "label")},
         **{name: rfc3339(getattr(j, name)) for name in ("created", "started")},
         "finished": rfc3339(j.finished) if j.state in ENDED else None,
         "stage": stage_of(j, told),
-        "tags": j.tags,
+        "tags": [visible(tag) for tag in j.tags],
         "outcomes": current_counts(j.counts),
         "progress": (j.done + j.lost) / j.cases,
         "eta_seconds": 0.0 if j.state in ENDED else eta,
