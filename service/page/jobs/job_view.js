@@ -14,17 +14,32 @@ import { learn } from "../basics/axis_labels.js";
 const GROW = 2000; // shortest time between two updates of a running job's rows, ms
 const STAGES = [["waiting", "Waiting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
 let job = null, source = null, table = null, next = 0, seen = new Set();
+const unsent = new Set(); // jobs whose cancellation did not reach the server
 
 export function begin() {
   over.begin();
   questions.begin();
   cases.begin();
-  $("cancel").addEventListener("click", () => ask("DELETE", `/v1/jobs/${job.id}`).then(update).catch(wrong));
+  $("cancel").addEventListener("click", () => cancel(job.id));
   $("edit").addEventListener("click", () => router.go(`/?from=${job.id}`));
   $("rerun").addEventListener("click", () => ask("POST", `/v1/jobs/${job.id}/rerun`, {}).then((j) => router.go(`/jobs/${j.id}`)).catch(wrong));
   $("remove").addEventListener("click", () => { if (confirm("Delete this job with all its results?")) ask("DELETE", `/v1/jobs/${job.id}?purge=true`).then(() => router.go("/jobs")).catch(wrong); });
   charts.onScheme(() => { if (table) update(job); });
+  onReturn(() => { for (const id of unsent) cancel(id); });
   onReturn(() => { if (router.here() === "job" && job) reload().catch(wrong); });
+}
+
+// Cancels a job. If the server does not answer, the request is repeated when it answers again.
+async function cancel(id) {
+  unsent.delete(id);
+  try {
+    const now = await ask("DELETE", `/v1/jobs/${id}`);
+    if (id === job?.id) { $("trouble").textContent = ""; update(now); }
+  } catch (e) {
+    if (e.status) { wrong(e); return; }
+    unsent.add(id);
+    if (id === job?.id) $("trouble").textContent = "The job will be cancelled as soon as the server answers.";
+  }
 }
 
 export async function enter(query, id) {
