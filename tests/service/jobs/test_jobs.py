@@ -29,7 +29,7 @@ def small(server: InProcess) -> str:
 @pytest.fixture(scope="module")
 def expected() -> pa.Table:
     """What ``trunnion.sweep`` gives for the same batch."""
-    return trunnion.sweep("spherical_pendulum", SMALL["vary"], reductions=KEEP, until=0.5).table
+    return as_stored(trunnion.sweep("spherical_pendulum", SMALL["vary"], reductions=KEEP, until=0.5).table)
 
 
 def test_a_submission_is_accepted_with_its_place_and_the_job_says_how_it_goes(server: InProcess, small: str) -> None:
