@@ -21,7 +21,7 @@ from trunnion.basics.optional_packages import absent
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import SETTINGS, current
 from trunnion.basics.shown_text import visible
-from trunnion.service.basics.server_settings import Limits, Settings
+from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
 """Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
@@ -86,7 +86,7 @@ NewKey = Annotated[
     typer.Option(
         "--new-key",
         metavar="NAME:ROLE",
-        help="Create and print an API key, without starting the server; ROLE: read, submit or admin.",
+        help="Create and print an API key, without starting the server; ROLE: read, submit or admin. Every key reads all jobs.",
     ),
 ]
 
@@ -199,6 +199,9 @@ def kept_for(text: str) -> float:
         seconds = -1.0
     if not 0.0 <= seconds < float("inf"):
         raise SceneError([Problem("--keep", f"{text!r} is not a time", "such as 30d, 12h or 45m")])
+    if 0.0 < seconds < KEEP_PERIOD:
+        what = f"{text} is shorter than the {KEEP_PERIOD / 60.0:g} min after which the server looks for expired jobs"
+        raise SceneError([Problem("--keep", what, "give a longer time")])
     return seconds
 
 

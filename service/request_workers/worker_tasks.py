@@ -18,6 +18,7 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.executor.part_versions import with_version
 from trunnion.service.request_models.job_request import JobRequest, SceneSource, document_of, identity_of, plan_of_request, scene_of
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest, SensitivityRequest, plain
+from trunnion.service.request_models.validation_words import problem_of
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -41,14 +42,9 @@ def validate_request(model: type[M], data: Any) -> M:
     try:
         return model.model_validate(data)
     except ValidationError as e:
-        raise SceneError(map(_of_validation, e.errors(include_url=False, include_input=False))) from None
+        raise SceneError(map(problem_of, e.errors(include_url=False))) from None
     except RecursionError:
         raise SceneError([Problem("body", "the body is nested too deeply")]) from None
-
-
-def _of_validation(e: Any) -> Problem:
-    """The problem for a pydantic error."""
-    return Problem(".".join(map(str, e["loc"]))[:300] or "body", str(e["msg"])[:500])
 
 
 def check_scene(body: bytes, media: str, limits: Limits) -> bytes:

@@ -68,10 +68,10 @@ class JobDocument(BaseModel):
     outcomes: dict[str, int] = Field(description="Rows by outcome.")
     progress: float = Field(ge=0, le=1)
     eta_seconds: float | None = Field(description="Estimated seconds until the job is done.")
-    stepping_seconds: float = Field(description="Computing time of the time integration, summed over all workers.")
-    build_seconds: float
+    stepping_seconds: float = Field(description="Processor time of the time integration, summed over all workers.")
+    build_seconds: float = Field(description="Processor time of building, with compilers, summed over all workers.")
     bytes: int = Field(description="Size of the stored results.")
-    budget: float = Field(description="Seconds of computing time allowed.")
+    budget: float = Field(description="Allowed processor time, s.")
     problems: list[ProblemItem]
     links: dict[str, str]
 
