@@ -137,8 +137,9 @@ def _build_study(
     if problems:
         return None
     if wanted.kind == "refine":
-        own_rules = {"most": wanted.cases, "tolerance": wanted.tolerance, "revision": wanted.revision}
-        return BoxRefinement(paths, units, low, high, wanted.of, **own_rules)
+        return BoxRefinement(
+            paths, units, low, high, wanted.of, most=wanted.cases, tolerance=wanted.tolerance, revision=wanted.revision
+        )
     ((goal, given),) = wanted.goals.items()
     of, target = (given, 0.0) if isinstance(given, str) else (given[0], bound(given[1], kept[given[0]], "reach", problems))
     within: list[tuple[str, float, float]] = []
