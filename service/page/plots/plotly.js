@@ -83,4 +83,4 @@ export function points(rows, at, x, y, text, chosen) {
   });
 }
 
-export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice").slice(0, 14).map(([c, v]) => `${c.name} = ${typeof v === "number" ? number(v) : v}`).join("<br>");
+export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice" && c.name !== "version").slice(0, 14).map(([c, v]) => `${c.name} = ${typeof v === "number" ? number(v) : v}`).join("<br>");
