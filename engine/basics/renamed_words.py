@@ -111,3 +111,15 @@ def current_pattern(pattern: str, matches: bool) -> str:
     if new != pattern:
         report("column", pattern, new)
     return new
+
+
+def current_result(name: str) -> str:
+    """The current name of a column in the table of a batch. A deprecated name is not reported."""
+    path = _JOINT_KEY.sub(lambda found: found[1] + JOINT_KEYS[found[2]], name)
+    return name if path.startswith(("first:", "count:")) else current_column(path)
+
+
+def known_result(name: str, known: Collection[str]) -> str:
+    """The known name of a column in the table of a batch that a name means. An unknown name is unchanged."""
+    kind, _, what = name.partition(":")
+    return next((n for n in (name, current_result(name), f"{kind}:{EVENTS.get(what, what)}") if n in known), name)

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from trunnion.basics.problems import MOST
 from trunnion.scene.data_classes.loads import APPLIED
 from trunnion.scene.data_classes.signals import Drive, Signal
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, length_at, required_at
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.findings.name_suggestions import closest, did_you_mean, shown
+from trunnion.scene.findings.name_suggestions import Nearest, closest, did_you_mean, shown
 from trunnion.scene.signals.registry import REGISTRY
 from trunnion.scene.units.unit_parser import UnitError
 
 Error = dict[str, Any]
+UNKNOWN = "unexpected_keyword_argument"
 _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
 """The text after the comma of a number such as "2,5 kg". Inside braces, YAML reads this text as a separate key."""
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
-    """One finding for each different mistake, in pydantic's order."""
-    return list(dict.fromkeys(_RULES.get(e["type"], _other)(path_of(e["loc"], data), e) for e in errors))
+    """One finding for each different mistake, in pydantic's order. After MOST unknown keys of a group, the keys that further ones
+    mean are not searched, because no more than MOST problems are listed."""
+    found, unknown = dict[Finding, None](), Counter[Path]()
+    for e in errors:
+        path = path_of(e["loc"], data)
+        if e["type"] == UNKNOWN:
+            unknown[path[:-1]] += 1
+            found[_unknown_key(path, e, unknown[path[:-1]] <= MOST)] = None
+        else:
+            found[_RULES.get(e["type"], _other)(path, e)] = None
+    return list(found)
 
 
 def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
@@ -37,14 +49,15 @@ def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
     return tuple(path)
 
 
-def _unknown_key(path: Path, e: Error) -> Finding:
+def _unknown_key(path: Path, e: Error, searched: bool) -> Finding:
+    """searched: whether the known key that the user means is searched."""
     key, known = str(path[-1]), keys_at(path[:-1])
     if _AFTER_COMMA.fullmatch(key) and e["input"] is None:
         return Finding(path, f"unknown key {shown(key)}", "is this part of a number with a decimal comma? Write 2.5", meant="")
     if refusal := _refused_signal(path):
         return Finding(path, *refusal, meant="")
-    hint = did_you_mean(key, known, "known keys")
-    return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known))
+    hint = Nearest(key, known, "known keys")
+    return Finding(path, f"unknown key {shown(key)}", hint, meant=closest(key, known) if searched else "")
 
 
 def _refused_signal(path: Path) -> tuple[str, str] | None:
@@ -123,7 +136,6 @@ def _other(path: Path, e: Error) -> Finding:
 
 
 _RULES: dict[str, Callable[[Path, Error], Finding]] = {
-    "unexpected_keyword_argument": _unknown_key,
     "missing": _missing,
     "too_long": _length,
     "dataclass_type": _group,

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+KEEP_PERIOD = 600.0
+"""Time between two searches for expired jobs, s. A job is kept for at least this long."""
+
 
 @dataclass(frozen=True)
 class Limits:

@@ -9,6 +9,8 @@ import os
 import socket
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,7 +20,8 @@ import typer
 from trunnion.basics.optional_packages import absent
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import SETTINGS, current
-from trunnion.service.basics.server_settings import Limits, Settings
+from trunnion.basics.shown_text import visible
+from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0
 """Limits of time, s, after the signal to end: for requests in progress, and until the process ends."""
@@ -83,7 +86,7 @@ NewKey = Annotated[
     typer.Option(
         "--new-key",
         metavar="NAME:ROLE",
-        help="Create and print an API key, without starting the server; ROLE: read, submit or admin.",
+        help="Create and print an API key, without starting the server; ROLE: read, submit or admin. Every key reads all jobs.",
     ),
 ]
 
@@ -128,9 +131,20 @@ def command(
         webhook_secret=os.environ.get("TRUNNION_WEBHOOK_SECRET", ""),
     )  # fmt: skip
     try:
-        return make_key(settings, new_key) if new_key else run_server(settings)
+        with private_files():
+            return make_key(settings, new_key) if new_key else run_server(settings)
     except Unreachable as e:
         raise SimulationError(f"the database cannot be used: {e}") from e
+
+
+@contextmanager
+def private_files() -> Iterator[None]:
+    """Within this block, this process and its workers create files and folders that other accounts cannot read."""
+    before = os.umask(0o077)
+    try:
+        yield
+    finally:
+        os.umask(before)
 
 
 def certificates_of(scheduler: str, *files: Path | None) -> dict[str, str] | None:
@@ -185,6 +199,9 @@ def kept_for(text: str) -> float:
         seconds = -1.0
     if not 0.0 <= seconds < float("inf"):
         raise SceneError([Problem("--keep", f"{text!r} is not a time", "such as 30d, 12h or 45m")])
+    if 0.0 < seconds < KEEP_PERIOD:
+        what = f"{text} is shorter than the {KEEP_PERIOD / 60.0:g} min after which the server looks for expired jobs"
+        raise SceneError([Problem("--keep", what, "give a longer time")])
     return seconds
 
 
@@ -195,7 +212,7 @@ def make_key(settings: Settings, text: str) -> int:
     from trunnion.service.store.job_store import Store
 
     name, _, role = text.rpartition(":")
-    if not name or role not in ROLES:
+    if not name or role not in ROLES or visible(name) != name:
         raise SceneError([Problem("--new-key", f"{text!r} is not NAME:ROLE", f"ROLE is one of {', '.join(ROLES)}")])
     make_data_folder(settings)
     store = Store(settings.database_url)

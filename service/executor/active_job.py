@@ -7,6 +7,7 @@ from math import inf
 from typing import Any
 
 from trunnion.analysis.studies.case_rounds import StudyProgress
+from trunnion.service.executor.chunk_and_case_runs import WALL_FACTOR
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.store.store_records import Chunk, Job
 
@@ -31,9 +32,6 @@ BUILDING = 60.0
 case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
 """LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
-WALL_FACTOR = 10.0
-"""Largest ratio of wall time to the limit of processor time for a case. The ratio is large because the machine can be busy with
-other work."""
 
 
 @dataclass

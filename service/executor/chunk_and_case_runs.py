@@ -22,13 +22,20 @@ from trunnion.basics.interrupts import watched
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Runner, Stopped
 from trunnion.scene.scene_loader import scene_from_dict
+from trunnion.service.basics.engine_build import engine_build
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
 from trunnion.service.executor.part_tallies import is_tallied, write_tally
+from trunnion.service.executor.part_versions import computed_by
 from trunnion.service.request_models.job_request import plan_of_document
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     from trunnion.simulation.results.result import Result
@@ -40,6 +47,8 @@ MARKER_SECONDS = 0.1
 CHECK_SHARE = 0.05
 """Largest share of the time that is spent on checks of the stop marker. If the storage is slow, checks are made less often."""
 _local = threading.local()
+WALL_FACTOR = 10.0
+"""Largest ratio of wall time to a limit of processor time. The ratio is large because the machine can be busy with other work."""
 Values = Sequence[Sequence[float]] | None
 
 
@@ -56,16 +65,17 @@ def run_chunk(
 ) -> dict[str, Any]:
     """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``Done``. If a
     valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the finished
-    cases. url: location of the parts and of the job's document. piece: identity of the chunk. seconds: limit of building and
-    stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases of a study. pause: shortest
-    time between two checks of the stop marker, s."""
+    cases. url: location of the parts and of the job's document. piece: identity of the chunk. seconds: limit of the processor time
+    of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases of a study.
+    pause: shortest time between two checks of the stop marker, s."""
     parts = Parts(url)
     start, stop = piece.start, piece.stop
     there = parts.part_outcomes(piece)
     if there is not None:
-        return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, "bytes": there[1], "worker": _worker_name()}
+        about = {"bytes": there[1], "worker": _worker_name(), "version": there[2]}
+        return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, **about}
     runner = _cached_runner(parts, piece.job, piece.document)
-    built, stepped, began = runner.build_seconds, runner.seconds, time.thread_time()
+    built, stepped, began = runner.build_seconds, runner.seconds, processor_seconds()
     watch = ChunkMonitor(parts, piece.job, seconds, longest, pause)
     if values is not None and isinstance(runner.plan.cases.values, ReportedCases):
         runner.plan.cases.values.report(start, values)
@@ -76,9 +86,11 @@ def run_chunk(
         except Stopped as overran:
             table, reached = _finished_prefix(overran.table, start)
     size = _write_results(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
-    build = runner.build_seconds - built
-    spent = {"seconds": max(runner.seconds - stepped, time.thread_time() - began - build), "build_seconds": build}
-    return {"counts": count_by(table), "bytes": size, "worker": _worker_name(), "reached": reached, **spent}
+    work = max(processor_seconds() - began, runner.seconds - stepped)
+    build = min(runner.build_seconds - built, work - (runner.seconds - stepped))  # other load lengthens the wall time of a build
+    spent = {"seconds": work - build, "build_seconds": build}
+    about = {"worker": _worker_name(), "version": engine_build()}
+    return {"counts": count_by(table), "bytes": size, "reached": reached, **about, **spent}
 
 
 def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
@@ -89,7 +101,7 @@ def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitR
         size = parts.write_rows(piece, kept)
     if is_tallied(runner.plan):
         size += write_tally(parts, piece, runner.plan, table)
-    return size + parts.write_part(piece, table)
+    return size + parts.write_part(piece, computed_by(table, engine_build()))
 
 
 def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
@@ -99,30 +111,40 @@ def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
     return table.slice(0, n), start + n
 
 
+def processor_seconds() -> float:
+    """The processor time of this thread and of the ended child processes, such as compilers, s."""
+    if resource is None:
+        return time.thread_time()
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.thread_time() + children.ru_utime + children.ru_stime
+
+
 class ChunkMonitor:
-    """Monitors the limits of a chunk. It is called every few hundredths of a second during building and stepping. If the time for
-    stepping is used up, it ends the chunk; the finished cases are kept. It raises Cancelled when the job was stopped, and OutOfTime
-    when all time is used up during building."""
+    """Monitors the limits of a chunk, which are processor times, so that other load of the machine does not count. It is called
+    every few hundredths of a second during building and stepping. If the time for stepping is used up, it ends the chunk; the
+    finished cases are kept. It raises Cancelled when the job was stopped, and OutOfTime when all time is used up during building.
+    A chunk also ends when its wall time is WALL_FACTOR times its limit."""
 
     def __init__(self, parts: Parts, job: str, seconds: float, longest: float = inf, pause: float = 0.0):
-        self.parts, self.end, self.longest = parts, time.monotonic() + seconds, longest
+        self.parts, self.seconds, self.longest = parts, seconds, longest
+        self.thread, self.began, self.latest = threading.get_ident(), processor_seconds(), time.monotonic() + WALL_FACTOR * seconds
         self.stepping = inf
         self.tell: Tell = lambda stage: None
         self.marker, self.looked = parts.marker(job), time.monotonic()
         self.least = self.pause = max(MARKER_SECONDS, pause)
 
     def __call__(self, done: int) -> bool:
-        now = time.monotonic()
-        if self.stepping > now:
-            self.stepping = now
+        used, now = processor_seconds(), time.monotonic()
+        if self.stepping > used:
+            self.stepping = used
             self.tell(RUNNING)
         self._check_stop_marker(now)
-        return now < self.end and now - self.stepping < self.longest
+        return used - self.began < self.seconds and now < self.latest and used - self.stepping < self.longest
 
     def check(self) -> None:
         """Raise OutOfTime when the time is used up, and Cancelled when the job was stopped."""
-        now = time.monotonic()
-        if now > self.end:
+        now, own = time.monotonic(), threading.get_ident() == self.thread  # other threads of a build have clocks of their own
+        if now > self.latest or (own and processor_seconds() - self.began > self.seconds):
             raise OutOfTime("the chunk used its whole time")
         self._check_stop_marker(now)
 

@@ -96,7 +96,7 @@ class LeasedJobs:
             piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
             found = self.parts.part_outcomes(piece) if self.parts.part(piece).rpartition("/")[2] in there else None
             if found is not None:
-                done[chunk.start] = Done(found[0], 0.0, 0.0, found[1])
+                done[chunk.start] = Done(found[0], 0.0, 0.0, found[1], version=found[2])
         gone = {c.start: Lost("its server was lost", 0.0, False) for c in chunks if c.start not in done}
         self._renew()
         self.store.record_outcomes(self.name, active.job.id, done, gone, self.settings.attempts)

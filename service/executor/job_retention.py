@@ -7,14 +7,13 @@ import re
 import threading
 from typing import Any
 
-from trunnion.service.basics.server_settings import Settings
+from trunnion.service.basics.server_settings import KEEP_PERIOD, Settings
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_store import Store
 from trunnion.service.store.store_records import Job
 
 log = logging.getLogger("trunnion.service")
-PAUSE_SECONDS = 600.0
 SERVER = "server"
 """Actor in the audit log."""
 ID = re.compile(r"[0-9a-f]{24}")
@@ -41,7 +40,7 @@ class JobRetention:
                 self.delete_expired()
             except (Unreachable, OSError) as e:
                 log.warning("housekeeping: %s", e)
-            self.stopping.wait(PAUSE_SECONDS)
+            self.stopping.wait(KEEP_PERIOD)
 
     def delete_expired(self) -> int:
         """Delete expired jobs, and complete interrupted deletions. Returns the number of deleted jobs."""

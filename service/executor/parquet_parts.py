@@ -13,6 +13,7 @@ from fsspec.implementations.local import LocalFileSystem
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import replacing
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, part_bytes, read_part_bytes
+from trunnion.service.executor.part_versions import version_of
 
 if TYPE_CHECKING:
     import pyarrow
@@ -92,15 +93,16 @@ class Parts:
             raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
         return read_part_bytes(data, piece, columns), len(data)
 
-    def part_outcomes(self, piece: Piece) -> tuple[dict[str, int], int] | None:
-        """The number of cases by outcome in the part of a piece, and the size in bytes with rows and tally; None without a valid
-        part."""
+    def part_outcomes(self, piece: Piece) -> tuple[dict[str, int], int, str] | None:
+        """The number of cases by outcome in the part of a piece, the size in bytes with rows and tally, and the version that
+        computed it; None without a valid part."""
         try:
             table, size = self.read_part(piece, ["outcome"])
         except CorruptPart:
             return None
         beside = (self.rows_part(piece), self.tally(piece))
-        return count_by(table), size + sum(int(self.fs.size(path)) for path in beside if self.exists(path))
+        size += sum(int(self.fs.size(path)) for path in beside if self.exists(path))
+        return count_by(table), size, version_of(table)
 
     def exists(self, path: str) -> bool:
         """Whether a file exists at present. No cache is used."""
@@ -117,6 +119,11 @@ class Parts:
 
     def read(self, path: str) -> bytes:
         data: Any = self.fs.cat_file(path)
+        return bytes(data)
+
+    def read_end(self, path: str, most: int = 65_536) -> bytes:
+        """The last bytes of a file, at most ``most``."""
+        data: Any = self.fs.cat_file(path, start=-min(most, int(self.fs.size(path))))
         return bytes(data)
 
     def read_many(self, paths: list[str]) -> list[bytes | None]:

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import unquote_to_bytes
 
 import httpx
 
@@ -32,20 +32,38 @@ SIGNATURE, IDENTITY = "Trunnion-Signature", "Trunnion-Delivery"
 
 def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
     """Whether an address is below one of the prefixes: it has the same scheme, host and port, and a path equal to or below the
-    prefix's path."""
+    prefix's path. Encoded characters count as the characters that they encode, because a server may read them so."""
     try:
-        asked = urlsplit(url)
-        port = asked.port
-        if asked.scheme not in ("http", "https") or asked.username is not None or ".." in asked.path or "\\" in url:
-            return False
-        for prefix in prefixes:
-            own = urlsplit(prefix)
-            same = (own.scheme, own.hostname, own.port) == (asked.scheme, asked.hostname, port)
-            if same and (own.path.rstrip("/") == asked.path.rstrip("/") or asked.path.startswith(own.path.rstrip("/") + "/")):
-                return True
-    except ValueError:
+        asked = httpx.URL(url)
+        there = _segments(asked)
+        for own in map(httpx.URL, prefixes):
+            base = _segments(own)
+            if (own.scheme, own.host, _port(own)) == (asked.scheme, asked.host, _port(asked)) and there[: len(base)] == base:
+                return asked.scheme in PORTS and not asked.userinfo
+    except (httpx.InvalidURL, ValueError):
         return False
     return False
+
+
+PORTS = {"http": 80, "https": 443}
+
+
+def _port(url: httpx.URL) -> int | None:
+    return url.port or PORTS.get(url.scheme)
+
+
+def _segments(url: httpx.URL) -> list[bytes]:
+    """The decoded segments of a path, without empty ones at its ends. ValueError for a segment that could mean another path: a dot
+    segment, or one with a slash, backslash or control character, however often they are encoded."""
+    found = []
+    for segment in url.raw_path.partition(b"?")[0].strip(b"/").split(b"/"):
+        decoded, before = unquote_to_bytes(segment), segment
+        while decoded != before:
+            decoded, before = unquote_to_bytes(decoded), decoded
+        if decoded in (b".", b"..") or any(x < 32 or x in b"/\\" for x in decoded):
+            raise ValueError("ambiguous path")
+        found.append(decoded)
+    return [] if found == [b""] else found
 
 
 def signing_secret(settings: Settings) -> bytes:

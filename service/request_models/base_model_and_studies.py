@@ -8,12 +8,14 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from trunnion.analysis.studies.box_refinement import OUTCOME
+from trunnion.analysis.studies.case_rounds import REVISION
 from trunnion.analysis.studies.evolution_strategy import GOALS
 from trunnion.analysis.studies.request import LEAST, MOST, MOST_REFINED, TOLERANCES, StudyRequest
 from trunnion.basics.renamed_words import SETTINGS, current
+from trunnion.basics.shown_text import PLAIN
 
 Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
-PlainText = Annotated[str, StringConstraints(max_length=200, pattern=r"^[^\x00-\x1f]*$")]
+PlainText = Annotated[str, StringConstraints(max_length=200, pattern=PLAIN)]
 Text = Annotated[str, StringConstraints(max_length=100)]
 Number = float | Text
 Tag = Annotated[str, StringConstraints(min_length=1, max_length=50, pattern=r"^[\w.:/+@-]+$")]
@@ -75,6 +77,9 @@ class Sample(RequestModel):
 
 
 Bounds = dict[Path, tuple[Number, Number]]
+Revision = Annotated[
+    int, Field(ge=1, le=REVISION, description="Revision of the search. A stored request keeps the revision that chose its cases.")
+]
 
 
 class Optimise(RequestModel):
@@ -93,6 +98,7 @@ class Optimise(RequestModel):
     tolerance: float = Field(
         1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Tolerance of the optimal numbers, relative to their ranges."
     )
+    revision: Revision = REVISION
 
 
 class Refine(RequestModel):
@@ -106,6 +112,7 @@ class Refine(RequestModel):
     tolerance: float = Field(
         1e-3, ge=TOLERANCES[0], le=TOLERANCES[1], description="Width of the interval of a located change, relative to the ranges."
     )
+    revision: Revision = REVISION
 
 
 def study_request(asked: Mapping[str, Any]) -> StudyRequest | None:
@@ -113,7 +120,8 @@ def study_request(asked: Mapping[str, Any]) -> StudyRequest | None:
     if (best := asked.get("optimise")) is not None:
         goals = {name: best[name] for name in GOALS if best.get(name) is not None}
         rest = {name: best[name] for name in ("cases", "seed", "tolerance")}
-        return StudyRequest("optimise", best["bounds"], goals, best["within"], **rest)
+        return StudyRequest("optimise", best["bounds"], goals, best["within"], revision=best.get("revision", 1), **rest)
     if (where := asked.get("refine")) is not None:
-        return StudyRequest("refine", where["bounds"], of=where["of"], cases=where["cases"], tolerance=where["tolerance"])
+        rest = {name: where[name] for name in ("of", "cases", "tolerance")}
+        return StudyRequest("refine", where["bounds"], revision=where.get("revision", 1), **rest)
     return None

@@ -44,7 +44,7 @@ from trunnion.simulation.settings.run_settings import settings_given, settings_r
 END, SPACING = "simulation.until", "simulation.every"
 HIGHER = "ask the operator for a higher limit"
 JOBS = "POST /v1/jobs"
-ONE_SOURCE = "give exactly one of vary, cases, sample, optimise, refine and fit"
+ONE_SOURCE = "give at most one of vary, cases, sample, optimise, refine and fit"
 MOST_TEXT, MOST_VALUES = 250_000, 100_000
 """Limits of the number of characters and of values (including keys) in a scene: ten times those of the largest allowed scene."""
 
@@ -86,8 +86,8 @@ def _schema(bound: Bound) -> dict[str, Any]:
 
 
 class JobRequest(with_settings(JOBS)):  # type: ignore[misc]
-    """A batch. It has a scene, exactly one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``,
-    and the results to store."""
+    """A batch. It has a scene, at most one of ``vary`` (grid), ``cases`` (list), ``sample``, ``optimise``, ``refine`` and ``fit``,
+    and the results to store. Without any of these, the scene runs once."""
 
     vary: dict[Path, list[Number] | Number] | None = Field(
         None,
@@ -256,11 +256,11 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
             wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", HIGHER))
         made, planned = make_study(scene, wanted, asked["reductions"], run, wrong)
         return set_values(made, planned, ReportedCases())
-    sample = asked["sample"] or {}
+    sample, varied = asked["sample"] or {}, any(asked[n] is not None for n in ("vary", "cases", "sample"))
     return plan(
         scene,
         asked["vary"],
-        asked["cases"],
+        asked["cases"] if varied else [{}],
         sample.get("ranges"),
         count=sample.get("count", 0),
         seed=sample.get("seed", 0),
@@ -297,7 +297,8 @@ def identity_of(request: JobRequest) -> str:
     """The digest of a request. It is computed with the deprecated names of fields, so that an idempotency key stays valid after an
     update of the server."""
     before = {new: old for old, new in SETTINGS.items()}
-    return digest({before.get(name, name): value for name, value in request.model_dump(mode="json").items()})
+    asked = request.model_dump(mode="json", exclude={"optimise": {"revision"}, "refine": {"revision"}})
+    return digest({before.get(name, name): value for name, value in asked.items()})
 
 
 def plan_of_document(document: dict[str, Any]) -> Plan:

@@ -12,10 +12,13 @@ from pydantic import BaseModel, ValidationError
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import deprecation_notes
+from trunnion.basics.shown_text import visible
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.server_settings import Limits
+from trunnion.service.executor.part_versions import with_version
 from trunnion.service.request_models.job_request import JobRequest, SceneSource, document_of, identity_of, plan_of_request, scene_of
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest, SensitivityRequest, plain
+from trunnion.service.request_models.validation_words import problem_of
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -39,14 +42,9 @@ def validate_request(model: type[M], data: Any) -> M:
     try:
         return model.model_validate(data)
     except ValidationError as e:
-        raise SceneError(map(_of_validation, e.errors(include_url=False, include_input=False))) from None
+        raise SceneError(map(problem_of, e.errors(include_url=False))) from None
     except RecursionError:
         raise SceneError([Problem("body", "the body is nested too deeply")]) from None
-
-
-def _of_validation(e: Any) -> Problem:
-    """The problem for a pydantic error."""
-    return Problem(".".join(map(str, e["loc"]))[:300] or "body", str(e["msg"])[:500])
 
 
 def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
@@ -92,7 +90,7 @@ def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:
     """JSON of the number of cases and the columns of a job."""
     made = plan_of_request(read_request(JobRequest, body, media), limits)
-    return text_of({"cases": made.cases.count, "columns": made.schema.names})
+    return text_of({"cases": made.cases.count, "columns": with_version(made.schema).names})
 
 
 def plan_job(body: bytes, media: str, limits: Limits) -> dict[str, Any]:
@@ -105,7 +103,7 @@ def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
     made = plan_of_request(request, limits)
     return {
         "digest": identity_of(request),
-        "scene": "".join(c for c in made.scene.name if c.isprintable())[:200],
+        "scene": visible(made.scene.name)[:200],
         "label": request.label,
         "tags": request.tags,
         "notify": request.notify,

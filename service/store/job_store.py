@@ -8,7 +8,7 @@ import binascii
 import json
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -16,8 +16,20 @@ from sqlalchemy import Connection, and_, delete, func, insert, or_, select, upda
 from sqlalchemy.exc import IntegrityError
 
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
-from trunnion.service.store.store_records import Job, Key, StoredEvent, record_of
-from trunnion.service.store.table_definitions import ACTIVE, ENDED, STATES, audit, events, hooks, jobs, keys
+from trunnion.service.store.store_records import Chunk, Job, Key, StoredEvent, record_of
+from trunnion.service.store.table_definitions import (
+    ACTIVE,
+    EARLIER,
+    ENDED,
+    STATES,
+    UNKNOWN,
+    audit,
+    chunks,
+    events,
+    hooks,
+    jobs,
+    keys,
+)
 
 T = TypeVar("T")
 DAY = 86_400.0
@@ -184,7 +196,8 @@ class Store:
 
     def _events(self, c: Any, job: str, told: Sequence[tuple[str, dict[str, Any]]]) -> None:
         now = self.now(c)
-        c.execute(insert(events), [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
+        if told:
+            c.execute(insert(events), [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
 
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """The events of a job with ids above ``after``, in order."""
@@ -273,6 +286,20 @@ class Store:
                 query = query.where(column == wanted)
         with transaction(self.engine) as c:
             return [{**row, "data": json.loads(row["data"])} for row in c.execute(query).mappings()]
+
+    # -- parts of earlier versions -----------------------------------------------------------------------------------------
+
+    def unexamined(self, most: int) -> list[Chunk]:
+        """At most ``most`` finished chunks whose parts an earlier version wrote and this version has not examined yet."""
+        query = select(chunks).where(chunks.c.version == UNKNOWN, chunks.c.state == "done").order_by(chunks.c.job, chunks.c.start)
+        return self._all(query.limit(most), Chunk)
+
+    def adopt(self, chunk: Chunk, counts: Mapping[str, int], size: int) -> None:
+        """Store that the part of a chunk was examined. counts: number of cases by outcome, {} if unknown. size: size in bytes."""
+        found = {"counts": json.dumps(counts), "bytes": size} if counts else {}
+        here = and_(chunks.c.job == chunk.job, chunks.c.start == chunk.start)
+        with transaction(self.engine, writing=True) as c:
+            c.execute(update(chunks).where(here).values(found | {"version": EARLIER}))
 
     # -- webhooks -----------------------------------------------------------------------------------------------------------
 

@@ -16,13 +16,17 @@ from sqlalchemy import Connection, and_, bindparam, case, func, insert, or_, sel
 from trunnion.service.store.database_connection import transaction
 from trunnion.service.store.job_store import Store
 from trunnion.service.store.store_records import Chunk, Job, record_of
-from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, jobs
+from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, events, jobs
 
 RECENT = 0.25
 """Smallest weight of the newest rows in the pace of a job, which is a weighted mean."""
 
 OVERRAN = "it overran"
 """Error text of a waiting chunk whose case took too long. All other cases run before such a chunk."""
+
+
+CHANGED = "rows_changed"
+"""Kind of the event that another version than before computed rows again, because their part was damaged."""
 
 
 class LeaseLost(RuntimeError):
@@ -32,7 +36,8 @@ class LeaseLost(RuntimeError):
 @dataclass(frozen=True)
 class Done:
     """The report of a chunk. counts: number of cases by outcome. seconds, build_seconds: time of stepping and of building, s.
-    bytes: size of the part. reached: end of the finished cases, None if all are finished; the remaining cases must still run."""
+    bytes: size of the part. reached: end of the finished cases, None if all are finished; the remaining cases must still run.
+    version: version that computed the rows, "" if unknown."""
 
     counts: dict[str, int]
     seconds: float
@@ -40,6 +45,7 @@ class Done:
     bytes: int
     worker: str = ""
     reached: int | None = None
+    version: str = ""
 
 
 @dataclass(frozen=True)
@@ -153,14 +159,15 @@ class WorkStore(Store):
         return self._all(query if stop is None else query.where(chunks.c.start < stop), Chunk)
 
     def ends(self, job: str) -> str:
-        """The digest (SHA-256) of the list of ends of the finished chunks, in order."""
+        """The digest (SHA-256) of the ends and versions of the finished chunks, in order."""
         with transaction(self.engine) as c:
             return self._ends(c, job)
 
     @staticmethod
     def _ends(c: Connection, job: str) -> str:
-        query = select(chunks.c.stop).where(chunks.c.job == job, chunks.c.state == "done").order_by(chunks.c.start)
-        return sha256(json.dumps([int(stop) for stop in c.execute(query).scalars()]).encode()).hexdigest()
+        query = select(chunks.c.stop, chunks.c.version).where(chunks.c.job == job, chunks.c.state == "done")
+        query = query.order_by(chunks.c.start)
+        return sha256(json.dumps([[int(stop), version] for stop, version in c.execute(query)]).encode()).hexdigest()
 
     def ask(self, server: str, job: str, known: int, over: bool) -> None:
         """Store the number of known cases of a study. over: whether the number is final."""
@@ -197,9 +204,11 @@ class WorkStore(Store):
             self._end(c, job, state, problems)
 
     def _end(self, c: Connection, job: str, state: str, problems: list[dict[str, Any]]) -> str:
+        """End a job. A job that was continued to repair a part keeps the time at which it ended first."""
+        problems = [*self._changes(c, job), *problems]
         values = {
             "state": state,
-            "finished": self.now(c),
+            "finished": func.coalesce(jobs.c.finished, self.now(c)),
             "problems": json.dumps(problems),
             "lease_owner": None,
             "lease_until": 0.0,
@@ -209,6 +218,19 @@ class WorkStore(Store):
         self._event(c, job, state, {"problems": problems})
         self._queue_webhook(c, job, state)
         return state
+
+    @staticmethod
+    def _changes(c: Connection, job: str) -> list[dict[str, Any]]:
+        """The problems that state which rows of a job another version computed again."""
+        told = c.execute(select(events.c.data).where(events.c.job == job, events.c.kind == CHANGED).order_by(events.c.id)).scalars()
+        return [
+            {
+                "where": f"cases {d['first_case']} to {d['last_case']}",
+                "what": f"version {d['now']} computed these rows again, because the rows of {d['before']} were damaged",
+                "hint": "they can differ from the earlier rows; the column version names the version of each row",
+            }
+            for d in map(json.loads, told)
+        ]
 
     # -- outcomes of chunks -------------------------------------------------------------------------------------------------
 
@@ -241,12 +263,13 @@ class WorkStore(Store):
         self._add_costs(c, row, [d for _, d in landed], now)
         stops = [chunk["stop"] if d.reached is None else d.reached for chunk, d in landed]
         kept = [
-            {"at": chunk["start"], "until": stop, "told": json.dumps(d.counts), "size": d.bytes}
+            {"at": chunk["start"], "until": stop, "told": json.dumps(d.counts), "size": d.bytes, "by": d.version}
             for (chunk, d), stop in zip(landed, stops, strict=True)
             if stop > chunk["start"]
         ]
         if kept:
-            told: dict[str, Any] = {"stop": bindparam("until"), "counts": bindparam("told"), "bytes": bindparam("size")}
+            names = {"stop": "until", "counts": "told", "bytes": "size", "version": "by"}
+            told: dict[str, Any] = {column: bindparam(name) for column, name in names.items()}
             here = and_(chunks.c.job == row["id"], chunks.c.start == bindparam("at"))
             c.execute(update(chunks).where(here).values(told | {"state": "done", "error": ""}), kept)
         ended = []
@@ -255,6 +278,12 @@ class WorkStore(Store):
             result = "done" if stop == chunk["stop"] else f"overran at case {stop}"
             ended.append({"at": chunk["start"], "by": d.worker[:255], "told": result})
         self._end_attempts(c, row["id"], ended, now)
+        changed = [
+            (CHANGED, {"first_case": chunk["start"], "last_case": stop - 1, "before": chunk["version"], "now": d.version})
+            for (chunk, d), stop in zip(landed, stops, strict=True)
+            if d.version and chunk["version"] not in ("", d.version)
+        ]
+        self._events(c, row["id"], changed)
 
     def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, Lost]], most: int, now: float) -> dict[int, str]:
         """Store failed attempts to run chunks. gone: (row of the chunk, failed attempt). Returns the new states by first case."""
@@ -306,7 +335,7 @@ class WorkStore(Store):
             return
         middle = reached + 1 + (stop - reached) // 2
         for low, high in ((reached, reached + 1), (reached + 1, min(middle, stop)), (min(middle, stop), stop)):
-            values = {"stop": high, "state": "waiting", "attempts": 0, "not_before": 0.0}
+            values = {"stop": high, "state": "waiting", "attempts": 0, "not_before": 0.0, "version": chunk["version"]}
             values["error"] = OVERRAN if low == reached else ""
             if low == chunk["start"]:
                 c.execute(update(chunks).where(chunks.c.job == job, chunks.c.start == low).values(values))
@@ -330,7 +359,7 @@ class WorkStore(Store):
             self._recount_job(c, row)
             c.execute(update(jobs).where(jobs.c.id == job).values(ends=""))
             if goes_on and row["state"] not in ACTIVE:
-                free = {"state": "running", "finished": None, "problems": "[]", "lease_owner": None, "lease_until": 0.0}
+                free = {"state": "running", "problems": "[]", "lease_owner": None, "lease_until": 0.0}
                 c.execute(update(jobs).where(jobs.c.id == job).values(free))
             elif not goes_on:
                 told = {

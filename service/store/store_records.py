@@ -43,7 +43,8 @@ class Job:
 
 @dataclass(frozen=True)
 class Chunk:
-    """A chunk: the cases start … stop − 1 of a job. attempts: number of attempts. not_before: earliest time of the next attempt."""
+    """A chunk: the cases start … stop − 1 of a job. attempts: number of attempts. not_before: earliest time of the next attempt.
+    version: version that computed the rows, "" for none."""
 
     job: str
     start: int
@@ -52,6 +53,7 @@ class Chunk:
     attempts: int
     not_before: float
     error: str
+    version: str = ""
 
 
 @dataclass(frozen=True)

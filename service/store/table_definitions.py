@@ -9,7 +9,7 @@ Columns of a job. asked: number of known cases of a study, null for other jobs. 
 s. landed: time at which the last rows arrived. beat: number of renewals of the lease. lease: duration of the lease, s. ends: digest
 of the chunk ends of a finished job, "" if unknown.
 
-Columns of a chunk. counts: number of cases by outcome. bytes: size of the part."""
+Columns of a chunk. counts: number of cases by outcome. bytes: size of the part. version: version that computed the rows."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ metadata = MetaData(
     }
 )
 COUNTER = BigInteger().with_variant(Integer, "sqlite")
+UNKNOWN, EARLIER = "unknown", "an earlier version"
+"""Versions of chunks that earlier versions computed: before and after their parts were examined."""
 ACTIVE = ("queued", "running", "cancelling")
 ENDED = ("done", "failed", "cancelled")
 STATES = (*ACTIVE, *ENDED)
@@ -79,6 +81,7 @@ chunks = Table(
     Column("error", Text, nullable=False, default=""),
     Column("counts", Text, nullable=False, default="", server_default=""),
     Column("bytes", BigInteger, nullable=False, default=0, server_default="0"),
+    Column("version", String(64), nullable=False, default="", server_default=""),
     Index("ix_chunks_job_state", "job", "state"),
 )
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,11 +18,12 @@ from typing import Any
 
 import httpx
 import psutil
-from fastapi.testclient import TestClient
 
 from trunnion.service.api.server_state.server_components import Service, create_service
 from trunnion.service.api.transport.api_keys_and_rates import new_key
+from trunnion.service.basics.engine_build import engine_build
 from trunnion.service.basics.server_settings import Limits, Settings
+from trunnion.service.executor.part_versions import computed_by, shaped, with_version
 from trunnion.service.server.application import build_application
 from trunnion.service.store.job_store import Store
 
@@ -36,6 +39,11 @@ SMALL: dict[str, Any] = {
     "reductions": ["max:ball.contact[1].normal_force", "first:reversal"],
     "until": 0.5,
 }
+
+
+def as_stored(table: Any) -> Any:
+    """The table of a sweep as a server stores it: with the version that computed each row."""
+    return shaped(computed_by(table, engine_build()), with_version(table.schema))
 
 
 def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
@@ -81,6 +89,48 @@ class Talk:
         return list(self.get(f"/v1/jobs/{job}/results").json()["rows"])
 
 
+class AppTransport(httpx.BaseTransport):
+    """Sends requests to an application in an event loop on a thread of its own."""
+
+    def __init__(self, app: Any):
+        self.app, self.inner = app, httpx.ASGITransport(app, raise_app_exceptions=False)
+        self.loop = asyncio.new_event_loop()
+        self.thread = threading.Thread(target=self.loop.run_forever, daemon=True)
+        self.thread.start()
+        self.life = app.router.lifespan_context(app)
+
+    def wait(self, work: Any) -> Any:
+        """The result of a coroutine."""
+        return asyncio.run_coroutine_threadsafe(work, self.loop).result()
+
+    def handle_request(self, request: httpx.Request) -> httpx.Response:
+        """The answer to a request, once it is complete."""
+        body = request.read()
+
+        async def answered() -> httpx.Response:
+            sent = httpx.Request(request.method, request.url, headers=request.headers, content=body)
+            answer = await self.inner.handle_async_request(sent)
+            content = b"".join([piece async for piece in answer.stream])  # type: ignore[union-attr]
+            return httpx.Response(answer.status_code, headers=answer.headers, stream=httpx.ByteStream(content))
+
+        return self.wait(answered())
+
+    def close(self) -> None:
+        """Cancel what is left, and stop the event loop."""
+
+        async def cancelled() -> None:
+            left = asyncio.all_tasks() - {asyncio.current_task()}
+            for task in left:
+                task.cancel()
+            await asyncio.gather(*left, return_exceptions=True)
+
+        if self.thread.is_alive():
+            self.wait(cancelled())
+            self.loop.call_soon_threadsafe(self.loop.stop)
+            self.thread.join()
+            self.loop.close()
+
+
 class InProcess(Talk):
     """The application, called without sockets."""
 
@@ -89,14 +139,16 @@ class InProcess(Talk):
         long = {name: most for name, most in LONG_LIMITS.items() if getattr(limits, name) == getattr(usual, name)}
         self.service: Service = create_service(replace(settings, limits=replace(limits, **long)))
         self.app = build_application(self.service)
-        self.client = TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False)
+        self.transport = AppTransport(self.app)
+        self.client = httpx.Client(transport=self.transport, base_url="http://127.0.0.1", timeout=None, follow_redirects=True)
 
     def __enter__(self) -> InProcess:
-        self.client.__enter__()
+        self.transport.wait(self.transport.life.__aenter__())
         return self
 
     def __exit__(self, *error: Any) -> None:
-        self.client.__exit__(*error)
+        self.transport.wait(self.transport.life.__aexit__(*error))
+        self.client.close()
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import CaseResults, Rounds, Study
+from trunnion.analysis.studies.case_rounds import REVISION, CaseResults, Rounds, Study
 
 GRID = 1 << 40
 """Number of grid intervals of each range. Places of cases are integers on this grid. Therefore equal places give bitwise equal
@@ -52,7 +52,8 @@ class Box:
 
 @dataclass(frozen=True)
 class BoxRefinement(Study):
-    """A request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges."""
+    """A request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges.
+    Revision 1 ended as soon as a whole round did not fit."""
 
     kind = "refine"
     of: str
@@ -80,7 +81,10 @@ class BoxRefinement(Study):
             chosen = map_.choose_boxes()
             if not chosen:
                 return map_.answer("every box is narrower than the tolerance, or the result is nearly linear inside the box")
-            new = list(dict.fromkeys(m for box, axis in chosen for m in _edge_middles(box, axis) if m not in map_.ends))
+            new = map_.new_places(chosen)
+            while self.revision >= REVISION and len(map_.ends) + len(new) > self.most and len(chosen) > 1:
+                chosen.pop()
+                new = map_.new_places(chosen)
             if len(map_.ends) + len(new) > self.most:
                 return map_.answer("the allowed number of cases is used up")
             if new:
@@ -113,6 +117,10 @@ class _BoxMap:
         for place, outcome, value in zip(places, seen.outcomes, values.tolist(), strict=True):
             known = "" if outcome != "done" or value == value else " without a value"
             self.ends[place] = (len(self.ends), outcome + known, value if outcome == "done" else float("nan"))
+
+    def new_places(self, chosen: list[tuple[Box, int]]) -> list[Place]:
+        """The places of the cases that halving these boxes adds."""
+        return list(dict.fromkeys(m for box, axis in chosen for m in _edge_middles(box, axis) if m not in self.ends))
 
     def _range(self) -> float:
         """Range of the result over all cases; 1 if the result is constant."""

@@ -18,6 +18,8 @@ from trunnion.batch.cases.grids_and_samples import Cases
 if TYPE_CHECKING:
     import pyarrow
 
+REVISION = 2
+"""Revision of the searches. The cases of a study follow from the rules of its revision, so a stored study keeps its revision."""
 MISSING = "lost"
 """Outcome of a case that could not be run and has no row in the table."""
 
@@ -54,6 +56,7 @@ class Study(ABC):
         high: upper bounds, SI units.
         most: largest number of cases.
         tolerance: width, relative to the ranges, at which the search ends.
+        revision: revision of the search; that of a stored study can be earlier than REVISION.
     """
 
     kind: ClassVar[str]
@@ -63,6 +66,7 @@ class Study(ABC):
     high: tuple[float, ...]
     most: int = field(kw_only=True)
     tolerance: float = field(default=1e-3, kw_only=True)
+    revision: int = field(default=REVISION, kw_only=True)
 
     @property
     @abstractmethod

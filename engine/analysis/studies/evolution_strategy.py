@@ -4,18 +4,23 @@ The strategy uses only the rank of each case. Feasible cases come first, ranked 
 their violation of the constraints; then cases without a value. Jumps, kinks and failed cases therefore do not disturb the search.
 The first search begins at the best case of an initial sample. The second search begins at another point, with twice as many cases
 in each round.
+
+A search for a target value also uses the sign of the difference from it. As soon as cases lie on both sides of the target, a place
+between two of them at which the result has this value is searched (``root_bracket``). The evolution strategy continues if the
+result jumps across the target there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from math import inf, isfinite, log, sqrt
 from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import CaseResults, Rounds, Study
+from trunnion.analysis.studies.case_rounds import REVISION, CaseResults, Rounds, Study
+from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.batch.cases.sample_points import latin
 
 STARTS = 2
@@ -28,11 +33,13 @@ FIRST_STEP = 0.6
 """Initial step size, relative to the spacing of the initial sample."""
 REACHED = 1e-9
 """Relative difference from the target below which the target counts as reached."""
+MOST_JUMPS = 3
+"""Largest number of searches between two cases that end at a jump or at a failed case."""
 
 
 @dataclass(frozen=True)
 class Optimisation(Study):
-    """A request of an optimisation.
+    """A request of an optimisation. Revision 1 did not search between two cases.
 
     Attributes:
         own: values of these numbers in the scene, SI units.
@@ -70,6 +77,8 @@ class Optimisation(Study):
         begin, step = tried.places[tried.best], FIRST_STEP * len(unit) ** (-1.0 / d)
         while True:
             report(tried.answer(""))
+            if (yield from self._between(tried, report)):
+                return tried.answer("reached")
             strategy, why = _Strategy(begin, step, size, [self.seed, ended]), ""
             while not why:
                 unit = strategy.round(self.most - len(tried))
@@ -77,12 +86,36 @@ class Optimisation(Study):
                     return tried.answer("the allowed number of cases is used up")
                 strategy.learn(tried.add(unit, (yield self.numbers(unit))))
                 report(tried.answer(""))
-                why = "reached" if tried.reached() else "settled" if strategy.reach() < self.tolerance else ""
+                found = yield from self._between(tried, report)
+                why = "reached" if found or tried.reached() else "settled" if strategy.reach() < self.tolerance else ""
             ended += 1
             if why == "reached" or ended == STARTS:
                 return tried.answer(why)
             size *= 2
             begin = latin(1, d, self.seed + 1 + ended)[0]
+
+    def _between(self, tried: _Trials, report: Callable[[dict[str, Any]], None]) -> Generator[np.ndarray, CaseResults, bool]:
+        """Search the target between the best case and the nearest case beyond it. Returns whether the best case then has
+        the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, none follows."""
+        pair = tried.pair() if self.goal == "reach" and self.revision >= REVISION and not tried.reached() else None
+        if pair is None or tried.jumps == MOST_JUMPS:
+            return False
+        begin = len(tried)
+        (low, high), sides = (tried.places[i] for i in pair), [tried.off_target(i) for i in pair]
+        search = bracketed_root(sides[0], sides[1], REACHED * max(abs(self.target), 1e-300))
+        share = next(search)
+        while len(tried) < self.most:
+            unit = (low + share * (high - low))[None, :]
+            tried.add(unit, (yield self.numbers(unit)))
+            report(tried.answer(""))
+            try:
+                share = search.send(tried.off_target(len(tried) - 1))
+            except StopIteration as end:
+                if end.value and tried.best >= begin:
+                    return True
+                break
+        tried.jumps += 1
+        return False
 
     def _start(self) -> np.ndarray:
         """The scene's own numbers, scaled to the unit box; a number outside its bounds becomes ½."""
@@ -145,6 +178,7 @@ class _Trials:
         self.keys: list[tuple[int, float]] = []
         self.results: list[dict[str, float]] = []
         self.failed = self.best = 0
+        self.paired, self.jumps = -1, 0
         self.scales: dict[str, float] = {}
         self.path: list[tuple[int, float]] = []
 
@@ -182,6 +216,22 @@ class _Trials:
         value = result[w.of]
         return 0, {"minimise": value, "maximise": -value, "reach": abs(value - w.target)}[w.goal]
 
+    def off_target(self, i: int) -> float:
+        """The result of a case minus the target; NaN for a failed case."""
+        return self.results[i][self.wanted.of] - self.wanted.target if self.keys[i][0] < 2 else float("nan")
+
+    def pair(self) -> tuple[int, int] | None:
+        """The best case, and the nearest case on the other side of the target; None if there is none, or if the best case violates
+        constraints or was in a pair before."""
+        if self.best == self.paired or self.keys[self.best][0] > 0:
+            return None
+        self.paired, off = self.best, np.array([self.off_target(i) for i in range(len(self))])
+        others = np.flatnonzero(off * off[self.best] < 0.0)
+        if not len(others):
+            return None
+        away = ((np.array(self.places)[others] - self.places[self.best]) ** 2).sum(axis=1)
+        return self.best, int(others[np.argmin(away)])
+
     def reached(self) -> bool:
         """Whether the target is reached."""
         w, (kind, off) = self.wanted, self.keys[self.best]
@@ -193,6 +243,7 @@ class _Trials:
         kind, off = self.keys[best]
         values = w.numbers(self.places[best])
         words = {"": "not ended yet", "settled": f"the search converged to {w.tolerance:g} of the ranges"}
+        words["reached"] = "the target is reached"
         return {
             "kind": w.kind,
             "goal": w.goal,
@@ -201,7 +252,8 @@ class _Trials:
             "why": words.get(why, why),
             "settled": why in ("settled", "reached"),
             "feasible": kind == 0,
-            "missed": off if kind == 1 else 0.0 if kind == 0 else None,
+            "constraints_missed": off if kind == 1 else 0.0 if kind == 0 else None,
+            "off_target": self.off_target(best) if w.goal == "reach" and kind < 2 else None,
             "case": best,
             "numbers": [{"path": p, "unit": u, "value": float(v)} for p, u, v in zip(w.paths, w.units, values, strict=True)],
             "results": {n: (v if abs(v) < inf else None) for n, v in self.results[best].items()} if kind < 2 else {},

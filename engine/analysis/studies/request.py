@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.studies.box_refinement import OUTCOME, BoxRefinement
-from trunnion.analysis.studies.case_rounds import Study, study_cases
+from trunnion.analysis.studies.case_rounds import REVISION, Study, study_cases
 from trunnion.analysis.studies.evolution_strategy import GOALS, Optimisation
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import ranges
@@ -42,6 +42,7 @@ class StudyRequest:
         goals: only for "optimise": {goal: result}, where goal is one of GOALS; for "reach": {"reach": (result, value)}.
         within: constraints {result: (low, high)}; None means no bound.
         of: only for "refine": a result, or "outcome".
+        revision: revision of the search; stored studies keep theirs.
     """
 
     kind: str
@@ -52,6 +53,7 @@ class StudyRequest:
     cases: int = 600
     seed: int = 0
     tolerance: float = 1e-3
+    revision: int = REVISION
 
 
 def make_study(
@@ -135,7 +137,9 @@ def _build_study(
     if problems:
         return None
     if wanted.kind == "refine":
-        return BoxRefinement(paths, units, low, high, wanted.of, most=wanted.cases, tolerance=wanted.tolerance)
+        return BoxRefinement(
+            paths, units, low, high, wanted.of, most=wanted.cases, tolerance=wanted.tolerance, revision=wanted.revision
+        )
     ((goal, given),) = wanted.goals.items()
     of, target = (given, 0.0) if isinstance(given, str) else (given[0], bound(given[1], kept[given[0]], "reach", problems))
     within: list[tuple[str, float, float]] = []
@@ -147,5 +151,6 @@ def _build_study(
         within.append((name, pair[0], pair[1]))
     own = tuple((number_at(scene, p) or (0.5 * (a + b), ""))[0] for p, a, b in zip(paths, low, high, strict=True))
     return Optimisation(
-        paths, units, low, high, own, goal, of, target, tuple(within), wanted.seed, most=wanted.cases, tolerance=wanted.tolerance
+        paths, units, low, high, own, goal, of, target, tuple(within), wanted.seed, most=wanted.cases, tolerance=wanted.tolerance,
+        revision=wanted.revision,
     )  # fmt: skip

@@ -67,7 +67,10 @@ def grid(scene: Scene, vary: Mapping[str, Any], where: str = "vary") -> Cases:
 
 
 def listed(scene: Scene, cases: Sequence[Mapping[str, Any]], where: str = "cases") -> Cases:
-    """The given cases, each {path: value}. All cases must have the same paths. SceneError lists every mistake."""
+    """The given cases, each {path: value}. All cases must have the same paths. A single case may be empty: it is the unchanged
+    scene. SceneError lists every mistake."""
+    if list(cases) == [{}]:
+        return Cases((), (), 1, lambda start, stop: np.zeros((stop - start, 0)))
     problems: list[Problem] = []
     paths = tuple(cases[0]) if cases else ()
     odd = [i for i, case in enumerate(cases) if case.keys() != cases[0].keys()]

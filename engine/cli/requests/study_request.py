@@ -88,7 +88,11 @@ def lines(result: StudyResult) -> list[str]:
         return head + boundary_lines(a)
     goal = f"{a['goal']} {a['of']}" + (f" = {a['target']:g}" if a["target"] is not None else "")
     if not a["feasible"]:
-        head.append("no case satisfies all constraints; the nearest case:" if a["missed"] is not None else "no case has a value")
+        missed = a["constraints_missed"]
+        nearest = f"no case satisfies all constraints; the nearest case misses them by {missed or 0.0:.3g} of their scales:"
+        head.append("no case has a value" if missed is None else nearest)
+    elif a["off_target"]:
+        head.append(f"off target by {a['off_target']:.3g} {unit_of(sweep, a['of'])}".rstrip())
     numbers = [(n["path"], f"{n['value']:.9g}", n["unit"]) for n in a["numbers"]]
     results = [(n, "–" if v is None else f"{v:.9g}", unit_of(sweep, n)) for n, v in a["results"].items()]
     return [*head, *table((goal, f"case {a['case']}", "unit"), numbers + results)]

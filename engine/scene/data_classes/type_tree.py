@@ -85,7 +85,12 @@ def required_fields(cls: type) -> list[str]:
 
 def keys_at(path: Path) -> list[str]:
     """Allowed keys of the group at a path, in order and without repetition; empty for groups whose names the user chooses."""
-    return list(dict.fromkeys(key for c in classes_at(path) for key in fields_by_key(c)))
+    return _keys_of(tuple(classes_at(path)))
+
+
+@lru_cache(maxsize=256)
+def _keys_of(classes: tuple[type, ...]) -> list[str]:
+    return list(dict.fromkeys(key for c in classes for key in fields_by_key(c)))
 
 
 def required_at(path: Path) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 LISTED = 12
 """Largest number of names in a hint."""
@@ -31,9 +32,13 @@ class Nearest:
 def closest(word: str, known: Iterable[str]) -> str:
     """The known name most similar to ``word``; '' when no name is close. A name that differs only in upper and lower case is
     always close."""
+    return _closest(word, tuple(map(str, known)))
+
+
+@lru_cache(maxsize=1024)  # a scene is validated twice, and its parts repeat mistakes
+def _closest(word: str, names: tuple[str, ...]) -> str:
     from difflib import get_close_matches
 
-    names = [str(k) for k in known]
     folded = {n.casefold(): n for n in reversed(names)}
     if word.casefold() in folded:
         return folded[word.casefold()]

@@ -145,7 +145,10 @@ class BestAnswer(BaseModel):
     why: str = Field(description="Why the study ended, or that it continues.")
     settled: bool
     feasible: bool = Field(description="Whether the best case satisfies all constraints.")
-    missed: float | None = Field(description="Total violation of the constraints; null if the best case has no value.")
+    constraints_missed: float | None = Field(
+        description="Total violation of the constraints, each relative to its scale; null if the best case has no value."
+    )
+    off_target: float | None = Field(description="Result of the best case minus the target; null without a target or a value.")
     case: int
     numbers: list[NumberDocument]
     results: dict[str, float | None]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from datetime import UTC, datetime
 from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from trunnion.basics.renamed_words import OUTCOMES
+from trunnion.basics.shown_text import visible
 from trunnion.service.api.documents.problem_documents import ProblemItem
 from trunnion.service.store.store_records import Job
 from trunnion.service.store.table_definitions import ENDED
 
-COPIED = ("id", "state", "scene", "label", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")
+COPIED = ("id", "state", "owner", "cases", "done", "lost", "build_seconds", "bytes", "budget", "problems")
 """Fields of a job record that the document contains without change."""
 State = Literal["queued", "running", "cancelling", "done", "failed", "cancelled"]
 EXAMPLE_JOB: dict[str, Any] = {
@@ -65,10 +68,10 @@ class JobDocument(BaseModel):
     outcomes: dict[str, int] = Field(description="Rows by outcome.")
     progress: float = Field(ge=0, le=1)
     eta_seconds: float | None = Field(description="Estimated seconds until the job is done.")
-    stepping_seconds: float = Field(description="Computing time of the time integration, summed over all workers.")
-    build_seconds: float
+    stepping_seconds: float = Field(description="Processor time of the time integration, summed over all workers.")
+    build_seconds: float = Field(description="Processor time of building, with compilers, summed over all workers.")
     bytes: int = Field(description="Size of the stored results.")
-    budget: float = Field(description="Seconds of computing time allowed.")
+    budget: float = Field(description="Allowed processor time, s.")
     problems: list[ProblemItem]
     links: dict[str, str]
 
@@ -109,15 +112,25 @@ def job_document(j: Job, told: str = "") -> dict[str, Any]:
     place = f"/v1/jobs/{j.id}"
     return {
         **{name: getattr(j, name) for name in COPIED},
-        **{name: rfc3339(getattr(j, name)) for name in ("created", "started", "finished")},
+        **{name: visible(getattr(j, name)) for name in ("scene", "label")},
+        **{name: rfc3339(getattr(j, name)) for name in ("created", "started")},
+        "finished": rfc3339(j.finished) if j.state in ENDED else None,
         "stage": stage_of(j, told),
-        "tags": j.tags,
-        "outcomes": j.counts,
+        "tags": [visible(tag) for tag in j.tags],
+        "outcomes": current_counts(j.counts),
         "progress": (j.done + j.lost) / j.cases,
         "eta_seconds": 0.0 if j.state in ENDED else eta,
         "stepping_seconds": j.seconds,
         "links": {"self": place, "request": f"{place}/request", "results": f"{place}/results", "events": f"{place}/events"},
     }
+
+
+def current_counts(counts: dict[str, int]) -> dict[str, int]:
+    """Numbers of cases by outcome, with the current names of outcomes."""
+    found: Counter[str] = Counter()
+    for name, n in counts.items():
+        found[OUTCOMES.get(name, name)] += n
+    return dict(found)
 
 
 def remaining_seconds(j: Job, now: float) -> float | None:

@@ -19,6 +19,7 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.part_checksum import CorruptPart
+from trunnion.service.request_models.validation_words import problem_of
 from trunnion.service.request_workers.fair_queue import QueueFull
 from trunnion.service.request_workers.worker_processes import Ended, NotReady, TookTooLong
 from trunnion.service.store.database_connection import Unreachable
@@ -207,11 +208,10 @@ def _of_validation(e: Any) -> Problem:
     """The problem for a pydantic error."""
     if e["type"] == "json_invalid":
         return Problem("body", f"invalid JSON: {e['ctx']['error']}, at character {e['loc'][-1]}"[:500])
-    place = [str(x) for x in e["loc"]]
-    where = ".".join(place[1:] if place and place[0] in ("body", "query", "path", "header") and len(place) > 1 else place)
     if e["loc"] == ("body",) and isinstance(e.get("input"), bytes | str):
         return Problem("body", "the body is not declared as JSON", "add the header Content-Type: application/json")
-    return Problem(where[:300] or "body", str(e["msg"])[:500])
+    inside = len(e["loc"]) > 1 and e["loc"][0] in ("body", "query", "path", "header")
+    return problem_of({**e, "loc": e["loc"][1:] if inside else e["loc"]})
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:

@@ -14,6 +14,7 @@ from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.server_components import JobContents, Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
+from trunnion.service.executor.part_versions import shaped, with_version
 from trunnion.service.request_models.job_request import plan_of_document
 from trunnion.service.store.store_records import Chunk, Job
 from trunnion.service.store.table_definitions import ENDED
@@ -47,7 +48,7 @@ def job_contents(s: Service, job: str) -> JobContents:
     def made() -> JobContents:
         document = s.store.document(job)
         plan, text = plan_of_document(document), document_bytes(document)
-        return JobContents(plan, plan.schema, digest_of(text), text.decode())
+        return JobContents(plan, with_version(plan.schema), digest_of(text), text.decode())
 
     return s.contents.of(job, made)
 
@@ -104,7 +105,7 @@ def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read:
                 raise
             todo.extendleft(reversed(recompute_chunk(s, chunk, str(e))))
             continue
-        yield table.select(schema.names).cast(schema)
+        yield shaped(table, schema)
 
 
 def recompute_chunk(s: Service, chunk: Chunk, why: str) -> list[Chunk]:

@@ -14,6 +14,7 @@ from trunnion.service.api.job_data.job_rows import MOST_REPAIRS, job_contents, r
 from trunnion.service.api.server_state.server_components import JobContents, JobTally, Service
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, read_part_bytes
 from trunnion.service.executor.part_tallies import BATCH, MANY, is_tallied, tallies
+from trunnion.service.executor.part_versions import shaped
 from trunnion.service.store.store_records import Chunk
 
 
@@ -77,7 +78,7 @@ def _add_chunks(s: Service, kept: JobTally, there: JobContents, chunks: Iterable
         pieces |= {(c.start, c.stop) for c in some.values()}
         if len(found) >= BATCH:
             found = [together(found, there.plan.cases)]
-    nothing = tally_of(there.schema.empty_table(), there.plan.cases, there.plan.reductions)
+    nothing = tally_of(there.plan.schema.empty_table(), there.plan.cases, there.plan.reductions)
     kept.tally, kept.pieces = together(found, there.plan.cases) if found else nothing, pieces
 
 
@@ -94,4 +95,4 @@ def note_on_sample(note: str, drawn: dict[str, Any] | None) -> dict[str, str]:
 
 def sampled_rows(tally: Tally, shown: Any) -> Any:
     """The sampled rows in the order of their cases, with the columns of the schema ``shown``."""
-    return tally.drawn.sort_by("case").select(shown.names).cast(shown)
+    return shaped(tally.drawn.sort_by("case"), shown)

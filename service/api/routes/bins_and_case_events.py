@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.renamed_words import known_result
 from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, picked
 from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
@@ -136,6 +137,7 @@ def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, in
     response is sent."""
     there, schema = find_job(s, job), job_contents(s, job).schema
     problems: list[Problem] = []
+    named = (known_result(named[0], schema.names), known_result(named[1], schema.names), known_result(named[2], schema.names))
     names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
     conditions = tuple(w for text in within if (w := _within(schema, text, problems)) is not None)
     if problems:
@@ -209,6 +211,7 @@ def _number(schema: Any, where: str, name: str, problems: list[Problem]) -> str:
 def _within(schema: Any, text: str, problems: list[Problem]) -> Within | None:
     """The condition that a text states. For an invalid text, adds a problem and returns None."""
     name, sign, given = text.rpartition("=")
+    name = known_result(name, schema.names)
     if not sign or name not in schema.names:
         problems.append(Problem("within", f"{text[:200]!r} does not name a column", WITHIN))
         return None

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Body
 from pydantic import Field
 from starlette.responses import PlainTextResponse, Response
 
+from trunnion.basics.shown_text import visible
 from trunnion.basics.version import version
 from trunnion.service.api.documents.job_document import rfc3339
 from trunnion.service.api.documents.problem_documents import Json, Refusal, content_schema, error_responses
@@ -43,7 +44,7 @@ class KeyMade(KeyItem):
 
 
 def _item(k: Key) -> dict[str, object]:
-    return {"id": k.id, "name": k.name, "role": k.role, "created": rfc3339(k.created), "revoked": rfc3339(k.revoked)}
+    return {"id": k.id, "name": visible(k.name), "role": k.role, "created": rfc3339(k.created), "revoked": rfc3339(k.revoked)}
 
 
 @router.post("/v1/keys", tags=["keys"], status_code=201, response_model=KeyMade, responses=error_responses(413))

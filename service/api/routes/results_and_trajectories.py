@@ -13,6 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, Response, StreamingResponse
 
 from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.renamed_words import known_result
 from trunnion.basics.version import version
 from trunnion.service.api.documents.problem_documents import Refusal, content_schema, error_responses, header_schema
 from trunnion.service.api.job_data.job_rows import case_numbers, find_job, job_contents, result_rows, trajectory_rows
@@ -101,7 +102,8 @@ def _rows_answer(s: Service, job: str, kind: str, query: RowQuery, kept: bool) -
 
 def _columns(known: list[str], asked: list[str] | None) -> list[str]:
     """The requested columns, by default all columns; SceneError for unknown columns."""
-    unknown = [c for c in asked or () if c not in known]
+    asked = [known_result(c, known) for c in asked or ()]
+    unknown = [c for c in asked if c not in known]
     if unknown:
         hint = f"one of {', '.join(known)[:1000]}"
         raise SceneError(Problem("column", f"there is no column {c[:200]!r}", hint) for c in unknown[:50])

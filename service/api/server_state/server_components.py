@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import logging
+import os
+import shlex
 import tempfile
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from fastapi import Request
@@ -27,11 +32,13 @@ from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.dask_cluster import Cluster
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
+from trunnion.service.executor.part_adoption import adopt_parts
 from trunnion.service.executor.webhooks import WebhookSender
 from trunnion.service.request_workers.worker_processes import WorkerPool
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 
+log = logging.getLogger("trunnion.service")
 CACHED_JOBS, CACHED_LENGTHS = 64, 256
 CACHED_TALLIES = 4
 """Largest number of jobs whose tallies are cached. The tallies of one job need up to some hundred megabytes."""
@@ -117,12 +124,35 @@ class Service:
         self.store.close()
 
 
+OURS = ("trunnion.db", "trunnion.db-wal", "trunnion.db-shm", "results", "scratch", "webhook.secret")
+"""Names of the server's files and folders in the data folder."""
+
+
+def close_data_folder(data: Path) -> None:
+    """Withdraw the rights of other accounts to the server's files in the data folder. A warning names the places that others may
+    still read, because they belong to another account or are the data folder itself, which may hold other files."""
+    left = []
+    for path in (data / name for name in OURS):
+        with suppress(FileNotFoundError):
+            if (mode := path.stat().st_mode) & 0o077:
+                try:
+                    path.chmod(mode & 0o700)
+                except OSError:
+                    left.append(path)
+    if data.stat().st_mode & 0o077:
+        left.append(data)
+    if left and os.name == "posix":
+        places = shlex.join(map(str, left))
+        log.warning("other accounts may look into %s; this command closes it: chmod go-rwx %s", places, places)
+
+
 def make_data_folder(settings: Settings) -> None:
-    """Make the data folder; SceneError when the folder is not writable."""
+    """Make the data folder, and close it to other accounts; SceneError when the folder is not writable."""
     try:
         settings.data.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.TemporaryFile(dir=settings.data):
             pass
+        close_data_folder(settings.data)
     except OSError as e:
         what = f"{settings.data} {write_error_text(e)}"
         raise SceneError([Problem("--data", what, "choose another folder, such as --data ~/jobs")]) from e
@@ -144,6 +174,7 @@ def create_service(settings: Settings) -> Service:
             parts.check()
         except OSError as e:
             raise SceneError([Problem("--results", f"{parts.root} {write_error_text(e)}", "choose another folder")]) from e
+    adopt_parts(store, parts)
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     memory = settings.limits.memory

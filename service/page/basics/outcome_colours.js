@@ -19,8 +19,16 @@ function place(name) {
 
 export const color = (k) => getComputedStyle(document.documentElement).getPropertyValue(`--c${k % 8}`).trim();
 export const shape = (k) => SHAPES[k % SHAPES.length];
-export const of = (name) => ({ color: color(place(name)), shape: shape(place(name)) });
+export const of = (name) => ({ color: color(place(name)), shape: shape(place(name)), open: isEarly(name) });
 export const said = (name) => name.replace(/_/g, " ");
+
+// Cases that ended before their end time. Their results cover only a part of the time, so their marks are hollow and they determine no
+// colour scale.
+const WHOLE = ["done", "inaccurate"];
+export const COMPLETE = `outcome=${WHOLE.join(",")}`; // the condition for the other cases
+export const isEarly = (name) => !WHOLE.includes(name);
+export const early = (job) => Object.entries(job.outcomes).reduce((sum, [name, n]) => sum + (isEarly(name) ? n : 0), 0);
+export const earlyText = (job) => (early(job) ? `${many(early(job))} of ${many(job.done)} ended early` : "");
 
 // An SVG mark for a legend. Screen readers ignore it.
 function drawn(width, height, box, path) {
@@ -31,7 +39,8 @@ function drawn(width, height, box, path) {
   return svg;
 }
 
-export const mark = ({ color: c, shape: s }) => drawn(12, 12, "0 0 16 16", { d: DRAWN[s], fill: c });
+export const mark = ({ color: c, shape: s, open }) => drawn(12, 12, "0 0 16 16", { d: DRAWN[s], ...(open ? { fill: "none", stroke: c, "stroke-width": 2 } : { fill: c }) });
+export const symbol = ({ shape: s, open }) => (open ? `${s}-open` : s);
 export const stroke = (dashes) => drawn(34, 6, "0 0 34 6", { d: "M0 3h34", stroke: "currentColor", "stroke-width": 2, "stroke-dasharray": dashes });
 
 export const chips = (counts) => Object.entries(counts).map(([name, n]) => make("li", {}, mark(of(name)), ` ${many(n)} ${said(name)}`));

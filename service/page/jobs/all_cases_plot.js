@@ -62,7 +62,7 @@ async function scatter({ x, up }) {
   const traces = charts.points(table.rows, at, (r) => r[i], (r) => r[k], (r) => charts.hover(table.columns, r), selection.size ? inside : null);
   const said = `${words(table.column(up))} against ${words(table.column(x))}, ${few(table.rows.length, "case")}, outcomes by colour and shape`;
   await charts.draw($("sweepplot"), traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
-  return [lost ? `${few(lost, "case")} of ${many(table.rows.length)} without this result: drawn below the others.` : "", "Click a case to show its curves; shift-click to add another case."];
+  return [outcomes.early(table.job) ? "Hollow marks: cases that ended early; their results cover the time until then." : "", lost ? `${few(lost, "case")} of ${many(table.rows.length)} without this result: drawn below the others.` : "", "Click a case to show its curves; shift-click to add another case."];
 }
 
 // Whether a row satisfies the selection.

@@ -6,7 +6,7 @@ import * as outcomes from "../basics/outcome_colours.js";
 import { Table, middles } from "../basics/result_rows.js";
 import { learn, title, unit, words } from "../basics/axis_labels.js";
 
-const MOST = 6, MOST_DIFFERENCES = 60, ASKED = ["vary", "sample", "cases", "optimise", "refine", "until", "every", "rtol", "method", "kernel", "cpu_limit"];
+const MOST = 6, MOST_DIFFERENCES = 60, SETTINGS = ["until", "every", "rtol", "method", "kernel", "cpu_limit"], ASKED = ["vary", "sample", "cases", "optimise", "refine", ...SETTINGS];
 let tables = [], requests = [], turn = 0;
 
 export function begin() {
@@ -63,7 +63,8 @@ function differences() {
     return out;
   });
   const paths = [...new Set(flat.flatMap((f) => [...f.keys()]))].filter((p) => new Set(flat.map((f) => f.get(p))).size > 1);
-  const rows = paths.slice(0, MOST_DIFFERENCES).map((p) => [p, ...flat.map((f) => f.get(p) ?? "–")]);
+  const absent = (p) => (SETTINGS.includes(p) ? "default" : "not given");
+  const rows = paths.slice(0, MOST_DIFFERENCES).map((p) => [p, ...flat.map((f) => f.get(p) ?? absent(p))]);
   if (paths.length > rows.length) rows.push([`and ${paths.length - rows.length} more`, ...flat.map(() => "")]);
   fill($("differences"), ["", ...tables.map(called)], rows.length ? rows : [["none: the requests are equal", ...flat.map(() => "")]]);
 }
@@ -71,7 +72,7 @@ function differences() {
 async function drawn() {
   const mine = turn, up = $("compareup").value, across = $("compareacross").value;
   if (!up || !across) { $("comparenote").textContent = "These jobs have no common result, or no common varied number."; return; }
-  const found = await Promise.all(tables.map((t) => (t.job.done ? t.bins(across, "", up, { nx: 60 }) : null)));
+  const found = await Promise.all(tables.map((t) => (t.job.done ? t.bins(across, "", up, { nx: 60, words: [outcomes.COMPLETE] }) : null)));
   if (mine !== turn) return;
   const c = tables[0].column(up), x = tables[0].column(across);
   const traces = found.map((got, i) => {

@@ -1,6 +1,7 @@
 // Lists of jobs: the recent jobs below a new run, and all jobs with search and comparison.
 
-import { $, ENDED, ask, dated, few, later, make, wrong } from "../basics/requests_and_dom.js";
+import { $, ENDED, ask, dated, few, later, make, many, wrong } from "../basics/requests_and_dom.js";
+import * as outcomes from "../basics/outcome_colours.js";
 import * as router from "../basics/router.js";
 import { onReturn } from "../basics/server_status.js";
 
@@ -72,13 +73,13 @@ function fill(box, jobs, choosing) {
 
 function row(job, choosing) {
   const name = job.label || job.scene, going = !ENDED.includes(job.state);
-  const failed = Object.entries(job.outcomes).reduce((sum, [o, n]) => sum + (o === "done" ? 0 : n), job.lost);
-  const told = [job.label && job.label !== job.scene ? job.scene : "", few(job.cases, "case"), failed ? `${failed.toLocaleString("en")} not done` : "", job.tags.join(" ")].filter(Boolean).join(" · ");
+  const early = outcomes.earlyText(job), amber = early && job.state === "done";
+  const told = [job.label && job.label !== job.scene ? job.scene : "", few(job.cases, "case"), amber ? "" : early, job.lost ? `${many(job.lost)} could not be run` : "", job.tags.join(" ")].filter(Boolean).join(" · ");
   const box = choosing ? make("input", { type: "checkbox", "data-job": job.id, "aria-label": `compare ${name} ${job.id.slice(0, 8)}`, onchange: (e) => { if (e.target.checked) chosen.add(job.id); else chosen.delete(job.id); picked(); } }) : null;
   if (box) box.checked = chosen.has(job.id);
   const link = make("a", { href: `/jobs/${job.id}`, "data-route": true, "data-job": job.id }, name);
   const meter = going ? make("progress", { max: 1, value: job.progress, "aria-label": `progress of ${name}` }) : null;
-  return make("li", { class: "jobrow" }, box, make("span", { class: "what" }, link, make("small", {}, told)), make("span", { class: `pill ${job.state}` }, going ? job.stage : job.state), meter, make("span", { class: "when" }, dated(job.created)));
+  return make("li", { class: "jobrow" }, box, make("span", { class: "what" }, link, make("small", {}, told)), make("span", { class: `pill ${amber ? "early" : job.state}` }, going ? job.stage : amber ? early : job.state), meter, make("span", { class: "when" }, dated(job.created)));
 }
 
 function picked() {

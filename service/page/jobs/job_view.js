@@ -12,19 +12,34 @@ import { Table } from "../basics/result_rows.js";
 import { learn } from "../basics/axis_labels.js";
 
 const GROW = 2000; // shortest time between two updates of a running job's rows, ms
-const STAGES = [["waiting", "Waiting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
+const STAGES = [["waiting", "Waiting"], ["starting", "Starting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
 let job = null, source = null, table = null, next = 0, seen = new Set();
+const unsent = new Set(); // jobs whose cancellation did not reach the server
 
 export function begin() {
   over.begin();
   questions.begin();
   cases.begin();
-  $("cancel").addEventListener("click", () => ask("DELETE", `/v1/jobs/${job.id}`).then(update).catch(wrong));
+  $("cancel").addEventListener("click", () => cancel(job.id));
   $("edit").addEventListener("click", () => router.go(`/?from=${job.id}`));
   $("rerun").addEventListener("click", () => ask("POST", `/v1/jobs/${job.id}/rerun`, {}).then((j) => router.go(`/jobs/${j.id}`)).catch(wrong));
   $("remove").addEventListener("click", () => { if (confirm("Delete this job with all its results?")) ask("DELETE", `/v1/jobs/${job.id}?purge=true`).then(() => router.go("/jobs")).catch(wrong); });
   charts.onScheme(() => { if (table) update(job); });
+  onReturn(() => { for (const id of unsent) cancel(id); });
   onReturn(() => { if (router.here() === "job" && job) reload().catch(wrong); });
+}
+
+// Cancels a job. If the server does not answer, the request is repeated when it answers again.
+async function cancel(id) {
+  unsent.delete(id);
+  try {
+    const now = await ask("DELETE", `/v1/jobs/${id}`);
+    if (id === job?.id) { $("trouble").textContent = ""; update(now); }
+  } catch (e) {
+    if (e.status) { wrong(e); return; }
+    unsent.add(id);
+    if (id === job?.id) $("trouble").textContent = "The job will be cancelled as soon as the server answers.";
+  }
 }
 
 export async function enter(query, id) {
@@ -122,7 +137,9 @@ function update(now) {
   const left = now.state === "running" && now.eta_seconds != null ? `, about ${few(Math.ceil(now.eta_seconds), "second")} to go` : "";
   const took = now.finished && now.started ? ` in ${lasted((new Date(now.finished) - new Date(now.started)) / 1000)}` : "";
   const at = now.stage.includes(":") ? `, ${now.stage}` : ""; // the stage of a fit states its progress
-  $("state").textContent = `${now.state}: ${many(now.done)} of ${many(now.cases)}${at}${left}${going ? "" : took}`;
+  const early = outcomes.earlyText(now);
+  $("state").textContent = `${now.state}: ${many(now.done)} of ${many(now.cases)}${at}${left}${going ? "" : took}${early ? `, ${early}` : ""}`;
+  $("state").className = early ? "early" : "";
   $("outcomes").replaceChildren(...outcomes.chips({ ...now.outcomes, ...(now.lost ? { "could not be run": now.lost } : {}) }));
   $("cancel").hidden = !going;
   $("rerun").hidden = going || table?.fits || !(now.lost || Object.keys(now.outcomes).some((o) => o !== "done"));
@@ -135,13 +152,13 @@ const lasted = (s) => (s < 90 ? `${s < 10 ? s.toFixed(1) : Math.round(s)} s` : s
 
 // Shows the stages. The first worker reports deriving and compiling; a scene of precompiled parts does not need these stages.
 function staged(going) {
-  const at = job.stage === "starting" ? "waiting" : !going ? "ended" : job.stage.startsWith("fitting") ? "running" : job.stage, i = Math.max(0, STAGES.findIndex(([s]) => s === at));
+  const at = !going ? "ended" : job.stage.startsWith("fitting") ? "running" : job.stage, i = Math.max(0, STAGES.findIndex(([s]) => s === at));
   const built = job.build_seconds > 0.05 || seen.has("compiling") || seen.has("deriving");
   $("stages").replaceChildren(...STAGES.map(([s, name], k) => {
     const skipped = (s === "deriving" || s === "compiling") && k < i && !built;
     const word = s === "ended" && !going && job.state !== "done" ? job.state[0].toUpperCase() + job.state.slice(1) : name;
     const item = make("li", { class: k < i || (k === i && !going) ? (skipped ? "skipped" : "past") : k === i ? "now" : "" }, word);
-    if (s === "ended" && !going) item.className = job.state === "done" ? "past" : job.state;
+    if (s === "ended" && !going) item.className = job.state !== "done" ? job.state : outcomes.early(job) ? "early" : "past";
     if (k === i && going) item.setAttribute("aria-current", "step");
     if (skipped) item.append(make("small", {}, "not needed"));
     return item;

@@ -118,7 +118,9 @@ async function study() {
   if (!answer) return;
   $("questions").hidden = false;
   $("indexplot").hidden = $("spreadplot").hidden = true;
-  $("questionnote").textContent = sentences([`${answer.why}; ${answer.cases} cases`, answer.feasible === false ? "no case satisfies all constraints; this case violates them least" : ""]);
+  $("questionnote").textContent = sentences([`${answer.why}; ${answer.cases} cases`, 
+    answer.feasible === false && answer.constraints_missed != null ? `no case satisfies all constraints; this case misses them by ${number(answer.constraints_missed)} of their scales` : answer.feasible === false ? "no case has a value" : "",
+    answer.off_target ? `the result is off target by ${number(answer.off_target)} ${unit(table.column(answer.of)?.unit)}` : ""]);
   await (answer.kind === "optimise" ? best(answer) : boundaries(answer));
 }
 

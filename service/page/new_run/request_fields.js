@@ -17,11 +17,13 @@ export function proposed(facts) {
 }
 
 export function switched(facts) {
+  $("axes").hidden = $("moreaxes").hidden = way() === "once";
   $("sampling").hidden = way() !== "sample";
   $("study").hidden = !study();
   $("goallabel").hidden = $("withinlabel").hidden = way() !== "optimise";
   $("targetlabel").hidden = way() !== "optimise" || $("goal").value !== "reach";
   proposed(facts);
+  if (way() === "once") return;
   for (const input of document.querySelectorAll(".values")) {
     const parts = input.value.split(":");
     if (way() !== "vary" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
@@ -89,7 +91,7 @@ export function request() {
   if ($("until").value) body.until = +$("until").value;
   if (way() === "vary") body.vary = Object.fromEntries(rows.map(([p, v]) => [p, v.includes(":") ? v : v.split(",").map((x) => x.trim())]));
   else if (study()) body[way()] = wanted(rows);
-  else {
+  else if (way() === "sample") {
     const ranges = Object.fromEntries(rows.map(([p, v]) => [p, v.includes("(") ? v : ends(v)]));
     body.sample = { ranges, count: +$("samplecount").value, seed: +$("seed").value, method: $("method").value };
   }
@@ -109,10 +111,12 @@ function wanted(rows) {
 
 const spread = (v) => (Array.isArray(v) ? v.map((x) => x ?? "").join(":") : String(v));
 
+const varies = (body) => ["vary", "over", "cases"].some((w) => Object.keys(body[w]?.[0] ?? body[w] ?? {}).length);
+
 // Fills the form from the request of a job or from a draft. A list of cases becomes a list of values for each number.
 export function put(body, suggested, changed) {
   clear();
-  const is = ["sample", "optimise", "refine"].find((w) => body[w]) ?? "vary", study = body.optimise ?? body.refine;
+  const is = ["sample", "optimise", "refine"].find((w) => body[w]) ?? (varies(body) ? "vary" : "once"), study = body.optimise ?? body.refine;
   document.querySelector(`input[name=way][value=${is}]`).checked = true;
   if (body.sample) { $("samplecount").value = body.sample.count; $("seed").value = body.sample.seed ?? 0; $("method").value = body.sample.method ?? "latin"; }
   if (study) {

@@ -26,11 +26,11 @@ function failing(got, at = null) {
   const c = got.cells, names = Object.keys(c.outcomes).filter((n) => n !== "done"), xs = middles(got.x), ys = got.y ? middles(got.y) : null;
   return names.map((name) => {
     const k = c.x.map((_, j) => j).filter((j) => c.outcomes[name][j] && names.every((o) => c.outcomes[o][j] <= c.outcomes[name][j]));
-    const { color, shape } = outcomes.of(name);
+    const look = outcomes.of(name), edge = look.open ? { width: 1.5 } : { color: charts.inks().paper, width: k.length > 800 ? 0 : 1 };
     return {
       type: "scatter", mode: "markers", name: outcomes.said(name), x: k.map((j) => xs[c.x[j]]), y: k.map((j) => (ys ? ys[c.y[j]] : at)), customdata: k.map((j) => c.first[j]),
       text: k.map((j) => `${many(c.outcomes[name][j])} of ${few(c.cases[j], "case")}: ${outcomes.said(name)}`), hovertemplate: "%{text}<extra></extra>",
-      marker: { color, symbol: shape, size: k.length > 800 ? 4 : 7, line: { color: charts.inks().paper, width: k.length > 800 ? 0 : 1 } },
+      marker: { color: look.color, symbol: outcomes.symbol(look), size: k.length > 800 ? 4 : 7, line: edge },
     };
   }).filter((t) => t.x.length);
 }
@@ -46,24 +46,32 @@ export function span(values) {
 // A text about the counted cases: all, selected, or sampled.
 const counted = (got, selection) => (got.drawn ? `${few(got.cases, "case")} of ${many(got.drawn.of)}, sampled` : `${selection.size ? "" : "All "}${few(got.cases, "case")}`);
 
+// The bins of the cases that did not end early; the bins of all cases if none ended early. Without such a case, no cell has a value.
+async function complete(table, all, names, options) {
+  if (!outcomes.early(table.job)) return all;
+  const got = await table.bins(...names, { ...options, words: [outcomes.COMPLETE] });
+  return got.cases ? got : { ...all, cells: { ...all.cells, mean: all.cells.mean.map(() => null), cases: all.cells.cases.map(() => 0) } };
+}
+
 // Draws a result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
   const n = table.large ? fit(table.job.cases / 2) : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
   const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // in a grid, the cells are few compared with the cases
   const coarse = grid ? got : await table.bins(x, y, up, { nx: n, ny: n, within: selection });
+  const bins = grid ? 200 : n, whole = await complete(table, coarse, [x, y, up], { nx: bins, ny: bins, within: selection });
   if (!still()) return null;
-  const c = coarse.cells, ends = span(c.mean), z = matrix(coarse, (k) => c.mean[k]), text = matrix(coarse, (k) => told(c, k, up));
-  const data = { x: middles(coarse.x), y: middles(coarse.y), z, colorscale: "Viridis", colorbar: BAR(title(table.column(up)), box), name: "" };
+  const c = whole.cells, ends = span(c.mean), z = matrix(whole, (k) => c.mean[k]), text = matrix(whole, (k) => told(c, k, up));
+  const data = { x: middles(whole.x), y: middles(whole.y), z, colorscale: "Viridis", colorbar: BAR(title(table.column(up)), box), name: "" };
   const shown = kind === "contour"
     ? { ...data, type: "contour", connectgaps: false, contours: { showlabels: true, labelfont: { size: 11, color: "white" } }, line: { width: 0.8 } }
     : { ...data, type: "heatmap" };
-  const traces = [{ ...shown, ...ends, text, customdata: matrix(coarse, (k) => c.first[k]), hovertemplate: `${x} = %{x}<br>${y} = %{y}<br>%{text}<extra></extra>` }, ...failing(coarse)];
+  const traces = [{ ...shown, ...ends, text, customdata: matrix(whole, (k) => c.first[k]), hovertemplate: `${x} = %{x}<br>${y} = %{y}<br>%{text}<extra></extra>` }, ...failing(coarse)];
   const said = `${words(table.column(up))} over ${words(table.column(x))} and ${words(table.column(y))}, ${few(coarse.cases, "case")}, as a ${kind === "contour" ? "contour plot" : "heat map"}`;
   await charts.draw(box, traces, { ...charts.legend, ...room(box), showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(y))) }, said);
   const most = Math.max(0, ...c.cases), none = c.mean.filter((v) => v == null).length;
   return [
     `${counted(coarse, selection)}${most > 1 ? `, up to ${many(most)} in a cell, whose colour shows their mean` : ""}.`,
-    none ? `${few(none, "cell")} without this result.` : "", traces.length > 1 ? "Marks: cells with cases whose outcome is not done." : "",
+    none ? `${few(none, "cell")} without this result.` : "", traces.length > 1 ? "Marks: cells with cases whose outcome is not done; colours leave out cases that ended early." : "",
     "zmax" in ends ? `Colours cover ${number(ends.zmin)} to ${number(ends.zmax)}; some cells lie outside this range.` : "",
   ];
 }
@@ -77,7 +85,8 @@ function told(c, k, up) {
 // Draws the density of very many cases, for a result over one number. Marks below the plot show cases without the result.
 export async function density(box, { table, x, up, selection, still }) {
   const n = Math.max(20, Math.min(150, Math.round(Math.sqrt(table.job.cases) / 3)));
-  const [got, all] = await Promise.all([table.bins(x, up, "", { nx: n, ny: Math.round(n / 1.5), within: selection }), table.bins(x, "", "", { nx: n, within: selection })]);
+  const options = { nx: n, ny: Math.round(n / 1.5), within: selection };
+  const [every, all] = await Promise.all([table.bins(x, up, "", options), table.bins(x, "", "", { nx: n, within: selection })]), got = await complete(table, every, [x, up, ""], options);
   if (!still()) return null;
   const c = got.cells, z = matrix(got, (k) => Math.log10(c.cases[k])), ends = [got.y.edges[0], got.y.edges.at(-1)], most = Math.max(1, ...c.cases);
   const ticks = [1, 10, 100, 1000, 1e4, 1e5, 1e6].filter((v) => v <= most), floor = ends[0] - 0.06 * (ends[1] - ends[0]);

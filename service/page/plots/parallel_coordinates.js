@@ -72,8 +72,10 @@ function lined(canvas, table) {
   grey.forEach(line);
   for (const r of [...full].sort((a, b) => (a[outcome] === "done" ? 0 : 1) - (b[outcome] === "done" ? 0 : 1))) {
     Object.assign(ctx, { strokeStyle: outcomes.of(r[outcome]).color, globalAlpha: r[outcome] === "done" ? Math.max(0.12, Math.min(0.8, 60 / full.length)) : 0.7, lineWidth: 1.2 });
+    ctx.setLineDash(outcomes.isEarly(r[outcome]) ? [4, 3] : []);
     line(r);
   }
+  ctx.setLineDash([]);
   ruled(ctx);
 }
 

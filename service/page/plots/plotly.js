@@ -67,7 +67,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () =
   for (const work of schemes) await Promise.resolve(work()).catch(wrong);
 });
 
-const look = (outcome) => ({ color: outcomes.of(outcome).color, symbol: outcomes.of(outcome).shape, size: 8 });
+const look = (outcome) => ({ color: outcomes.of(outcome).color, symbol: outcomes.symbol(outcomes.of(outcome)), size: 8 });
 
 // The traces of cases as points, one for each outcome. chosen: tells whether a case is highlighted; null: all are.
 export function points(rows, at, x, y, text, chosen) {
@@ -83,4 +83,4 @@ export function points(rows, at, x, y, text, chosen) {
   });
 }
 
-export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice").slice(0, 14).map(([c, v]) => `${c.name} = ${typeof v === "number" ? number(v) : v}`).join("<br>");
+export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice" && c.name !== "version").slice(0, 14).map(([c, v]) => `${c.name} = ${typeof v === "number" ? number(v) : v}`).join("<br>");

@@ -76,12 +76,12 @@ def test_cases_that_fail_rank_last_and_are_counted() -> None:
     assert found(follow) == pytest.approx([0.3, 0.0], abs=0.01)
     assert follow.answer["failed"] == int((follow.values[:, 0] < 0.3).sum()) > 0
     none = followed(best(most=60), lambda x: {"f": x[:, 0]}, lambda x: x[:, 0] < 9.0)
-    assert (none.answer["feasible"], none.answer["missed"], none.answer["results"]) == (False, None, {})
+    assert (none.answer["feasible"], none.answer["constraints_missed"], none.answer["results"]) == (False, None, {})
 
 
 def test_what_cannot_be_kept_is_told_with_what_comes_nearest() -> None:
     follow = followed(best(within=[("g", 9.0, inf)], most=600), lambda x: {"f": x[:, 0], "g": x.sum(1)})
-    assert (follow.answer["feasible"], follow.answer["missed"] > 0.0) == (False, True)
+    assert (follow.answer["feasible"], follow.answer["constraints_missed"] > 0.0) == (False, True)
     assert found(follow) == pytest.approx([2.0, 2.0], abs=0.01)
 
 
@@ -91,6 +91,49 @@ def test_it_begins_at_the_scenes_own_numbers_within_the_bounds_and_uses_no_more_
     assert follow.requested == 37
     assert follow.answer["why"] == "the allowed number of cases is used up"
     assert (np.abs(follow.values) <= 2.0).all()
+
+
+CURVES: dict[str, tuple[int, Of]] = {
+    "a straight line": (1, lambda x: {"f": 3.0 * x[:, 0]}),
+    "a steep curve": (1, lambda x: {"f": np.expm1(6.0 * x[:, 0])}),
+    "a sum": (2, lambda x: {"f": x[:, 0] ** 3 + np.sin(x[:, 1])}),
+    "a wave in four numbers": (4, lambda x: {"f": np.sin(3.0 * x.sum(1)) + x[:, 0]}),
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_a_target_within_reach_is_reached_by_sixty_cases(name: str) -> None:
+    d, of = CURVES[name]
+    follow = followed(best("reach", d, 0.7, most=60), of)
+    assert (follow.answer["why"], follow.answer["feasible"]) == ("the target is reached", True)
+    assert abs(follow.answer["off_target"]) < 1e-6
+    assert of(found(follow)[None, :])["f"][0] - 0.7 == pytest.approx(follow.answer["off_target"], abs=1e-12)
+
+
+def test_a_jump_across_the_target_is_not_taken_for_the_target() -> None:
+    jump: Of = lambda x: {"f": np.where(x[:, 0] < 0.3, -1.0, 2.0) + 0.1 * x[:, 0]}  # noqa: E731
+    follow = followed(best("reach", 1, 0.0, most=300), jump)
+    assert follow.answer["why"] != "the target is reached"
+    assert follow.answer["off_target"] == pytest.approx(-0.97, abs=1e-3)
+    assert found(follow) == pytest.approx([0.3], abs=0.01)
+
+
+def test_a_target_and_a_constraint_are_missed_apart() -> None:
+    out = followed(best("reach", 1, 9.0, [("g", -inf, 3.0)], most=40), lambda x: {"f": x[:, 0], "g": x[:, 0]})
+    assert (out.answer["constraints_missed"], out.answer["off_target"]) == (0.0, pytest.approx(-7.0, abs=0.01))
+    none = followed(best("reach", 1, 1.0, [("g", 3.0, inf)], most=40), lambda x: {"f": x[:, 0], "g": x[:, 0]})
+    assert none.answer["constraints_missed"] > 0.0
+    assert none.answer["off_target"] == pytest.approx(1.0, abs=0.01)
+    assert followed(best(most=40), lambda x: {"f": x[:, 0]}).answer["off_target"] is None
+
+
+def test_a_stored_study_goes_on_by_the_rules_of_its_own_revision() -> None:
+    of = CURVES["a sum"][1]
+    early, now = (followed(best("reach", 2, 0.7, most=60, revision=r), of) for r in (1, 2))
+    assert early.requested == 60
+    assert early.values[: now.requested].tobytes() != now.values.tobytes()
+    wave: Of = lambda x: {"f": np.sin(60.0 * x[:, 0] ** 2)}  # noqa: E731
+    assert [followed(line(most=40, revision=r), wave).requested for r in (1, 2)] == [33, 40]
 
 
 STUDIES: dict[str, tuple[Study, Of, Fails]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 from itertools import pairwise
 
@@ -92,6 +93,17 @@ def test_the_first_problems_are_told_and_the_others_counted():
     assert (len(told), e.value.total) == (MOST + 1, 4000)
     assert str(e.value).splitlines()[-1] == "and 3900 more: not listed (mend these first)"
     assert all(a.line < b.line for a, b in pairwise(told[:MOST]))
+
+
+@pytest.mark.parametrize("place", ["", "bodies.arm."])
+def test_the_meaning_of_no_more_unknown_keys_is_searched_than_problems_are_listed(place: str, monkeypatch: pytest.MonkeyPatch):
+    """With 4,000 unknown keys, the search took 2 s of processor time; it takes 0.05 s of 0.25 s."""
+    searched, search = [], difflib.get_close_matches
+    monkeypatch.setattr(difflib, "get_close_matches", lambda *given, **named: searched.append(given) or search(*given, **named))
+    with pytest.raises(SceneError) as e:
+        scene_from_dict(edited({f"{place}mass_of_{i}": 1 for i in range(1000)}))
+    assert e.value.total == 1000
+    assert 0 < len(searched) <= 2 * MOST
 
 
 def test_a_hundred_problems_are_all_told():

@@ -129,7 +129,14 @@ def test_what_is_too_old_goes_and_what_was_left_behind_with_it(tmp_path: Path, m
 
 
 def test_times_to_keep_jobs_for_are_read_with_their_units() -> None:
-    assert [kept_for(t) for t in ("", "0", "90", "45m", "12h", "30d")] == [0.0, 0.0, 90.0, 2700.0, 43_200.0, 2_592_000.0]
+    assert [kept_for(t) for t in ("", "0", "600", "45m", "12h", "30d")] == [0.0, 0.0, 600.0, 2700.0, 43_200.0, 2_592_000.0]
     for wrong in ("x", "-1d", "1w", "nan", "1e999"):
         with pytest.raises(SceneError, match="--keep"):
             kept_for(wrong)
+
+
+@pytest.mark.parametrize("text", ["30s", "9m", "599"])
+def test_a_time_to_keep_jobs_for_that_cannot_be_kept_is_refused(text: str) -> None:
+    """Expired jobs are looked for every ten minutes."""
+    with pytest.raises(SceneError, match=f"{text} is shorter than the 10 min"):
+        kept_for(text)

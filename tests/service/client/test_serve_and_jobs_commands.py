@@ -61,6 +61,12 @@ def test_a_job_is_submitted_waited_for_and_fetched(told: Told, tmp_path: Path) -
         assert (code, job["id"] in out, "done" in out) == (0, True, True)
 
 
+def test_a_scene_is_submitted_without_a_sweep(told: Told) -> None:
+    code, out, _ = told("submit", "spherical_pendulum", "--until", "200 ms", "--wait", "--json")
+    job = json.loads(out)
+    assert (code, job["state"], job["cases"], job["outcomes"]) == (0, "done", 1, {"done": 1})
+
+
 def test_rows_of_all_cases_are_kept_and_fetched(told: Told, tmp_path: Path) -> None:
     over, kept = f"{MU}=0.1:0.6:3", ["--trajectories", "ball.qd[2]", "--spacing", "100 ms"]
     code, job, _ = told("submit", "spherical_pendulum", "--vary", over, "--until", "0.5", *kept, "--wait", "--json")

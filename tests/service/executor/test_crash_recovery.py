@@ -15,7 +15,7 @@ import psutil
 import pytest
 
 import trunnion
-from tests.service.http_servers import MU, ROOT, SMALL, Served, eventually, free_port, spawned
+from tests.service.http_servers import MU, ROOT, SMALL, Served, as_stored, eventually, free_port, spawned
 from tests.service.page.chromium_tab import browser, until
 from tests.service.postgresql_servers import DatabaseMissing, packaged
 
@@ -34,7 +34,7 @@ BRIM = Path(__file__).parent / "full_disk"
 def uninterrupted(request: dict[str, Any]) -> list[list[Any]]:
     """The rows of the job in an uninterrupted run."""
     t = trunnion.sweep(request["scene"], request["vary"], reductions=request["reductions"], until=request["until"]).table
-    return [list(r.values()) for r in t.to_pylist()]
+    return [list(r.values()) for r in as_stored(t).to_pylist()]
 
 
 @pytest.fixture(scope="module")
@@ -133,8 +133,9 @@ def test_a_full_disk_fails_a_chunk_clearly_and_the_other_results_stand(brimming:
     assert "No space left" in end["problems"][0]["what"]
     rows = s.rows(end["id"])
     assert [r[0] for r in rows] == [i for i in range(40) if not 8 <= i < 8 + end["lost"]]
-    whole = trunnion.sweep(SMALL["scene"], SMALL["vary"], reductions=SMALL["reductions"], until=SMALL["until"]).table.to_pylist()
-    assert rows == [list(whole[r[0]].values()) for r in rows]
+    whole = trunnion.sweep(SMALL["scene"], SMALL["vary"], reductions=SMALL["reductions"], until=SMALL["until"])
+    stored = as_stored(whole.table).to_pylist()
+    assert rows == [list(stored[r[0]].values()) for r in rows]
     assert len([a for a in s.get(f"/v1/jobs/{end['id']}/attempts").json() if a["start"] == 8]) == 5
 
 

@@ -19,7 +19,7 @@ import pytest
 
 import trunnion
 from tests.service.executor.test_crash_recovery import BRIM
-from tests.service.http_servers import MU, ROOT, SMALL, InProcess, Served, eventually, new_keys, spawned
+from tests.service.http_servers import MU, ROOT, SMALL, InProcess, Served, as_stored, eventually, new_keys, spawned
 from trunnion.scene.library.model_folders import bundled_names
 
 pytestmark = pytest.mark.slow
@@ -204,7 +204,8 @@ def test_twenty_thousand_cases_survive_kills_clocks_and_full_disks(tmp_path: Pat
             s.start()
         end = s.ended(job, 900.0)
         rows = s.rows(job)
-    whole = trunnion.sweep(asked["scene"], asked["vary"], reductions=asked["reductions"], until=100.0, every=0.02).table.to_pylist()
+    whole = trunnion.sweep(asked["scene"], asked["vary"], reductions=asked["reductions"], until=100.0, every=0.02)
+    whole = as_stored(whole.table).to_pylist()
     wrong = sum(list(a.values()) != b for a, b in zip(whole, rows, strict=True))
     print(f"\n{end['done']} cases {end['state']}, {end['lost']} lost, {kills} kills, {wrong} wrong rows")
     assert (end["state"], end["done"], end["lost"], wrong) == ("done", 20_000, 0, 0)

@@ -14,6 +14,7 @@ import pytest
 
 from tests.service.http_servers import MU, SMALL, InProcess, eventually
 from tests.service.store.single_chunks import cut
+from trunnion.basics.version import version
 from trunnion.batch.plan import Runner
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
@@ -43,7 +44,7 @@ def test_a_part_is_an_ordinary_parquet_file_with_what_was_computed(pieces: tuple
     for piece, table in zip(found, tables, strict=True):
         assert parts.read_part(piece)[0].equals(table)
         assert pq.read_table(parts.part(piece)).equals(table)
-        assert parts.part_outcomes(piece) == ({"done": 10}, Path(parts.part(piece)).stat().st_size)
+        assert parts.part_outcomes(piece) == ({"done": 10}, Path(parts.part(piece)).stat().st_size, version())
 
 
 def test_each_of_200_random_bit_flips_is_found(pieces: tuple[Parts, list[Piece], list[Any]]) -> None:
@@ -115,7 +116,7 @@ def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_said(server
     SPOILT[how](files[1])
     assert server.rows(job) == before
     after = server.ended(job)
-    same = ("state", "cases", "done", "lost", "outcomes", "bytes", "problems")
+    same = ("state", "finished", "cases", "done", "lost", "outcomes", "bytes", "problems")
     assert {k: after[k] for k in same} == {k: document[k] for k in same}
     told = [e for e in server.service.store.events(job) if e.kind == "part_spoiled"]
     assert told[-1].data["computed_again"] is True

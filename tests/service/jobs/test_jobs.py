@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import trunnion
-from tests.service.http_servers import MU, SMALL, InProcess
+from tests.service.http_servers import MU, SMALL, InProcess, as_stored
 
 KEEP = SMALL["reductions"]
 
@@ -29,7 +29,7 @@ def small(server: InProcess) -> str:
 @pytest.fixture(scope="module")
 def expected() -> pa.Table:
     """What ``trunnion.sweep`` gives for the same batch."""
-    return trunnion.sweep("spherical_pendulum", SMALL["vary"], reductions=KEEP, until=0.5).table
+    return as_stored(trunnion.sweep("spherical_pendulum", SMALL["vary"], reductions=KEEP, until=0.5).table)
 
 
 def test_a_submission_is_accepted_with_its_place_and_the_job_says_how_it_goes(server: InProcess, small: str) -> None:
@@ -124,7 +124,23 @@ def test_lists_samples_and_yaml_scenes_are_taken(server: InProcess) -> None:
     whole = trunnion.sweep(
         "spherical_pendulum", sample={MU: (0.1, 0.6)}, count=12, seed=5, sampling="random", reductions=KEEP, until=0.2
     )
-    assert server.rows(job) == [list(r.values()) for r in whole.table.to_pylist()]
+    assert server.rows(job) == [list(r.values()) for r in as_stored(whole.table).to_pylist()]
+
+
+def test_a_scene_without_a_sweep_runs_once(server: InProcess) -> None:
+    asked = {k: v for k, v in SMALL.items() if k != "vary"}
+    assert server.post("/v1/jobs/check", asked).json()["cases"] == 1
+    job = server.submit(asked)
+    assert server.ended(job)["done"] == 1
+    r = trunnion.simulate("spherical_pendulum", until=0.5, outputs=["ball.contact[1].normal_force"])
+    columns = [c["name"] for c in server.get(f"/v1/jobs/{job}/results").json()["columns"]]
+    (row,) = server.rows(job)
+    assert dict(zip(columns, row, strict=True))[KEEP[0]] == r["ball.contact[1].normal_force"].max()
+    assert server.get(f"/v1/jobs/{job}/cases/0/trajectory").status_code == 200
+    again = server.post(f"/v1/jobs/{job}/rerun", {"outcomes": ["done"]})
+    assert (again.status_code, again.json()["cases"]) == (202, 1)
+    both = server.post("/v1/jobs/check", SMALL | {"cases": [{MU: 0.1}]})
+    assert both.status_code == 422
 
 
 def test_a_cancelled_job_keeps_the_rows_it_has(server: InProcess) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 import trunnion
-from tests.service.http_servers import MU, InProcess
+from tests.service.http_servers import MU, InProcess, as_stored
 from trunnion.service.basics.server_settings import Settings
 
 END = "simulation.until"
@@ -37,7 +37,7 @@ def test_cases_that_failed_are_run_again_with_other_settings(following: InProces
     end = following.ended(again.json()["id"])
     assert (end["cases"], end["label"], end["tags"]) == (2, "mixed", [f"of:{failed}"])
     alone = trunnion.sweep("spherical_pendulum", cases=MIXED[::2], reductions=ASKED["reductions"], every=0.01, max_steps=400)
-    assert following.rows(end["id"]) == [list(r.values()) for r in alone.table.to_pylist()]
+    assert following.rows(end["id"]) == [list(r.values()) for r in as_stored(alone.table).to_pylist()]
     assert [r[-2] for r in following.rows(end["id"])] == [400, 400]
 
 

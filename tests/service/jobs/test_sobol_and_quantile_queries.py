@@ -11,7 +11,7 @@ import pytest
 
 import trunnion
 from tests.batch.test_sobol_indices import known
-from tests.service.http_servers import MU, PATIENCE, SMALL, Served
+from tests.service.http_servers import MU, PATIENCE, SMALL, Served, as_stored
 from tests.service.page.chromium_tab import browser, page, picture, show, tab, until
 from trunnion.cli import main
 from trunnion.service.client.remote_jobs import Job, connect
@@ -39,7 +39,7 @@ def whole() -> Any:
 
 def test_command_rest_and_client_give_the_indices_of_the_function(job: Job, whole: Any, capsys: pytest.CaptureFixture[str]) -> None:
     expected = [i.document() for i in whole.indices()]
-    assert job.to_arrow().to_pylist() == whole.table.to_pylist()
+    assert job.to_arrow().to_pylist() == as_stored(whole.table).to_pylist()
     assert job.indices() == job.indices(TRAVEL) == expected
     ranges = [f"{p}={v if isinstance(v, str) else f'{v[0]}:{v[1]}'}" for p, v in RANGES.items()]
     words = ["sweep", "double_pendulum", *(w for r in ranges for w in ("--sample", r)), "--count", "32", "--seed", "4",

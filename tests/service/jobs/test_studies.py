@@ -11,7 +11,7 @@ import pytest
 
 import trunnion
 from tests.service.executor.test_crash_recovery import QUICK, children
-from tests.service.http_servers import PATIENCE, SMALL, Served, eventually
+from tests.service.http_servers import PATIENCE, SMALL, Served, as_stored, eventually
 from tests.service.page.chromium_tab import browser, page, picture, show, tab, until
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
@@ -59,7 +59,7 @@ def test_a_job_asks_for_the_cases_of_the_function_and_finds_what_it_finds(kind: 
     whole = alone(kind, {"optimise": BEST, "refine": WHERE}[kind], **RUN)
     assert job.document["state"] == "done"
     assert job.document["cases"] == job.document["done"] == whole.answer["cases"]
-    assert job.to_arrow().to_pylist() == whole.sweep.table.to_pylist()
+    assert job.to_arrow().to_pylist() == as_stored(whole.sweep.table).to_pylist()
     assert job.answer == json.loads(json.dumps(whole.answer))
 
 
@@ -166,8 +166,8 @@ def test_a_study_whose_server_and_workers_are_killed_asks_for_the_same_cases_bit
         end = s.ended(job)
         whole = alone("optimise", asked, **RUN)
         assert (end["state"], end["cases"]) == ("done", most)
-        assert s.rows(job) == [list(r.values()) for r in whole.sweep.table.to_pylist()]
+        assert s.rows(job) == [list(r.values()) for r in as_stored(whole.sweep.table).to_pylist()]
         assert s.get(f"/v1/jobs/{job}/answer").json()["answer"] == json.loads(json.dumps(whole.answer))
         part = sorted((tmp_path / "data" / "results" / job).glob("part-*.parquet"))[3]
         part.write_bytes(b"spoilt")
-        assert s.rows(job) == [list(r.values()) for r in whole.sweep.table.to_pylist()]
+        assert s.rows(job) == [list(r.values()) for r in as_stored(whole.sweep.table).to_pylist()]

@@ -3,16 +3,23 @@ others."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 import trunnion
 from tests.service.http_servers import MU, SMALL, InProcess
+from trunnion.batch.plan import Runner
 from trunnion.service.api.documents.job_document import remaining_seconds
 from trunnion.service.basics.server_settings import Limits, Settings
+from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.parquet_parts import Parts
+from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
+from trunnion.service.request_workers.worker_tasks import plan_job
 from trunnion.service.store.store_records import Chunk, Job
 
 NEVER = {"until": 90_000.0, "every": 0.01, "kernel": "parts"}
@@ -52,6 +59,62 @@ def test_the_other_cases_of_a_piece_come_through_when_one_never_ends(quick: InPr
         if row["outcome"] == "done":
             assert rows[row["case"]] == [row[n] for n in names]
     assert "chunk_split" in [e.kind for e in quick.service.store.events(end["id"])]
+
+
+class Clocks:
+    """The clocks of a worker, which a test sets."""
+
+    def __init__(self) -> None:
+        self.wall = self.processor = 0.0
+
+    def monotonic(self) -> float:
+        return self.wall
+
+    def thread_time(self) -> float:
+        return self.processor
+
+
+@pytest.fixture
+def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
+    found = Clocks()
+    monkeypatch.setattr(runs, "time", found)
+    monkeypatch.setattr(runs, "resource", None)
+    return found
+
+
+def test_other_load_of_the_machine_uses_no_time_of_a_budget(clocks: Clocks, tmp_path: Path) -> None:
+    monitor = runs.ChunkMonitor(Parts(str(tmp_path)), "j", 2.0, 1.0)
+    assert monitor(0)
+    clocks.wall, clocks.processor = 19.0, 0.9
+    assert monitor(1)
+    monitor.check()
+    clocks.processor = 1.1
+    assert not monitor(2)  # the stepping has its limit of 1 s
+    monitor.check()
+    clocks.processor = 2.1
+    with pytest.raises(runs.OutOfTime):
+        monitor.check()
+
+
+def test_a_chunk_that_only_waits_ends_in_the_end(clocks: Clocks, tmp_path: Path) -> None:
+    monitor = runs.ChunkMonitor(Parts(str(tmp_path)), "j", 2.0)
+    clocks.wall = 20.1
+    assert not monitor(0)
+    with pytest.raises(runs.OutOfTime):
+        monitor.check()
+
+
+def test_the_times_of_a_chunk_are_those_of_the_processor(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A chunk whose building waited for a minute."""
+    document = json.loads(plan_job(json.dumps(SMALL).encode(), "application/json", Limits())["document"])
+    parts, data = Parts(str(tmp_path)), document_bytes(document)
+    parts.write(parts.job_file("j"), data)
+    monkeypatch.setattr(Runner, "build_seconds", property(lambda runner: 60.0 if runner.loops else 0.0))
+    began = runs.processor_seconds()
+    told = runs.run_chunk(str(tmp_path), Piece("j", digest_of(data), 0, 4), 600.0)
+    used = runs.processor_seconds() - began
+    assert told["counts"] == {"done": 4}
+    assert 0.0 < told["seconds"] + told["build_seconds"] <= used
 
 
 def test_what_is_granted_never_adds_up_to_more_than_the_budget() -> None:

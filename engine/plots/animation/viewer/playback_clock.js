@@ -43,7 +43,7 @@ function play(on) {
   clock.then = 0;
   $("play").textContent = on ? "❚❚" : "▶";
   $("play").setAttribute("aria-pressed", String(on));
-  if (on) requestAnimationFrame(frame);
+  if (on) requestAnimationFrame(frame); else refresh();
 }
 
 function nudge(rowsOn) {
