@@ -179,7 +179,8 @@ def locked_feeds(rng: Generator) -> dict[str, Any]:
     places = ([0.0, radius, 0.0], [0.05, 0.0, 0.0], [0.25, 0.0, 0.0])
     at = places[way]
     d.block("slide", at)
-    more = [d.loaded(1.0, "force") if d.chance(0.3) else d.guide(4.0), {"effort": d.sudden(8, until, " N")} if d.chance(0.5) else {}]
+    more = [d.loaded(1.0, "force") if d.chance(0.3) else d.guide(4.0)]
+    more += [{"effort": d.sudden(8, until, " N")}] if d.chance(0.5) else []
     more += [d.stops(1e4, 0.01, 0.01)] if d.chance(0.5) else []
     more += [d.curved(0.02, 400, 10)] if d.chance(0.5) else []
     d.join("rail", "prismatic", "ground", "slide", at, *more, axis="x")

@@ -24,7 +24,8 @@ def surround(d: Draft, bodies: list[str], force: float, size: float) -> None:
             d.forces[f"field{i}"] = {"type": "field", "on": body, "fx": f"-{k:.6g} N/m*x*exp(-(y/({wide:.6g} m))^2)",
                                      "fy": f"{d.about(force):.6g} N*tanh(y/({wide:.6g} m))"}  # fmt: skip
         elif way == 2:
-            d.forces[f"sun{i}"] = {"type": "point_gravity", "on": body, "towards": "ground.sun", "gm": d.of(0.5, 2) * force * size**2}
+            gm = d.of(0.5, 2) * force * size**2
+            d.forces[f"sun{i}"] = {"type": "point_gravity", "on": body, "towards": "ground.sun", "gm": gm}
 
 
 def rod_loops(rng: Generator) -> dict[str, Any]:
@@ -177,13 +178,14 @@ def spinning_rotors(rng: Generator) -> dict[str, Any]:
     d.join("spin", "revolute", "frame", "rotor", ORIGIN, rubs, {"start": {"qd": spin}}, axis="x")
     if d.chance(0.5):
         d.wheel("fly", 0.03, [0.05, 0.0, 0.0], "x")
-        d.join("free", "revolute", "rotor", "fly", [0.05, 0.0, 0.0], d.freewheel(0.02, 0.3), {"start": {"qd": d.about(10)}}, axis="x")
+        start = {"start": {"qd": d.about(10)}}
+        d.join("free", "revolute", "rotor", "fly", [0.05, 0.0, 0.0], d.freewheel(0.02, 0.3), start, axis="x")
     return d.scene(until)
 
 
 def started_linkages(rng: Generator) -> dict[str, Any]:
-    """A five-bar or four-bar with friction whose start is exact in one joint and guessed in others; sudden torques, stops, springs by
-    curves and drag act on it."""
+    """A five-bar or four-bar with friction whose start is exact in one joint and guessed in others. Sudden torques, stops, springs
+    by curves and drag act on it."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     e = point(d.of(0.25, 0.35), d.of(-0.05, 0.05))
     nodes = [point(0, 0), point(d.of(-0.1, 0.05), d.of(0.08, 0.15)), e + point(d.of(-0.05, 0.1), d.of(0.1, 0.2)), e]

@@ -85,7 +85,8 @@ class Draft:
         of formulas."""
         way = int(self.rng.integers(5))
         if way == 0:
-            return {"step": {"start": self.about(size) * self.of(0, 1), "end": self.about(size), "begin": self.of(0.1, 0.6) * until}}
+            first = self.about(size) * self.of(0, 1)
+            return {"step": {"start": first, "end": self.about(size), "begin": self.of(0.1, 0.6) * until}}
         if way == 1:
             period = self.of(0.2, 0.5) * until
             often = {"period": period} if self.chance(0.6) else {}
@@ -101,7 +102,8 @@ class Draft:
 
     def rates(self, size: float, until: float) -> dict[str, Any]:
         """A drive whose rate is a trapezoid."""
-        return {"drive": {"trapezoid": {"base": self.about(size) * self.of(0, 0.3), "peak": self.about(size)} | self._course(until)}}
+        base = self.about(size) * self.of(0, 0.3)
+        return {"drive": {"trapezoid": {"base": base, "peak": self.about(size)} | self._course(until)}}
 
     def _course(self, until: float) -> dict[str, Any]:
         rise, hold, fall = (self.of(0.05, 0.25) * until for _ in range(3))
