@@ -16,6 +16,8 @@ from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
 
 LOCKED = 1e-9
 """Least 1 - ratio x loss of a unit that the output drives: it moves below its speed of rest when it is locked."""
+STIFFER = 30.0
+"""Stiffness of a unit over that of a joint's drive: fast shafts turn by much, and errors are of their angles."""
 REPEATED = 40
 """Iterations for an efficiency that depends on the torque which it determines."""
 
@@ -95,7 +97,7 @@ class Units:
         both = [(on[_body(j.inboard)], on[_body(j.outboard)]) for j in joints]
         self.one, self.two = (np.array([free.at(pair[k]) for pair in both]) for k in (0, 1))
         self.ratio = np.array([j.ratio for j in joints], float)
-        self.k = np.array([follower_stiffness(frames, level, n, True) for n, _ in both])
+        self.k = STIFFER * np.array([follower_stiffness(frames, level, n, True) for n, _ in both])
         self.rubs = np.array([k for k, j in enumerate(joints) if j.friction is not None], int)
         frictions = [joints[k].friction for k in self.rubs]
         self.losses = [Losses(f) for f in frictions]
