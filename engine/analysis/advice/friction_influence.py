@@ -3,7 +3,7 @@ becomes zero."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ def rank_influences(
 ) -> tuple[list[FrictionInfluence], str]:
     """(joints in order of decreasing influence; text). The text holds the notes of the sensitivity analysis, or the reason why it
     failed. until: end of the run, s."""
+    scene = _with_ratios(scene, joints)
     names = {j: _friction_coefficient(scene, j) for j in joints}
     given = {j: n for j, n in names.items() if n}
     try:
@@ -43,6 +44,18 @@ def rank_influences(
         change = s.derivatives[:, :, s.parameters.index(path)] * value
         out.append(FrictionInfluence(j, measure.error(s.values - change, s.values)))
     return sorted(out, key=lambda i: -i.predicted if np.isfinite(i.predicted) else -np.inf), "; ".join(s.notes)
+
+
+def _with_ratios(scene: Scene, joints: list[str]) -> Scene:
+    """The scene with the ratio 1 written out in those of the joints whose friction is given, such as gear units."""
+    out = dict(scene.joints)
+    for name in joints:
+        friction = out[name].friction
+        assert friction is not None
+        scale = LAWS[scene.law_of(friction)].scale
+        if getattr(friction, scale) is None:
+            out[name] = replace(out[name], friction=replace(friction, **{scale: 1.0}))
+    return replace(scene, joints=out)
 
 
 def _friction_coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:

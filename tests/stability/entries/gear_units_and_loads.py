@@ -16,7 +16,7 @@ RATIO, DRIVING, DRIVEN, IDLE, LOAD = 50.0, 0.9, 0.6, 0.2, 98.1
 LEAD, PRESSURE = math.radians(5), math.radians(20)
 """Lead angle and pressure angle of the worm."""
 WEIGHT, CONSTANT, PART, PART_BACK = 39.24, 2.0, 0.1, 0.2
-"""Of the elbow: the weight's torque and the constant friction, N m; friction per torque where the joint and where the arm drives."""
+"""Of the elbow: the weight's torque and the constant friction, N m; friction per torque, where joint or arm drives."""
 STIFF, PLAY, HELD = 400.0, 0.05, 10.0
 """Of the spring whose coils touch: stiffness before they do, N/m; way to there, m; friction of its block, N."""
 SHORT = 1e-3
@@ -68,10 +68,11 @@ def elbow(torque: float) -> sm.Scene:
 
 
 def short_rod(beyond: float) -> sm.Scene:
-    """A crank of 0.1 m and a slide on a guide that passes 0.3 m from its pivot, with a rod between them; beyond: of the least length
-    of the rod."""
+    """A crank of 0.1 m and a slide on a guide that passes 0.3 m from its pivot, with a rod between them; beyond: of the rod's least
+    length."""
     bodies = {"crank": {"mass": 1, "inertia": [0.01] * 3}, "slide": {"mass": 1, "inertia": [0.01] * 3}}
-    guide = {"type": "prismatic", "axis": "x", "inboard": {"body": "ground", "point": [0, 0.3, 0]}, "outboard": "slide", "effort": 1.0}
+    aside = {"body": "ground", "point": [0, 0.3, 0]}
+    guide = {"type": "prismatic", "axis": "x", "inboard": aside, "outboard": "slide", "effort": 1.0}
     rod = {"type": "rod", "inboard": {"body": "crank", "point": [0, 0.1, 0]}, "outboard": "slide", "length": 0.2 * (1 + beyond)}
     return made("short_rod", bodies, {"pivot": revolute("crank"), "guide": guide, "rod": rod}, 1.0)
 
@@ -92,8 +93,9 @@ held = partial(holding, round_off=1e-11)
 def pulse(beyond: float) -> sm.Scene:
     """A block with given friction, and a pulse of a millisecond in ten seconds; beyond: of the friction."""
     push = {"pulse": {"peak": HELD * (1 + beyond), "duration": SHORT, "begin": 4.0 + 1 / 3}}
-    joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block", "friction": {"force": HELD}, "effort": push}
-    return made("short_pulse", {"block": {"mass": 1, "inertia": [0.01] * 3}}, {"guide": joint}, 10.0)
+    joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block", "effort": push}
+    block = {"mass": 1, "inertia": [0.01] * 3}
+    return made("short_pulse", {"block": block}, {"guide": joint | {"friction": {"force": HELD}}}, 10.0)
 
 
 def slips(scene: sm.Scene) -> str:
