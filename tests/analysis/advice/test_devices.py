@@ -1,4 +1,4 @@
-"""Advice knows gear units, worms, curves, attracting points and jumps: what can go wrong with them, and what their friction does."""
+"""Advice knows what can go wrong with gear units, worms, curves, attracting points and jumps, and what their friction does."""
 
 from __future__ import annotations
 
