@@ -3,7 +3,7 @@ becomes zero."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.overrides import apply
 
 
 @dataclass(frozen=True)
@@ -48,14 +49,9 @@ def rank_influences(
 
 def _with_ratios(scene: Scene, joints: list[str]) -> Scene:
     """The scene with the ratio 1 written out in those of the joints whose friction is given, such as gear units."""
-    out = dict(scene.joints)
-    for name in joints:
-        friction = out[name].friction
-        assert friction is not None
-        scale = LAWS[scene.law_of(friction)].scale
-        if getattr(friction, scale) is None:
-            out[name] = replace(out[name], friction=replace(friction, **{scale: 1.0}))
-    return replace(scene, joints=out)
+    scales = {j: LAWS[scene.law_of(friction)].scale for j in joints if (friction := scene.joints[j].friction)}
+    missing = {f"joints.{j}.friction.{x}": 1.0 for j, x in scales.items() if getattr(scene.joints[j].friction, x) is None}
+    return apply(scene, missing) if missing else scene
 
 
 def _friction_coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:

@@ -118,12 +118,12 @@ class Devices:
 
     def act(self, m: Motion, out: Forces) -> np.ndarray:
         """Add the forces; the coordinates."""
-        effort, q, qd, axes, at = self.efforts(m)
+        effort, q, qd, axes, at = self.total_efforts(m)
         self.free.act(effort, axes, at, out)
         out.taken += (self.damping * qd * qd).sum(-1)
         return q
 
-    def efforts(self, m: Motion) -> tuple[np.ndarray, ...]:
+    def total_efforts(self, m: Motion) -> tuple[np.ndarray, ...]:
         """(efforts along the freedoms, coordinates, rates, axes, outboard points)."""
         q, qd, axes, at = self.free.seen(m)
         effort = -self.spring * (q - self.rest) - self.damping * qd

@@ -147,7 +147,7 @@ class Loaded:
 
     def act(self, m: Motion, out: Forces) -> None:
         """Add the friction."""
-        effort, _, qd, axes, at = self.devices.efforts(m)
+        effort, _, qd, axes, at = self.devices.total_efforts(m)
         e, v = effort[:, self.at], qd[:, self.at]
         ratio = self.law.slope(m.t, np.abs(v)) * v
         constant = np.where(ratio < 0, self.back(m.t), self.constant(m.t))
