@@ -13,6 +13,7 @@ from tests.reference.compliant.devices import Devices, Freedoms
 from tests.reference.compliant.fits import Level
 from tests.reference.compliant.laws import Laws, NotJudged, Signals
 from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
+from tests.reference.compliant.motion_loads import MotionLoads
 
 LOCKED = 1e-9
 """Least 1 - ratio x loss of a unit that the output drives: it moves below its speed of rest when it is locked."""
@@ -132,8 +133,8 @@ class Units:
 class Loaded:
     """Joints whose friction grows with what they transmit: the efforts of their devices less this friction."""
 
-    def __init__(self, scene, devices: Devices, level: Level, names: list[str]):
-        self.devices, self.at = devices, np.array([devices.free.at(n) for n in names], int)
+    def __init__(self, scene, devices: Devices, curves: MotionLoads, level: Level, names: list[str]):
+        self.devices, self.curves, self.at = devices, curves, np.array([devices.free.at(n) for n in names], int)
         f = [scene.joints[n].friction for n in names]
         key = ["torque" if x.torque is not None else "force" for x in f]
         first = [getattr(x, k) for x, k in zip(f, key, strict=True)]
@@ -147,7 +148,8 @@ class Loaded:
 
     def act(self, m: Motion, out: Forces) -> None:
         """Add the friction."""
-        effort, _, qd, axes, at = self.devices.total_efforts(m)
+        effort, q, qd, axes, at = self.devices.total_efforts(m)
+        effort = effort + self.curves.efforts(q, qd)[0]
         e, v = effort[:, self.at], qd[:, self.at]
         ratio = self.law.slope(m.t, np.abs(v)) * v
         constant = np.where(ratio < 0, self.back(m.t), self.constant(m.t))

@@ -47,8 +47,8 @@ class Model:
         self.loads = Loads(self.rods.in_scene(scene), self.frames)
         self.inverse = np.linalg.inv(self.frames.inertia)
         loaded = [n for n in self.held if is_loaded(scene.joints[n].friction)]
-        self.loaded = Loaded(scene, self.devices, level, loaded) if loaded else None
         self.by_motion = MotionLoads(scene, self.frames, self.free, listed(scene, self.free, "nonlinear"))
+        self.loaded = Loaded(scene, self.devices, self.by_motion, level, loaded) if loaded else None
         self.in_python = [x for x in self.rolling if isinstance(x, (Units, Worms))]
         self.compiled = Compiled(self) if library() is not None else None
 

@@ -51,11 +51,8 @@ class MotionLoads:
         """Add the forces."""
         if self.curves:
             q, qd, axes, at = self.free.seen(m)
-            effort = np.zeros_like(q)
-            for i, group in self.curves:
-                force, power, _ = nonlinear(group, q[:, i], qd[:, i])
-                effort[:, i] -= force
-                out.taken -= power
+            effort, taken = self.efforts(q, qd)
+            out.taken += taken
             self.free.act(effort, axes, at, out)
         for group, (one, two) in self.struts:
             (p, v), (q, w) = one.seen(m), two.seen(m)
@@ -67,6 +64,15 @@ class MotionLoads:
             out.taken -= power
         for load, spot in self.loads:
             getattr(self, f"_{load.type}")(load, spot, m, out)
+
+    def efforts(self, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Efforts of springs and dampers along the freedoms, and what the dampers take."""
+        effort, taken = np.zeros_like(q), np.zeros(len(q))
+        for i, group in self.curves:
+            force, power, _ = nonlinear(group, q[:, i], qd[:, i])
+            effort[:, i] -= force
+            taken -= power
+        return effort, taken
 
     def _drag(self, load, spot: Spot, m: Motion, out: Forces) -> None:
         v = spot.seen(m)[1]
