@@ -9,7 +9,7 @@ from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.scene.data_classes.joints import Joint
 from trunnion.scene.data_classes.scene import Scene
 
-LOCKS = "locks itself: it runs back in models without its friction, and creeps under load with a regularized law"
+LOCKS = "locks itself: without its friction it runs back, and with friction that grows from rest with the speed it creeps"
 CURVES = "springs or dampers by curves: at sharp points, errors of all methods exceed rtol many times; choose a smaller one"
 PASSAGE = "an attracting point: in a close passage, moreau and fixed steps have large errors"
 JUMPS = "a load that jumps: with fixed steps, moreau lets parts slide on for a part of a step after the jump"
