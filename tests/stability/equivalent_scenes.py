@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from tests.reference.mechanics.body_properties import direction
-from tests.reference.mechanics.joint_constraints import freedoms
 from tests.reference.mechanics.rotation import random_rotation
 from tests.reference.scenes.frame_changes import rotated, triple
 from tests.reference.scenes.random_scenes import Case
-from tests.reference.scenes.unit_changes import rescaled
+from tests.reference.scenes.unit_changes import kind_of, rescaled
 from trunnion.scene.data_classes import scene as sm
 
 TELLINGS = ("as written", "turned", "millimetres and grams")
@@ -45,7 +44,7 @@ def _case(scene: sm.Scene) -> Case:
         if start is None or start.q is None:
             continue
         q[name] = _coordinates(start.q)
-        rates = np.zeros(freedoms(joint.type)) if start.qd is None else np.atleast_1d(np.array(start.qd, float))
+        rates = np.zeros(len(kind_of(joint.type).free)) if start.qd is None else np.atleast_1d(np.array(start.qd, float))
         qd[name] = rates
     return Case(scene, q, qd, 0.0, tuple(q))
 

@@ -1,4 +1,4 @@
-"""The twenty-eight places where methods fail (theory, "Where methods fail"). Each has a scene, as a function of the distance from
+"""The thirty-six places where methods fail (theory, "Where methods fail"). Each has a scene, as a function of the distance from
 its threshold, and the correct verdicts on both sides. Each kind of mechanism has one module of rows."""
 
 from __future__ import annotations
@@ -7,6 +7,7 @@ from tests.stability.entries import (
     ball_pendulums,
     closed_loops,
     doors_on_hinges,
+    gear_units_and_loads,
     journal_bearings,
     mass_springs_spin,
     rest_and_dead_centres,
@@ -27,5 +28,6 @@ KINDS = (
     rest_and_dead_centres,
     doors_on_hinges,
     mass_springs_spin,
+    gear_units_and_loads,
 )
 ROWS = tuple(sorted((row for kind in KINDS for row in kind.ROWS), key=lambda r: r.number))

@@ -62,6 +62,6 @@ def test_numbers_that_are_none_are_refused_by_name() -> None:
         apply(massive(1.0), {"bodies.b.mass": math.nan})
 
 
-def test_there_are_all_twenty_eight() -> None:
-    assert [r.number for r in ROWS] == list(range(1, 29))
-    assert len(list(FOLDER.glob("*.yaml"))) == 28
+def test_there_are_all_thirty_six() -> None:
+    assert [r.number for r in ROWS] == list(range(1, 37))
+    assert len(list(FOLDER.glob("*.yaml"))) == 36

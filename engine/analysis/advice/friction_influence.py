@@ -12,6 +12,7 @@ from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.overrides import apply
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ def rank_influences(
 ) -> tuple[list[FrictionInfluence], str]:
     """(joints in order of decreasing influence; text). The text holds the notes of the sensitivity analysis, or the reason why it
     failed. until: end of the run, s."""
+    scene = _with_ratios(scene, joints)
     names = {j: _friction_coefficient(scene, j) for j in joints}
     given = {j: n for j, n in names.items() if n}
     try:
@@ -43,6 +45,13 @@ def rank_influences(
         change = s.derivatives[:, :, s.parameters.index(path)] * value
         out.append(FrictionInfluence(j, measure.error(s.values - change, s.values)))
     return sorted(out, key=lambda i: -i.predicted if np.isfinite(i.predicted) else -np.inf), "; ".join(s.notes)
+
+
+def _with_ratios(scene: Scene, joints: list[str]) -> Scene:
+    """The scene with the ratio 1 written out in those of the joints whose friction is given, such as gear units."""
+    scales = {j: LAWS[scene.law_of(friction)].scale for j in joints if (friction := scene.joints[j].friction)}
+    missing = {f"joints.{j}.friction.{x}": 1.0 for j, x in scales.items() if getattr(scene.joints[j].friction, x) is None}
+    return apply(scene, missing) if missing else scene
 
 
 def _friction_coefficient(scene: Scene, joint: str) -> tuple[str, float] | None:

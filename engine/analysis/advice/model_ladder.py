@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from trunnion.analysis.advice.device_cautions import device_cautions
 from trunnion.analysis.advice.friction_influence import FrictionInfluence, rank_influences
 from trunnion.analysis.advice.model_reduction import (
     FrictionForm,
@@ -143,7 +144,7 @@ class _Ladder:
         self.scene = apply_form(scene, self.forms[-1]) if self.forms else scene
         self.rungs: list[Rung] = []
         self.scenes: list[Scene] = []
-        self.notes: list[str] = []
+        self.notes: list[str] = device_cautions(scene)
 
     def climb(self) -> Advice:
         """Add all rungs, from ideal joints up to the first sufficient model."""

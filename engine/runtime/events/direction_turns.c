@@ -65,6 +65,7 @@ static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, 
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS) continue;
     const double v = tr_pair_speed(s, i), along = tr_speed_along(s, i), none = tr_crawl_speed(tr_speed_unit(s));
+    if (along >= LINE_TURNS * v && v > tr_speed_of_state(s, i)) continue;
     if ((v <= none && !(v > was[i])) || ((along <= none || along < LINE_TURNS * v) && tr_is_stopping_on_line(s, i, t, y))) return i;
   }
   return which;

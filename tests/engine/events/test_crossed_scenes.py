@@ -7,6 +7,7 @@ import pytest
 
 from tests.engine.checks.crossed_runs import MANY, SETTINGS, runs
 from tests.reference.scenes.crossed_scenes import FAMILIES, crossed
+from trunnion import simulate
 
 SEEDS = 118
 """Seeds of each family in the study: 2,006 scenes of 17 families."""
@@ -44,3 +45,10 @@ def test_many_crossed_scenes_end_alike_at_every_setting(family: str) -> None:
             named.append((seed, found.outcomes, steps))
     print(f"{SEEDS - len(different)} of {SEEDS} alike", "different:", *different, "ends by name or many steps:", *named, sep="\n")
     assert len(different) <= max(1.0, (1.0 - ALIKE) * SEEDS)
+
+
+def test_pairs_that_have_just_started_do_not_stop_where_one_without_a_load_is_released() -> None:
+    """A slide that nothing presses is pulled by a damper as soon as a gear unit moves the slide beside it."""
+    found = simulate(crossed("locked_feeds", 2002), until=1e-6, every=1e-6, method="rk5", kernel="parts", max_steps=50)
+    assert found.outcome.name == "done"
+    assert [(e.joint, e.kind) for e in found.events] == [("rail2", "slip")]

@@ -107,6 +107,12 @@ CASES = {
     "cones with redundant teeth": (crossed_dict("bevel_differentials", 1005), 0.2),
     "pairs that let go together": (crossed_dict("hooks_in_loops", 7), 0.2),
     "open start rates": (crossed_dict("ratchets_in_loops", 1009), 0.02),
+    "gear unit in a loop": (crossed_dict("geared_linkages", 2037), 0.1),
+    "winch": (crossed_dict("winches", 2037), 0.1),
+    "worm and four-bar": (crossed_dict("worm_drives", 2037), 0.1),
+    "loaded joints and a rod": (crossed_dict("loaded_arms", 2037), 0.1),
+    "rod in a field": (crossed_dict("rod_loops", 2029), 0.1),
+    "springs by curves": (crossed_dict("curved_rows", 2029), 0.1),
 }
 
 

@@ -33,6 +33,8 @@ BEGUN = 2e-6
 """Longest step, s, in which a pair may leave its speed of rest while another is about to let go."""
 SAMPLES = 9
 """Number of states of a step at which the run looks for changes of hooks and pairs."""
+BEFORE = 1e-12
+"""Part of the time before a jump of a signal at which a step ends, so that it sees no value after the jump."""
 ENOUGH = 1e-6
 """Difference of the first two levels below which no third level is run."""
 
@@ -116,9 +118,11 @@ def table(scene, level: Level, times, rates: dict | None = None, rtol: float = 1
     left: dict[int, tuple[float, np.ndarray]] = {}
     kinks = set(model.kinks(float(times[-1])))
     for mark in sorted({*kinks, *map(float, times[1:])}):
-        while run.t < mark:
-            _advance(model, run, mark, left)
+        end = mark * (1 - BEFORE) if mark in kinks else mark
+        while run.t < end:
+            _advance(model, run, end, left)
         if mark in kinks:
+            run.t = mark
             run.restart(1e-4)
         if any(mark == t for t in times):
             rows.append(_row(model, run.y))

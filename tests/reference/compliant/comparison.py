@@ -6,7 +6,7 @@ python -m tests.reference.compliant.comparison FAMILY FIRST LAST [UNTIL]
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,11 +37,9 @@ class Comparison:
 def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int = LEVELS) -> Comparison:
     """Coordinates of all joints by the engine and by the judge; where the engine's run ends early, infinitely far apart. The
     judge takes the engine's start rates only where the scene leaves rates open."""
-    first = simulate(scene, until=1e-9, every=1e-9, outputs=["*.qd[*"])
-    rates: dict[str, list[float]] = {}
-    for c in first.columns:
-        rates.setdefault(c.name.split(".qd[")[0], []).append(float(first[c.name][0]))
-    judge = judged(scene, until, ["*.q[*"], rates=rates, rtol=rtol, levels=levels)
+    first = simulate(scene, until=1e-9, every=1e-9, outputs=["*.q[*", "*.qd[*"])
+    rates = {n: _first(first, n, "qd") for n in scene.joints}
+    judge = judged(without_guesses(scene, first), until, ["*.q[*"], rates=rates, rtol=rtol, levels=levels)
     run = simulate(scene, until=float(judge.time[-1]), every=float(judge.time[1]), rtol=1e-8, outputs=list(judge.values))
     full = run.time[-1] >= judge.time[-1] * (1 - 1e-9)
     apart, beyond = {}, {}
@@ -54,6 +52,20 @@ def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int 
         apart[name] = float(np.abs(away).max())
         beyond[name] = float((np.abs(away) - SURE * judge.error[name]).max())
     return Comparison(judge, apart, beyond, str(run.outcome))
+
+
+def _first(run, joint: str, key: str) -> list[float]:
+    """A joint's coordinates or rates at the start of a run."""
+    return [float(run[c.name][0]) for c in run.columns if c.name.startswith(f"{joint}.{key}[")]
+
+
+def without_guesses(scene, run):
+    """The scene with the start coordinates of a run in place of guesses, which methods refine differently."""
+    joints = dict(scene.joints)
+    for n, j in joints.items():
+        if j.start is not None and j.start.use == "guess":
+            joints[n] = replace(j, start=replace(j.start, q=_first(run, n, "q")[0]))
+    return replace(scene, joints=joints)
 
 
 def main(family: str, first: str, last: str, until: str = "0.2") -> None:

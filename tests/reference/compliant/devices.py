@@ -56,7 +56,7 @@ class Freedoms:
         out.between(self.sides.one, self.sides.two, at, np.where(turns, 0.0, along), np.where(turns, along, 0.0))
 
 
-def _listed(scene, freedoms: Freedoms, key: str) -> list[tuple[int, object]]:
+def listed(scene, freedoms: Freedoms, key: str) -> list[tuple[int, object]]:
     """(freedom, entry) of a device."""
     out = []
     for name in dict.fromkeys(n for n, _ in freedoms.labels):
@@ -77,21 +77,21 @@ class Devices:
         self.scene, self.free, self.level = scene, freedoms, level
         n = len(freedoms.labels)
         self.spring, self.rest, self.damping = np.zeros(n), np.zeros(n), np.zeros(n)
-        for i, s in _listed(scene, freedoms, "spring"):
+        for i, s in listed(scene, freedoms, "spring"):
             self.spring[i], self.rest[i] = s.stiffness, s.rest
-        for i, c in _listed(scene, freedoms, "damping"):
+        for i, c in listed(scene, freedoms, "damping"):
             self.damping[i] = c
-        if any(a for _, a in _listed(scene, freedoms, "rotor_inertia")):
+        if any(a for _, a in listed(scene, freedoms, "rotor_inertia")):
             raise NotJudged("rotor_inertia")
-        self.stops = _listed(scene, freedoms, "end_stops")
-        self.latches = _listed(scene, freedoms, "latch")
-        self.drives = _listed(scene, freedoms, "drive")
+        self.stops = listed(scene, freedoms, "end_stops")
+        self.latches = listed(scene, freedoms, "latch")
+        self.drives = listed(scene, freedoms, "drive")
         if any(d.input is not None for _, d in self.drives):
             raise NotJudged("a drive by an input")
         if any(d.move is not None and d.move.profile == "s_curve" for _, d in self.drives):
             raise NotJudged("a drive along an s_curve")
-        self.efforts = _listed(scene, freedoms, "effort")
-        self.motors = _listed(scene, freedoms, "motor")
+        self.efforts = listed(scene, freedoms, "effort")
+        self.motors = listed(scene, freedoms, "motor")
         self.effort = Signals(scene, [e for _, e in self.efforts])
         self.signal = Signals(scene, [e.signal for _, e in self.motors])
         self.release = Signals(scene, [e.release for _, e in self.latches])
@@ -117,7 +117,14 @@ class Devices:
         return out
 
     def act(self, m: Motion, out: Forces) -> np.ndarray:
-        """Add the forces; the rates of the rows of joints that follow another are to be added by ``follow``."""
+        """Add the forces; the coordinates."""
+        effort, q, qd, axes, at = self.total_efforts(m)
+        self.free.act(effort, axes, at, out)
+        out.taken += (self.damping * qd * qd).sum(-1)
+        return q
+
+    def total_efforts(self, m: Motion) -> tuple[np.ndarray, ...]:
+        """(efforts along the freedoms, coordinates, rates, axes, outboard points)."""
         q, qd, axes, at = self.free.seen(m)
         effort = -self.spring * (q - self.rest) - self.damping * qd
         for values, entries in ((self.effort, self.efforts), (self.signal, self.motors)):
@@ -138,9 +145,7 @@ class Devices:
             gap = q[:, i] - mimic.ratio * q[:, k] - mimic.offset + self.level.delay * (qd[:, i] - mimic.ratio * qd[:, k])
             effort[:, i] -= self.km[j] * gap
             effort[:, k] += mimic.ratio * self.km[j] * gap
-        self.free.act(effort, axes, at, out)
-        out.taken += (self.damping * qd * qd).sum(-1)
-        return q
+        return effort, q, qd, axes, at
 
     # -- latches ---------------------------------------------------------------------------------------------------------
 
@@ -229,8 +234,8 @@ class Loads:
                     i = frames.index[body]
                     ends.append((i, (np.zeros(3) if local is None else local) - frames.center[i]))
                 self.springs.append((load, ends))
-            else:
-                raise NotJudged(f"a load of type {load.type}")
+            elif load.type == "bushing":
+                raise NotJudged("a bushing")
 
     def kinks(self) -> list[float]:
         """Instants at which a signal bends."""

@@ -51,6 +51,11 @@ def is_given(friction) -> bool:
     return friction is not None and (friction.force is not None or friction.torque is not None)
 
 
+def is_loaded(friction) -> bool:
+    """Whether friction grows with what its joint transmits."""
+    return friction is not None and getattr(friction, "load_friction", None) is not None
+
+
 def _one(value, what: str) -> float:
     if isinstance(value, (tuple, list)):
         raise NotJudged(f"two values of {what}")
@@ -119,7 +124,7 @@ class Fits:
         return getattr(contacts, kind), np.array(at), size, Laws(self.scene, frictions, eps), ends, names
 
     def _given(self, joints) -> tuple | None:
-        at = [i for i, j in enumerate(joints) if is_given(j.friction)]
+        at = [i for i, j in enumerate(joints) if is_given(j.friction) and not is_loaded(j.friction)]
         if not at:
             return None
         f = [joints[i].friction for i in at]

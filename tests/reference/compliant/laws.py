@@ -18,6 +18,10 @@ BEGINS = 100.0
 """Speed, relative to eps, at which a resting pair begins to slide."""
 
 
+PERIODS = 100
+"""Number of periods of a signal whose kinks are seen."""
+
+
 class NotJudged(NotImplementedError):
     """The scene has a feature that the compliant model does not support; its text names the feature."""
 
@@ -43,10 +47,23 @@ class Signals:
 
 
 def bends(load) -> list[float]:
-    """The instants at which a signal has a kink."""
+    """The instants at which a signal has a kink or a jump."""
     if getattr(load, "ramp", None) is not None:
         return [load.ramp.begin, load.ramp.begin + load.ramp.duration]
+    if getattr(load, "step", None) is not None:
+        return [load.step.begin]
+    if getattr(load, "pulse", None) is not None:
+        return _repeated(load.pulse, 0.0, load.pulse.duration)
+    if getattr(load, "trapezoid", None) is not None:
+        s = load.trapezoid
+        return _repeated(s, 0.0, s.rise, s.rise + s.hold, s.rise + s.hold + s.fall)
     return list(load.table.time) if getattr(load, "table", None) is not None else []
+
+
+def _repeated(signal, *after: float) -> list[float]:
+    """Instants after each beginning of a signal."""
+    starts = [signal.begin + k * (signal.period or 0.0) for k in range(PERIODS if signal.period else 1)]
+    return [start + x for start in starts for x in after]
 
 
 class Laws:

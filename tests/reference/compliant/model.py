@@ -8,13 +8,15 @@ import numpy as np
 
 from tests.reference.compliant.compiled import Compiled, library
 from tests.reference.compliant.couplings import WHEELS, Rods, Screws, Wheels
-from tests.reference.compliant.devices import Devices, Freedoms, Loads
-from tests.reference.compliant.fits import Fits, Level
+from tests.reference.compliant.devices import Devices, Freedoms, Loads, listed
+from tests.reference.compliant.fits import Fits, Level, is_loaded
+from tests.reference.compliant.gear_units import Loaded, Units, Worms
 from tests.reference.compliant.laws import Laws, NotJudged, bends
-from tests.reference.compliant.motion import Forces, Frames, cross, times
+from tests.reference.compliant.motion import Forces, Frames, Motion, back, cross, times
+from tests.reference.compliant.motion_loads import MotionLoads
 from tests.reference.mechanics.joint_constraints import TYPES, of
 
-NUMBERS = ("mu", "mu_static", "preload", "torque", "back_torque", "force", "back_force")
+NUMBERS = ("mu", "mu_static", "preload", "torque", "back_torque", "force", "back_force", "no_load_torque")
 
 
 class Model:
@@ -22,30 +24,39 @@ class Model:
 
     def __init__(self, scene, level: Level):
         self.scene, self.level = scene, level
-        strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS})
+        strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS, "gearbox", "worm"})
         if strange:
             raise NotJudged(f"joints of type {', '.join(strange)}")
         self.held = [n for n, j in scene.joints.items() if j.type in TYPES and not of(j.type).line]
         wheels = [n for n, j in scene.joints.items() if j.type in WHEELS]
-        screws = [n for n in self.held if scene.joints[n].type == "screw"]
-        self.frames = Frames(scene, len(wheels) + len(screws))
+        screws, boxes, worms = ([n for n, j in scene.joints.items() if j.type == kind] for kind in ("screw", "gearbox", "worm"))
+        self.frames = Frames(scene, len(wheels) + len(screws) + len(boxes) + len(worms))
         for name, part in self.frames.parts.items():
             if part.mass <= 0 or np.linalg.eigvalsh(part.inertia)[0] <= 0:
                 raise NotJudged(f"{name}: a body without mass or inertia")
         self.fits = Fits(replace(scene, joints={n: scene.joints[n] for n in self.held}), self.frames, level)
-        self.rolling = [x for x in (Wheels(scene, self.frames, level, wheels) if wheels else None,
-                                    Screws(scene, self.frames, level, screws) if screws else None) if x]  # fmt: skip
         self.free = Freedoms(scene, self.frames, self.held)
+        self.rolling = [
+            *([Wheels(scene, self.frames, level, wheels)] if wheels else []),
+            *([Screws(scene, self.frames, level, screws)] if screws else []),
+            *([Units(scene, self.frames, self.free, level, boxes)] if boxes else []),
+            *([Worms(scene, self.frames, level, worms)] if worms else []),
+        ]
         self.devices = Devices(scene, self.frames, self.free, level)
-        self.rods = Rods(scene, self.frames, level, [n for n in scene.joints if n not in {*self.held, *wheels}])
+        self.rods = Rods(scene, self.frames, level, [n for n, j in scene.joints.items() if j.type == "rod"])
         self.loads = Loads(self.rods.in_scene(scene), self.frames)
         self.inverse = np.linalg.inv(self.frames.inertia)
+        loaded = [n for n in self.held if is_loaded(scene.joints[n].friction)]
+        self.by_motion = MotionLoads(scene, self.frames, self.free, listed(scene, self.free, "nonlinear"))
+        self.loaded = Loaded(scene, self.devices, self.by_motion, level, loaded) if loaded else None
+        self.in_python = [x for x in self.rolling if isinstance(x, (Units, Worms))]
         self.compiled = Compiled(self) if library() is not None else None
 
     @property
     def laws(self) -> list[Laws]:
         """The laws of all friction pairs."""
         out = [group[3] for group in self.fits.rubbing] + (list(self.fits.given[2:]) if self.fits.given is not None else [])
+        out += [self.loaded.law] if self.loaded else []
         return out + [rows.teeth.law if isinstance(rows, Wheels) else rows.law for rows in self.rolling]
 
     def switches(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -104,7 +115,33 @@ class Model:
 
     def rates(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
         """The rates of states y (n x size) at times t (n or 1), by the fastest available way."""
-        return self.compiled(t, y) if self.compiled else self.defined(t, y)
+        if not self.compiled:
+            return self.defined(t, y)
+        rates = self.compiled(t, y)
+        if not (self.in_python or self.loaded or self.by_motion):
+            return rates
+        m = self.frames.motion(np.broadcast_to(t, (len(y),)), y)
+        out, at = Forces(m), self.frames.at
+        rolled = self._in_python(m, y, out)
+        end = at["rolled"].stop
+        rates[:, end - rolled.shape[1] : end] = rolled
+        rates[:, at["v"]] += (out.force[:, :-1] / self.frames.mass[:, None]).reshape(len(y), -1)
+        R = m.R[:, :-1]
+        rates[:, at["w"]] += times(R, times(self.inverse, back(R, out.torque[:, :-1]))).reshape(len(y), -1)
+        rates[:, at["taken"]] += out.taken
+        return rates
+
+    def _in_python(self, m: Motion, y: np.ndarray, out: Forces) -> np.ndarray:
+        """Add the forces that only Python knows; the rates of these couplings' rows (n x rows)."""
+        if self.loaded:
+            self.loaded.act(m, out)
+        self.by_motion.act(m, out)
+        at = self.frames.at["rolled"].stop - sum(len(rows.names) for rows in self.in_python)
+        rates = [np.zeros((len(y), 0))]
+        for rows in self.in_python:
+            rates.append(rows.act(m, y[:, at : at + len(rows.names)], out))
+            at += len(rows.names)
+        return np.concatenate(rates, axis=1)
 
     def defined(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
         """The rates by their definition in this module."""
@@ -114,10 +151,11 @@ class Model:
         out = Forces(m)
         rolled, at = [], f.at["rolled"].start
         self.fits.act(m, out)
-        for rows in self.rolling:
+        for rows in self.rolling[: len(self.rolling) - len(self.in_python)]:
             count = len(rows.names)
             rolled.append(rows.act(m, y[:, at : at + count], out))
             at += count
+        rolled.append(self._in_python(m, y, out))
         self.devices.act(m, out)
         self.loads.act(m, out)
         w, R = m.w[:, :n], m.R[:, :n]

@@ -10,7 +10,7 @@ from tests.reference.mechanics.body_properties import GROUND, direction, named_p
 from tests.reference.mechanics.rotation import turned
 from trunnion.scene.data_classes import scene as sm
 
-APART = ("gear", "bevel_gear", "rack", "belt", "cam", "flat_cam", "point_on_curve", "rod")
+APART = ("gear", "bevel_gear", "rack", "belt", "cam", "flat_cam", "point_on_curve", "rod", "worm", "gearbox")
 """Types whose two points do not coincide."""
 
 

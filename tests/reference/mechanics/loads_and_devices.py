@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from tests.reference.mechanics.body_properties import GROUND, frame, place
@@ -11,7 +9,7 @@ from tests.reference.mechanics.characteristic_curves import nonlinear
 from tests.reference.mechanics.joint_constraints import directions, free_picker, freedoms, of
 from tests.reference.mechanics.kinematics import State
 from tests.reference.mechanics.rotation import cross, quaternion_from_matrix
-from tests.reference.mechanics.time_signals import load_value, per_freedom
+from tests.reference.mechanics.time_signals import formula_value, load_value, per_freedom
 
 
 class Applied:
@@ -84,7 +82,8 @@ class Applied:
     def _field(self, load) -> None:
         body, local = place(self.state.scene, load.on)
         p, v = self.state.point(body, self.state.part(body).center if local is None else local)
-        f = np.array([0.0 if x is None else formula_value(x.formula, p) for x in (load.fx, load.fy, load.fz)])
+        at = dict(zip("xyz", p, strict=True))
+        f = np.array([0.0 if x is None else formula_value(x.formula, at) for x in (load.fx, load.fy, load.fz)], float)
         self.push(body, p, f)
         self.power["loads"] += f @ v
 
@@ -149,13 +148,6 @@ class Applied:
             inertia = R @ part.inertia @ R.T
             out += [self.force[body], self.torque[body] - cross(w, inertia @ w)]
         return np.concatenate(out) if out else np.zeros(0)
-
-
-def formula_value(formula: str, at: np.ndarray) -> float:
-    """Value of a formula of a position, read as Python without its units, which are SI."""
-    text = re.sub(r"(?<=\d) ?(N/m\^2|N/m|N|1/m|m|rad/m)(?![\w/])", "", formula).replace("^", "**")
-    known = {n: getattr(np, n) for n in ("sin", "cos", "exp", "tanh", "sqrt", "log")} | {"atan": np.arctan}
-    return float(eval(text, known | dict(zip("xyz", at, strict=True))))
 
 
 def scalar_freedoms(joint) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
@@ -27,15 +29,61 @@ def load_value(scene, load, t: float) -> float:
         return float(load)
     if hasattr(load, "input"):
         return float(scene.inputs[load.input].start)
+    limit = getattr(load, "limit", None)
+    low, high = (None, None) if limit is None else (limit.lower, limit.upper)
+    return float(np.clip(_signal_value(load, t), -np.inf if low is None else low, np.inf if high is None else high))
+
+
+def _signal_value(load, t: float) -> float:
     if load.ramp is not None:
         r = load.ramp
         return r.start + (r.end - r.start) * float(np.clip((t - r.begin) / r.duration, 0.0, 1.0))
     if load.harmonic is not None:
         return _harmonic(load.harmonic, t)[0]
+    if load.step is not None:
+        return load.step.end if t >= load.step.begin else load.step.start
+    if load.pulse is not None:
+        p = load.pulse
+        return p.peak if 0 <= _since(p, t) < p.duration else p.base
+    if load.trapezoid is not None:
+        return _trapezoid(load.trapezoid, t)[1]
+    if load.expression is not None:
+        return float(formula_value(load.expression.formula, {"t": t}))
     table = load.table
     if (table.interpolation or "linear") == "linear":
         return float(np.interp(t, table.time, table.value))
     return float(_curve(table)(np.clip(t, table.time[0], table.time[-1])))
+
+
+def formula_value(formula: str, at: dict):
+    """Value of a formula of a time or a position, read as Python without its units, which are SI. at: values of its names."""
+    text = re.sub(r"(?<=\d) ?(N\*m|N/m\^2|N/m|N|1/m|rad/m|rad/s|m|s)(?![\w/])", "", formula).replace("^", "**")
+    known = {n: getattr(np, n) for n in ("sin", "cos", "exp", "tanh", "sqrt", "log")} | {"atan": np.arctan}
+    return eval(text, known | at)
+
+
+def _since(signal, t: float) -> float:
+    """Time since a signal's beginning, or since that of its present period."""
+    since = t - signal.begin
+    return since % signal.period if signal.period and since > 0 else since
+
+
+def _trapezoid(s, t: float) -> tuple[float, float, float]:
+    """(the integral of a trapezoid from 0 to t, its value, its slope)."""
+    ends = np.cumsum([0.0, s.rise, s.hold, s.fall])
+    shape = np.array([0.0, 1.0, 1.0, 0.0])
+
+    def area(since: float) -> float:
+        """That of the trapezoid of height 1 up to a time after its beginning."""
+        count, left = divmod(since, s.period) if s.period and since > 0 else (0.0, since)
+        knots = np.r_[ends[ends < left], max(left, 0.0)]
+        return count * (ends[3] - (s.rise + s.fall) / 2) + float(np.trapezoid(np.interp(knots, ends, shape), knots))
+
+    since = _since(s, t)
+    height = s.peak - s.base
+    slope = 1 / s.rise if 0 <= since < ends[1] else -1 / s.fall if ends[2] <= since < ends[3] else 0.0
+    whole = s.base * t + height * (area(t - s.begin) - area(-s.begin))
+    return whole, s.base + height * float(np.interp(since, ends, shape)), height * slope
 
 
 def drive_motion(drive, t: float) -> tuple[float, float, float]:
@@ -46,6 +94,9 @@ def drive_motion(drive, t: float) -> tuple[float, float, float]:
         return _ramp(drive.ramp, t)
     if drive.harmonic is not None:
         return _harmonic(drive.harmonic, t)
+    if getattr(drive, "trapezoid", None) is not None:
+        whole, rate, slope = _trapezoid(drive.trapezoid, t)
+        return drive.trapezoid.origin + whole, rate, slope
     if getattr(drive, "move", None) is not None:
         return _moved(drive.move, t)
     if drive.table is None:

@@ -80,6 +80,56 @@ class Draft:
         value = tables[int(self.rng.choice(3, p=[0.3, 0.4, 0.3]))]
         return {"table": {"time": [float(a) * until, float(max(b, a + 0.05)) * until], "value": value}}
 
+    def sudden(self, size: float, until: float, unit: str = " N*m") -> Any:
+        """A step, pulses, a trapezoid, a limited sine or a formula of the time, most of which change sign during the run. unit:
+        of formulas."""
+        way = int(self.rng.integers(5))
+        if way == 0:
+            first = self.about(size) * self.of(0, 1)
+            return {"step": {"start": first, "end": self.about(size), "begin": self.of(0.1, 0.6) * until}}
+        if way == 1:
+            period = self.of(0.2, 0.5) * until
+            often = {"period": period} if self.chance(0.6) else {}
+            return {"pulse": {"base": self.about(0.3 * size), "peak": self.about(1.2 * size), "begin": self.of(0.05, 0.4) * until,
+                              "duration": self.of(0.2, 0.8) * period, **often}}  # fmt: skip
+        if way == 2:
+            return {"trapezoid": {"base": self.about(0.3 * size), "peak": self.about(size)} | self._course(until)}
+        if way == 3:
+            wave = {"amplitude": 1.5 * self.about(size), "frequency": self.of(0.6, 2.5) / until, "phase": self.of(-1.5, 1.5)}
+            return {"harmonic": wave, "limit": {"upper": self.of(0.4, 1.2) * size, "lower": -self.of(0.4, 1.2) * size}}
+        size, pace, fade = self.about(size), self.of(4, 16) / until, self.of(0.3, 2) * until
+        return {"expression": f"{size:.6g}{unit}*sin({pace:.6g} rad/s*t)*exp(-t/({fade:.6g} s))"}
+
+    def rates(self, size: float, until: float) -> dict[str, Any]:
+        """A drive whose rate is a trapezoid."""
+        base = self.about(size) * self.of(0, 0.3)
+        return {"drive": {"trapezoid": {"base": base, "peak": self.about(size)} | self._course(until)}}
+
+    def _course(self, until: float) -> dict[str, Any]:
+        rise, hold, fall = (self.of(0.05, 0.25) * until for _ in range(3))
+        often = {"period": 1.1 * (rise + hold + fall)} if self.chance(0.3) else {}
+        return {"rise": rise, "hold": hold, "fall": fall, "begin": self.of(0.0, 0.25) * until, **often}
+
+    # -- springs and dampers by curves -----------------------------------------------------------------------------------
+
+    def curved(self, reach: float, stiffness: float, damping: float, rest: float = 0.0) -> dict[str, Any]:
+        """A spring that hardens, or snaps through within its reach about its rest, and a damper that is different each way, or
+        quadratic."""
+        at = [rest + reach * x for x in (-1.5, -1.0, -0.4, 0.4, 1.0, 1.5)]
+        middle = -self.of(0, 0.6) if self.chance(0.3) else self.of(0.05, 0.4)
+        shares = (-self.of(3, 5), -1.0, -0.4 * middle, 0.4 * middle, self.of(0.6, 1.2), self.of(3, 5))
+        out: dict[str, Any] = {"spring_curve": {"at": at, "effort": [stiffness * reach * x for x in shares]}}
+        if self.chance(0.5):
+            fast = stiffness * reach / max(damping, 1e-9)
+            knee = self.of(0.1, 0.4)
+            both = [(0.0, 0.0), (knee * fast, self.of(0.5, 0.9) * damping * knee * fast), (fast, damping * fast)]
+            back = self.of(0.3, 3) if self.chance(0.5) else 0.0
+            both = [(-v, -back * e) for v, e in reversed(both[1:]) if back] + both
+            out["damping_curve"] = {"speed": [v for v, _ in both], "effort": [e for _, e in both]}
+        elif self.chance(0.5):
+            out["quadratic_damping"] = self.of(0.2, 2) * damping * damping / (stiffness * reach)
+        return {"nonlinear": out}
+
     # -- friction --------------------------------------------------------------------------------------------------------
 
     def _law(self, mu: float) -> dict[str, Any]:
@@ -120,6 +170,30 @@ class Draft:
         names = ("torque", "back_torque") if self.chance(0.5) else ("back_torque", "torque")
         return {"friction": dict(zip(names, (self.of(0.3, 1.5) * drag, self.of(0.5, 2.0) * grip), strict=True))}
 
+    def unit(self, ratio: float, torque: float) -> dict[str, Any]:
+        """A gear unit: its ratio, and most times the losses of a catalogue; torque: size of the torque on its output shaft. A third
+        lock themselves."""
+        out: dict[str, Any] = {"ratio": self.about(ratio)}
+        if self.chance(0.1):
+            return out
+        forward = self.of(0.5, 0.95)
+        rub: dict[str, Any] = {"efficiency": forward}
+        if self.chance(0.25):
+            over = {"torque": [0.3 * torque, torque, 3 * torque]} if self.chance(0.5) else {"speed": [0.0, 2.0, 10.0]}
+            rub["efficiency"] = over | {"value": [self.of(0.4, 0.6), self.of(0.6, 0.8), self.of(0.8, 0.95)]}
+        way = int(self.rng.integers(3))
+        rub |= ({}, {"efficiency_backward": 0.0}, {"efficiency_backward": self.of(0.2, 0.95)})[way]
+        rub |= {"no_load_torque": self.of(0.02, 0.2) * torque / ratio} if self.chance(0.6) else {}
+        rub |= {"mu_static": self.of(1.05, 1.3)} if self.chance(0.15) else {}
+        return out | {"friction": rub}
+
+    def loaded(self, size: float, key: str = "torque") -> dict[str, Any]:
+        """Friction of a revolute or prismatic joint that grows with the torque or force that it transmits."""
+        rub = {key: self.of(0.1, 1.0) * size, "load_friction": self.of(0.03, 0.3)}
+        rub |= {"load_friction_backward": self.of(0.05, 0.6)} if self.chance(0.6) else {}
+        rub |= {f"back_{key}": self.of(0.1, 1.0) * size} if self.chance(0.3) else {}
+        return {"friction": rub}
+
     # -- bodies and joints -----------------------------------------------------------------------------------------------
 
     def wheel(self, name: str, radius: float, at: Numbers, axis: str = "z", mass: float | None = None) -> None:
@@ -152,6 +226,10 @@ class Draft:
         for one in more:
             joint |= one
         self.joints[name] = joint
+
+    def rod(self, name: str, inboard: Any, outboard: Any) -> None:
+        """A rod between two points, as long as they are apart."""
+        self.joints[name] = {"type": "rod", "inboard": inboard, "outboard": outboard}
 
     def stops(self, stiffness: float, low: float, high: float) -> dict[str, Any]:
         """End stops below and above 0, or one of both."""

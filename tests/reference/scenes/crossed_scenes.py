@@ -8,6 +8,8 @@ from typing import Any
 
 from numpy.random import Generator
 
+from tests.reference.scenes import crossed_drives as drives
+from tests.reference.scenes import crossed_fields as fields
 from tests.reference.scenes import crossed_linkages as linkages
 from tests.reference.scenes import crossed_wheels as wheels
 from tests.reference.scenes.random_streams import stream
@@ -20,6 +22,9 @@ FAMILIES: dict[str, Callable[[Generator], dict[str, Any]]] = {
         linkages.screws_in_loops, linkages.screw_levers, linkages.hooks_in_loops, linkages.ratchets_in_loops,
         linkages.freewheels_in_four_bars, linkages.grippers, linkages.slots, linkages.stops_beside_sticking_pairs,
         linkages.five_bars, linkages.drives_that_die, linkages.blocks_on_belts,
+        drives.geared_linkages, drives.winches, drives.worm_drives, drives.loaded_arms, drives.locked_feeds,
+        fields.rod_loops, fields.hung_frames, fields.valve_trains, fields.curved_rows, fields.spinning_rotors,
+        fields.started_linkages,
     )
 }  # fmt: skip
 """The function that draws a scene of each family."""

@@ -70,7 +70,7 @@ def rotated(case: Case, seed: int) -> Moved:
         new = {w: explicit_side(s, joint, w, Q, np.zeros(3)) for w, body in which.items() if body == GROUND}
         joints[name] = replace(joint, **new)
     for name, load in s.forces.items():
-        world = load.type != "spring_damper" and load.frame == "world"
+        world = getattr(load, "frame", None) == "world"
         forces |= turned_loads(s, name, load, Q) if world else {name: load}
     ground = sm.Ground({k: triple(Q @ np.array(p)) for k, p in s.ground.points.items()})
     scene = replace(s, joints=joints, forces=forces, ground=ground, gravity=triple(Q @ np.array(s.gravity)))

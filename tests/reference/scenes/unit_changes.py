@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.reference.mechanics.joint_constraints import freedoms, of
+from tests.reference.mechanics.joint_constraints import TYPES, Reference
 from tests.reference.mechanics.time_signals import load_value, per_freedom
 from tests.reference.scenes.random_scenes import Case, _started
 from tests.reference.scenes.result_table import Moved
@@ -39,7 +39,7 @@ class Units:
 def rescaled(case: Case, length: float, mass: float, time: float) -> Moved:
     """The case with every length, mass and time multiplied by the given factors."""
     u, s = Units(length, mass, time), case.scene
-    travel = {n: np.array([length if d < 3 else 1.0 for d in of(j.type).free]) for n, j in s.joints.items()}
+    travel = {n: np.array([length if d < 3 else 1.0 for d in kind_of(j.type).free]) for n, j in s.joints.items()}
     q = {n: _scaled_q(s.joints[n].type, x, travel[n]) for n, x in case.q.items()}
     qd = {n: np.asarray(x) * travel[n] / time for n, x in case.qd.items()}
     joints = {}
@@ -57,6 +57,11 @@ def rescaled(case: Case, length: float, mass: float, time: float) -> Moved:
         friction=replace(s.friction, v_eps=s.friction.v_eps * u(1, 0, -1)),
     )
     return Moved(Case(scene, q, qd, case.t * time, case.tree), _undo(u, travel))
+
+
+def kind_of(kind: str) -> Reference:
+    """What the reference knows of a joint type; couplings of two shafts have no freedoms of their own."""
+    return TYPES.get(kind, Reference())
 
 
 def _undo(u: Units, travel: dict):
@@ -87,7 +92,7 @@ def _times(x, f: float):
 
 
 def _scaled_q(kind: str, q, travel) -> np.ndarray:
-    q, n = np.array(q, float), of(kind).scalars
+    q, n = np.array(q, float), kind_of(kind).scalars
     q[:n] *= travel[:n]
     return q
 
@@ -102,14 +107,18 @@ def _body(b: sm.Body, u: Units) -> sm.Body:
         density=_times(b.density, u(-3, 1)),
         mass=_times(b.mass, u.M),
         center=_times(b.center, u.L),
-        inertia=_times(b.inertia, u(2, 1)),
+        inertia=_inertia(b.inertia, u(2, 1)),
         points={n: _times(p, u.L) for n, p in b.points.items()},
     )
 
 
+def _inertia(given, f: float):
+    return replace(given, axial=given.axial * f) if hasattr(given, "axial") else _times(given, f)
+
+
 def _joint(scene, j: sm.Joint, travel, u: Units) -> sm.Joint:
     """A joint in the new units; travel: factor of each of its coordinates (the length factor where it slides, else 1)."""
-    n, effort = freedoms(j.type), u.torque / travel
+    n, effort = len(kind_of(j.type).free), u.torque / travel
 
     def each(value, make):
         if value is None:
@@ -130,6 +139,9 @@ def _joint(scene, j: sm.Joint, travel, u: Units) -> sm.Joint:
         inboard=side(j.inboard),
         outboard=side(j.outboard),
         pitch=_times(j.pitch, u.L),
+        module=_times(j.module, u.L),
+        length=_times(j.length, u.L),
+        nonlinear=each(j.nonlinear, lambda x, k: _nonlinear(x, float(travel[k]), float(effort[k]))),
         stiffness=_times(j.stiffness, u(0, 1, -2)),
         friction=j.friction and _friction(j.friction, u),
         spring=each(j.spring, lambda x, k: sm.Spring(x.stiffness * effort[k] / travel[k], x.rest * travel[k])),
@@ -143,7 +155,17 @@ def _joint(scene, j: sm.Joint, travel, u: Units) -> sm.Joint:
 def _friction(g: sm.Friction, u: Units) -> sm.Friction:
     lengths = ("radius", "half_length", "half_width", "half_height", "thrust_radius")
     new = {key: _times(getattr(g, key), u.L) for key in lengths}
+    new |= {key: _times(getattr(g, key), u.force) for key in ("force", "back_force")}
+    new |= {key: _times(getattr(g, key), u.torque) for key in ("torque", "back_torque", "no_load_torque")}
     return replace(g, **new, viscosity=_times(g.viscosity, u(-1, 0, 1)), v_eps=_times(g.v_eps, u(1, 0, -1)))
+
+
+def _nonlinear(group: sm.Nonlinear, f: float, effort: float) -> sm.Nonlinear:
+    """A spring by a curve in the new units; f: factor of the coordinate."""
+    if group.damping_curve is not None or group.quadratic_damping is not None or group.spring_curve is None:
+        raise NotImplementedError("dampers by curves in other units")
+    curve = group.spring_curve
+    return sm.Nonlinear(spring_curve=sm.SpringCurve(_times(curve.at, f), _times(curve.effort, effort)))
 
 
 def _ramp(r: sm.Ramp, f: float, origin: float, u: Units) -> sm.Ramp:
@@ -177,6 +199,9 @@ def _load(scene, x, f: float, u: Units):
         return sm.Signal(ramp=_ramp(x.ramp, f, 1.0, u))
     if x.harmonic is not None:
         return sm.Signal(harmonic=_harmonic(x.harmonic, f, u))
+    if x.pulse is not None:
+        p = x.pulse
+        return sm.Signal(pulse=replace(p, peak=p.peak * f, base=p.base * f, begin=p.begin * u.T, duration=p.duration * u.T))
     return sm.Signal(table=_table(x.table, f, u))
 
 
@@ -184,5 +209,7 @@ def _applied(scene, load, u: Units):
     if load.type == "spring_damper":
         stiff, damp = load.stiffness * u(0, 1, -2), load.damping * u(0, 1, -1)
         return replace(load, stiffness=stiff, damping=damp, length=load.length * u.L)
+    if load.type == "point_gravity":
+        return replace(load, gm=load.gm * u(3, 0, -2))
     f = u.force if load.type == "force" else u.torque
     return replace(load, **{load.type: tuple(_load(scene, x, f, u) for x in getattr(load, load.type))})
