@@ -22,7 +22,7 @@ from trunnion.scene.validation_messages import findings_of
 ROUNDS = 12
 """Largest number of attempts to remove invalid parts; after these there is no scene."""
 
-STAND_INS = ("revolute", "free")
+STAND_INS = (next(iter(REGISTRY)), FREE.name)
 """Types of an untyped joint in the checks."""
 
 STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}

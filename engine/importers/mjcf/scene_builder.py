@@ -117,7 +117,7 @@ def _body_start(f: Freedom, at: list[float], rates: list[float]) -> tuple[list[f
     scenes in those of the inboard part. The coordinates of an aligned free joint are those of ``f.frame``."""
     moved = of_quaternion(at[-4:])
     spin = moved @ rates[-3:]
-    if f.type == "ball":
+    if len(rates) == 3:
         return at, floats(spin)
     frame = np.eye(4) if f.frame is None else f.frame
     body = pose(at[:3], moved) @ inverse(frame)
