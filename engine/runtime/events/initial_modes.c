@@ -29,6 +29,7 @@ static int tr_set_initial_modes(tr_sim *s) {
   memset(none, 0, sizeof none);
   tr_set_time(s, s->clock.t);
   for (int i = 0; i < k->nstops; ++i) { /* a hook stays engaged when parameters change during a run */
+    if (tr_contact_of_stop(s, i) >= 0) continue; /* the assembly and the run set these flags */
     if (!tr_is_hook(s, i)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!s->stats.steps) *tr_stop_flag(s, i) = k->down[i - (k->nstops - k->nlatches)];
   }
@@ -38,6 +39,7 @@ static int tr_set_initial_modes(tr_sim *s) {
     if (tr_is_pressed(s, i) && !(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN, again = 1;
   if (again) tr_stop_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) {
+    if (tr_contact_of_stop(s, i) >= 0) continue;
     if (!(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!tr_is_pressed(s, i)) *tr_stop_flag(s, i) = tr_pressed_flag(s, i, depth);
   }

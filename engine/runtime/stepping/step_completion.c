@@ -64,7 +64,6 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   return made;
 }
 
-/* Count consecutive events at nearly the same time. */
 static void tr_count_chatter(tr_sim *s, double t) {
   s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
   s->events.chatter_t = t;
@@ -188,8 +187,6 @@ static void tr_complete_impulse_step(tr_sim *s) {
   s->step.have_k1 = 0;
 }
 
-/* Log separations between the start of the step and its event at the evaluated state (t, y). now: contacts at the event. If the
- * search evaluates other states, evaluates y again. */
 static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -260,6 +257,7 @@ static int tr_complete_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
   int i = s->pending.which, pair = i < s->k->nsliders;
   if (pair && tr_is_set_valued(s, i)) return tr_complete_set_valued_event(s);
+  if (!pair && tr_contact_of_stop(s, i - s->k->nsliders) >= 0) return tr_complete_contact_event(s);
   tr_dense_state(s, s->pending.theta, ye);
   const tr_branch was = tr_evaluate_branch_before(s, i);
   tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));

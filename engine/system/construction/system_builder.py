@@ -135,6 +135,7 @@ class _Maker(Points):
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
             length=self.length(name) if kind.keeps_distance else None,
+            unilateral=self.devices.unilateral(name, j.unilateral) if j.unilateral else None,
             profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
         )
 
