@@ -93,7 +93,7 @@ static int tr_mark_ends(tr_sim *s, tr_met *met) {
 static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   for (int c = 0; c < s->k->nunilateral; ++c) {
     tr_touch *touch = tr_touch_of(s, c);
-    const int index = s->k->nsliders + tr_unilateral_of(s, c)->stop, open = tr_is_contact_open(s, c), hits = met[c].approach < 0.0;
+    const int index = tr_unilateral_of(s, c)->stop, open = tr_is_contact_open(s, c), hits = met[c].approach < 0.0;
     const double ratio = touch->now < touch->rebound ? touch->now / touch->rebound : met[c].restitution;
     s->stats.events += hits || met[c].was == open;
     if (hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_CLOSED, index, 0, 0, 0);
