@@ -31,7 +31,7 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
   tr_copy(tr_state_width(s), y, mid);
   s->impact = (tr_impact){1, h};
   s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
-  const int ok = tr_moreau_solve(s, t, y, mid, h);
+  const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* its maps belong to the middle of the step */
   s->impact.solving = 0;
   return ok;
 }

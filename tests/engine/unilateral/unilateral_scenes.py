@@ -14,7 +14,7 @@ UP = {"points": [[0.0, -50.0], [0.0, 50.0]]}
 
 def scene(bodies: dict[str, Any], joints: dict[str, Any], **more: Any) -> Scene:
     """A scene with gravity along −z."""
-    return trunnion.scene_from_dict({"bodies": bodies, "joints": joints, "gravity": [0, 0, -G], **more})
+    return trunnion.scene_from_dict({"bodies": bodies, "joints": joints, "gravity": [0, 0, -G]} | more)
 
 
 def body(mass: float, inertia: float) -> dict[str, Any]:
