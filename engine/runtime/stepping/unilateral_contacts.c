@@ -30,6 +30,7 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   tr_evaluate_maps_at(s, t, y);
   s->loops.rank = 0;
   tr_find_rank(s, tr_has_idle_rows(s, y));
+  if (k->sets) tr_set_row_kinds(s); /* modes, and the pairs that have any, may differ from those of the last solution */
   if (k->neta && k->loop_friction && k->nkappa == 0 && s->loops.rank < tr_loop_rows(s)) return TR_FAIL_MODES;
   if (!tr_project(s, t, y)) return TR_FAIL_CLOSURE;
   if (!tr_rhs(s, t, y, TR_A(s, dy)) && !k->sets) return TR_FAIL_MULTIPLIERS;
@@ -103,18 +104,12 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   }
 }
 
-static int tr_decide_contacts(tr_sim *s) {
+/* tr_decide_contacts, with the start of the decision in `old` (state) and `modes`. On failure, the caller restores both. */
+static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mode *modes) {
   const int n = s->k->nunilateral;
-  double *y = TR_A(s, y), old[tr_state_width(s)], depth[s->k->nstops], e[s->k->nstops], gap[n], rate[n], now[n];
-  const double energy = tr_audit_energy(s);
-  tr_met met[n];
-  tr_mode modes[s->k->nsliders + 1];
-  tr_save_modes(s, modes), memcpy(old, y, sizeof old);
-  tr_set_time(s, s->clock.t);
-  tr_stop_depths_and_pushes(s, y, depth, e);
-  for (int c = 0; c < n; ++c) met[c] = (tr_met){.was = !tr_is_contact_open(s, c), .restitution = e[tr_unilateral_of(s, c)->stop]}, tr_touch_of(s, c)->now = INFINITY;
+  double *y = TR_A(s, y), gap[n], rate[n], now[n];
   do {
-    memcpy(y, old, sizeof old), tr_restore_modes(s, modes);
+    memcpy(y, old, sizeof(double) * tr_state_width(s)), tr_restore_modes(s, modes);
     for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), now[c] = met[c].ends ? 0.0 : met[c].restitution;
     if (tr_meet(s, met)) {
       char at[n];
@@ -126,10 +121,31 @@ static int tr_decide_contacts(tr_sim *s) {
     const int code = tr_settle_contacts(s, met);
     if (code != TR_OK) return code;
   } while (tr_mark_ends(s, met));
+  return TR_OK;
+}
+
+static int tr_decide_contacts(tr_sim *s) {
+  const int n = s->k->nunilateral;
+  double *y = TR_A(s, y), old[tr_state_width(s)], depth[s->k->nstops], e[s->k->nstops];
+  const double energy = tr_audit_energy(s);
+  tr_met met[n];
+  tr_mode modes[s->k->nsliders + 1];
+  tr_save_modes(s, modes), memcpy(old, y, sizeof old);
+  tr_set_time(s, s->clock.t);
+  tr_stop_depths_and_pushes(s, y, depth, e);
+  for (int c = 0; c < n; ++c) met[c] = (tr_met){.was = !tr_is_contact_open(s, c), .restitution = e[tr_unilateral_of(s, c)->stop]}, tr_touch_of(s, c)->now = INFINITY;
+  const int code = tr_decide_from(s, met, old, modes);
+  s->step.have_k1 = s->step.have_jac = s->loops.known = 0, s->step.margin = NAN;
+  if (code != TR_OK) {
+    memcpy(y, old, sizeof old), tr_restore_modes(s, modes);
+    for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was);
+    tr_evaluate_maps_at(s, s->clock.t, y);
+    if (s->k->sets) tr_set_row_kinds(s);
+    return code;
+  }
   tr_log_contacts(s, met);
   tr_log_mode_changes(s, s->clock.t, modes, 0);
   tr_audit_allow_change(s, energy);
-  s->step.have_k1 = s->step.have_jac = s->loops.known = 0, s->step.margin = NAN;
   return TR_OK;
 }
 

@@ -26,8 +26,12 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
     tr_set_contact(s, c, held || p->least[c] > 0.0);
   }
   tr_evaluate_maps_at(s, t, y);
-  for (int c = 0, i; c < s->k->nunilateral; ++c) /* friction of a contact that was open */
-    if ((i = tr_unilateral_of(s, c)->pair) >= 0 && tr_is_set_valued(s, i) && tr_is_sliding(s, i)) tr_freeze_direction(s, i);
+  for (int c = 0; c < s->k->nunilateral; ++c) { /* friction of a contact that was open has no mode yet */
+    const int i = tr_unilateral_of(s, c)->pair;
+    if (i < 0 || !tr_is_set_valued(s, i) || !tr_is_sliding(s, i)) continue;
+    if (tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
+    else tr_freeze_direction(s, i);
+  }
   tr_copy(tr_state_width(s), y, mid);
   s->impact = (tr_impact){1, h};
   s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
