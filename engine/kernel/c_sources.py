@@ -95,7 +95,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     paces, filled = frequencies(system), fill(system, main.active)
     sizes = main.sizes | {
         "abi": "TR_ABI", "nsliders": len(system.sliders), "nstops": system.stops,
-        "nlatches": system.latches, "nunilateral": len(system.unilateral), "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
+        "nlatches": system.latches, "nunilateral": len(system.unilateral),
+        "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(main.turned.get(e.joint.name, (0, 0))[1] * (len(e.needs) + e.joint.kind.nv) for e in main.elements),
         "npaces": len(paces), "nbodies": len(system.bodies), "nlight": len(system.light),
@@ -107,7 +108,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot", "energy")
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
-    text += UNILATERAL.table("k_unilateral", unilateral_table(system))
+    text += UNILATERAL.table("k_unilateral", unilateral_table(system, main.active))
     names = {n: f"k_{n}" for n in (*tables, *named, "element", "pair", "pace", "unilateral")}
     names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "shift", "derive"), "0")
     return PREAMBLE + main.text + text + KERNEL.initialiser("trunnion_kernel", **sizes, **names, prepare="k_prepare_all")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.runtime.abi import Coordinate, Post, RowKind, Wants
 from trunnion.runtime.abi.kernel_records import ELEMENT, PAIR, POST, UNILATERAL
@@ -78,13 +79,17 @@ def element_table(
     return rows, sliders, dn
 
 
-def unilateral_table(system: System) -> list[tuple[int, ...]]:
-    """Rows of the table of joints that only push."""
+def unilateral_table(system: System, active: Sequence[int]) -> list[tuple[int, ...]]:
+    """Rows of the table of joints that only push. active: the constraint rows with a multiplier. SceneError if nothing can open or
+    close a contact."""
     out = []
     for j in system.unilateral:
         assert j.unilateral is not None
         pair = j.friction.sliders[0].flag if j.friction else -1
         x = j.unilateral
+        if j.rows not in active:
+            what = "no freedom of the parts opens or closes this contact"
+            raise SceneError([Problem(f"joints.{j.name}.unilateral", what, "leave out the key unilateral")])
         out.append(UNILATERAL.row(stop=x.flag, row=j.rows, pair=pair, poisson=int(x.poisson), open=int(x.open)))
     return out
 

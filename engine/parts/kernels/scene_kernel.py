@@ -13,7 +13,15 @@ import numpy as np
 from trunnion.columns.registry import REGISTRY
 from trunnion.kernel.compilation import library_cache
 from trunnion.kernel.interface.output_columns import Column
-from trunnion.kernel.interface.runtime_tables import GIVING, coordinate_kinds, element_table, post_of, row_kinds, unilateral_table, wants_of
+from trunnion.kernel.interface.runtime_tables import (
+    GIVING,
+    coordinate_kinds,
+    element_table,
+    post_of,
+    row_kinds,
+    unilateral_table,
+    wants_of,
+)
 from trunnion.kernel.shared_libraries import Kernel, kernel_key
 from trunnion.parts.kernels import derivative_units
 from trunnion.parts.kernels.tables_in_memory import table
@@ -75,7 +83,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
     rows = list(range(system.rows)) if redundant else active
-    along = bool(system.frictional and rows) and not redundant and not system.light and not system.unilateral and is_recursion_shorter(system, rows)
+    loops = bool(system.frictional and rows) and not redundant and not system.light and not system.unilateral
+    along = loops and is_recursion_shorter(system, rows)
     kernel, _ = _kernel_unit(system, parameters, rows, redundant, along)
     kernel.numbers["coupled"] = int(coupled)
     outputs = _outputs_unit(system, chosen, quadratures)
@@ -140,7 +149,7 @@ def _kernel_unit(
     integers |= {"down": system.down, "presses": system.presses}
     integers |= tables_of(filled, m.entry)
     rows = {"element": (ELEMENT, elements), "pair": (PAIR, sliders), "pace": (PACE, paces)}
-    rows["unilateral"] = (UNILATERAL, unilateral_table(system))
+    rows["unilateral"] = (UNILATERAL, unilateral_table(system, active))
     return UnitDescription(KERNEL, DifferentiatedScene(s), sizes, {n: n for n in names}, integers, rows), m
 
 

@@ -165,7 +165,7 @@ void (*held)(const double *N, const double *u, const double *x, const double *c,
 void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : held without derivative
 void (*pressed)(const double *N, const double *r, const double *u, const double *x, const double *c, double *more, double *dN) : δ
 void (*closure)({STATE}, double *h) : residuals of the loops, then of their rates
-void (*events)({STATE}, double *g) : depth of every stop, then the distance of every stop from release (unilateral: −gap, restitution)
+void (*events)({STATE}, double *g) : depth of every stop, then its distance from release (unilateral: −gap, restitution)
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: unknown
 void (*begin)({STATE}, double *w, double *maps, double *dy) : motion and rates, for recursive friction; else 0

@@ -36,7 +36,7 @@ static int tr_mark_pulls_inside(tr_sim *s, char *inside) {
 }
 
 static void tr_refine_landing(tr_sim *s, int c) {
-  double theta = s->pending.theta, *y = TR_A(s, event_y), gap[s->k->nunilateral], rate[s->k->nunilateral];
+  double theta = s->pending.theta, *y = TR_A(s, event_y), gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
   for (int it = 0; it < LANDING_STEPS; ++it) {
     tr_dense_state(s, theta, y);
     if (!tr_project(s, s->step.t0 + theta * s->step.size, y)) return;

@@ -41,7 +41,7 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
 static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
   const int n = s->k->nunilateral, count = s->events.count;
   tr_mode modes[s->k->nsliders + 1];
-  char closed[n], rests[n];
+  char closed[n + 1], rests[n + 1];
   double still = tr_speed_unit(s);
   tr_save_modes(s, modes);
   for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
@@ -66,7 +66,7 @@ static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
 /* Set gaps' rates and which contacts touch and approach at the state `y`. Returns whether any approaches. */
 static int tr_meet(tr_sim *s, tr_met *met) {
   const int n = s->k->nunilateral;
-  double gap[n], rate[n];
+  double gap[n + 1], rate[n + 1];
   int hits = 0;
   tr_set_time(s, s->clock.t);
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
@@ -107,12 +107,12 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
 /* tr_decide_contacts, with the start of the decision in `old` (state) and `modes`. On failure, the caller restores both. */
 static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mode *modes) {
   const int n = s->k->nunilateral;
-  double *y = TR_A(s, y), gap[n], rate[n], now[n];
+  double *y = TR_A(s, y), gap[n + 1], rate[n + 1], now[n + 1];
   do {
     memcpy(y, old, sizeof(double) * tr_state_width(s)), tr_restore_modes(s, modes);
     for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), now[c] = met[c].ends ? 0.0 : met[c].restitution;
     if (tr_meet(s, met)) {
-      char at[n];
+      char at[n + 1];
       for (int c = 0; c < n; ++c) at[c] = met[c].touches;
       if (!tr_make_impact(s, s->clock.t, y, at, now)) return TR_FAIL_MODES;
       tr_evaluate_gaps(s, y, gap, rate);
@@ -126,9 +126,9 @@ static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mo
 
 static int tr_decide_contacts(tr_sim *s) {
   const int n = s->k->nunilateral;
-  double *y = TR_A(s, y), old[tr_state_width(s)], depth[s->k->nstops], e[s->k->nstops];
+  double *y = TR_A(s, y), old[tr_state_width(s)], depth[s->k->nstops + 1], e[s->k->nstops + 1];
   const double energy = tr_audit_energy(s);
-  tr_met met[n];
+  tr_met met[n + 1];
   tr_mode modes[s->k->nsliders + 1];
   tr_save_modes(s, modes), memcpy(old, y, sizeof old);
   tr_set_time(s, s->clock.t);
@@ -150,7 +150,7 @@ static int tr_decide_contacts(tr_sim *s) {
 }
 
 static int tr_start_contacts(tr_sim *s) {
-  double gap[s->k->nunilateral], rate[s->k->nunilateral];
+  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (gap[c] < -TOUCHES * fmax(s->set.length, 1.0)) {

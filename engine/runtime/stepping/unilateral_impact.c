@@ -44,7 +44,7 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
  * −1: none. Requires the impulses. */
 static int tr_find_worst_contact(tr_sim *s, const tr_phase *p, const double *rate) {
   const double h = s->impact.h;
-  double pull = 0.0, speed = 0.0, most = 1.0, after[s->k->nunilateral];
+  double pull = 0.0, speed = 0.0, most = 1.0, after[s->k->nunilateral + 1];
   int worst = -1;
   for (int c = 0; c < s->k->nunilateral; ++c) {
     p->impulse[c] = h * tr_normal_force(s, c), after[c] = rate[c] + h * tr_gap_acceleration(s, c, 0);
@@ -82,7 +82,7 @@ static void tr_apply_impulses(tr_sim *s, double t, double *y) {
 
 /* Make one phase. Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p) {
-  double gap[s->k->nunilateral], rate[s->k->nunilateral];
+  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
   tr_set_time(s, t);
   tr_evaluate_gaps(s, y, gap, rate);
   for (int it = 0; it < PIVOTS_MOST; ++it) {
@@ -99,8 +99,8 @@ static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p) {
 
 static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution) {
   const int n = s->k->nunilateral, poisson = tr_unilateral_of(s, 0)->poisson;
-  double target[n], least[n], impulse[n], gap[n], rate[n];
-  char closed[n];
+  double target[n + 1], least[n + 1], impulse[n + 1], gap[n + 1], rate[n + 1];
+  char closed[n + 1];
   tr_set_time(s, t);
   tr_evaluate_gaps(s, y, gap, rate);
   for (int c = 0; c < n; ++c) target[c] = poisson ? 0.0 : -restitution[c] * fmin(rate[c], 0.0), least[c] = 0.0, closed[c] = at[c];

@@ -30,9 +30,6 @@ def check(scene: Scene) -> Iterator[Finding]:
         if law and not LAWS[law].sets:
             sets = ", ".join(n for n, x in LAWS.items() if x.sets)
             yield Finding(("joints", name, "friction"), f"an impact has no friction by the law {law}", f"choose one of: {sets}")
-    if found and scene.simulation.realtime is not None:
-        what = "fixed steps for real time do not locate the beginning and end of a contact"
-        yield Finding(("simulation", "realtime"), what, "leave out realtime, or the key unilateral")
     if found and scene.simulation.method == "moreau":
         what = "time stepping does not locate the beginning and end of a contact"
         yield Finding(("simulation", "method"), what, "choose auto, or leave out the key unilateral")

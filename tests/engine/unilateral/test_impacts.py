@@ -28,7 +28,8 @@ def test_a_block_bounces_at_the_instants_of_the_closed_form_and_rests_at_their_l
     """Flights last e, e², e³ … of the time of 2 v/g; the sum of the geometric series is the instant of rest."""
     table = {"type": "point_on_plane", "inboard": "ground", "outboard": "block", "axis": [0, 0, 1]}
     table["unilateral"] = {"restitution": restitution, "impact_law": law, "starts": "open"}
-    fly = {"type": "free", "inboard": "ground", "outboard": "block", "start": {"q": [0.3, 0, 1, 1, 0, 0, 0], "qd": [0.5, 0, 0, 0, 0, 0]}}
+    start = {"q": [0.3, 0, 1, 1, 0, 0, 0], "qd": [0.5, 0, 0, 0, 0, 0]}
+    fly = {"type": "free", "inboard": "ground", "outboard": "block", "start": start}
     made = scene({"block": body(2.0, 0.1)}, {"fly": fly, "table": table})
     fall = np.sqrt(2.0 / G)
     rest = fall * (1.0 + 2.0 * restitution / (1.0 - restitution))
@@ -76,7 +77,8 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
     if (J @ v)[0] >= -0.1:
         v[0] -= (J @ v)[0] + 0.5
     fly = in_plane("rod", (-lever[1] + 1e-13, 0.0, angle), v)
-    made = scene({"rod": body(mass, inertia)}, {"fly": fly, "tip": corner("rod", point, mu, restitution=e, impact_law=law, starts="open")})
+    tip = corner("rod", point, mu, restitution=e, impact_law=law, starts="open")
+    made = scene({"rod": body(mass, inertia)}, {"fly": fly, "tip": tip})
     r = simulate(made, until=1e-9, every=1e-9, kernel="parts")
     assert times(r, "contact_closed"), r.events
     Mi = np.diag([1 / mass, 1 / mass, 1 / inertia])
@@ -90,7 +92,7 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
     assert r.audit.verdict == "within"
 
 
-@pytest.mark.parametrize("kernel", ("parts", "compiled"))
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_wheel_slides_until_it_rolls_and_leaves_no_energy_unexplained(kernel: str) -> None:
     """A solid wheel that starts with v and without turning rolls after v/(3 μ g), with 2/3 of its speed."""
     mu, radius, v, mass = 0.3, 0.25, 2.0, 3.0
@@ -107,7 +109,8 @@ def test_a_falling_wheel_with_friction_gains_spin_at_each_impact() -> None:
     """The tangential impulse is μ times the normal impulse until the wheel rolls at an impact."""
     mu, radius, mass, e, v = 0.1, 0.2, 1.0, 0.5, 3.0
     fly = in_plane("wheel", (radius + 0.5, 0.0, 0.0), (0.0, v, 0.0))
-    made = scene({"wheel": body(mass, 0.5 * mass * radius**2)}, {"fly": fly, "rim": rim("wheel", radius, mu, restitution=e, starts="open")})
+    own = rim("wheel", radius, mu, restitution=e, starts="open")
+    made = scene({"wheel": body(mass, 0.5 * mass * radius**2)}, {"fly": fly, "rim": own})
     r = simulate(made, until=1.6, rtol=1e-10)
     fall = np.sqrt(2 * G * 0.5)
     hits = times(r, "contact_closed")

@@ -29,7 +29,8 @@ def in_plane(name: str, q: Any, qd: Any, **more: Any) -> dict[str, Any]:
 
 def corner(name: str, point: tuple[float, float], mu: float | None, **unilateral: Any) -> dict[str, Any]:
     """A point (x, z) of a body that touches the table."""
-    joint: dict[str, Any] = {"type": "point_on_curve", "inboard": "ground", "axis": [0, 1, 0], "curve": UP, "unilateral": unilateral}
+    joint: dict[str, Any] = {"type": "point_on_curve", "inboard": "ground", "axis": [0, 1, 0], "curve": UP}
+    joint["unilateral"] = unilateral
     joint["outboard"] = {"body": name, "point": [point[0], 0.0, point[1]]}
     return joint if mu is None else joint | {"friction": {"mu": mu}}
 
@@ -43,7 +44,9 @@ def rim(name: str, radius: float, mu: float, **unilateral: Any) -> dict[str, Any
     }  # fmt: skip
 
 
-def box(mu: float, half: float, height: float, mass: float, inertia: float, q: Any, qd: Any, effort: Any = None, **unilateral: Any) -> Scene:
+def box(
+    mu: float, half: float, height: float, mass: float, inertia: float, q: Any, qd: Any, effort: Any = None, **unilateral: Any
+) -> Scene:
     """A box with two corners at ±half below the mass centre at ``height``."""
     fly = in_plane("box", q, qd, **({"effort": [None, effort, None]} if effort else {}))
     sides = {"left": corner("box", (-half, -height), mu, **unilateral), "right": corner("box", (half, -height), mu, **unilateral)}
