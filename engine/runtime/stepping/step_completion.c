@@ -64,6 +64,7 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   return made;
 }
 
+/* Count consecutive events at nearly the same time. */
 static void tr_count_chatter(tr_sim *s, double t) {
   s->events.chatter = t - s->events.chatter_t < SAME_EVENT_TIME * fmax(1.0, fabs(t)) ? s->events.chatter + 1 : 0;
   s->events.chatter_t = t;
@@ -187,6 +188,8 @@ static void tr_complete_impulse_step(tr_sim *s) {
   s->step.have_k1 = 0;
 }
 
+/* Log separations between the start of the step and its event at the evaluated state (t, y). now: contacts at the event. If the
+ * search evaluates other states, evaluates y again. */
 static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -250,6 +253,25 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
     if (change * v < 0.0) fastest = fmax(fastest, -change / (v * h)); /* ω² */
   }
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
+}
+
+/* Complete a step that ends where a contact of a joint that only pushes opens or closes. Returns a status. */
+static int tr_complete_contact_event(tr_sim *s) {
+  const double te = s->pending.t;
+  double *ye = TR_A(s, event_y);
+  tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
+  tr_dense_state(s, s->pending.theta, ye);
+  tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));
+  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
+  if (s->o && s->o->ncontacts && tr_current_contacts(s, ye, contacts)) {
+    tr_log_separations_before_event(s, te, ye, contacts);
+    memcpy(TR_A(s, contacts), contacts, sizeof(tr_contact) * s->o->ncontacts);
+  }
+  tr_count_chatter(s, te);
+  tr_set_crossing_margin(s, s->pending.which);
+  tr_move_run_to(s, te, ye);
+  s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
+  return tr_decide_contacts(s);
 }
 
 /* Complete a step that ends at an event: set the state, the new mode and the size of the next step. Returns a status. */

@@ -11,13 +11,6 @@ static void tr_record_reversals(tr_sim *s, double theta_end);
 
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
-/* Count consecutive events at nearly the same time. */
-static void tr_count_chatter(tr_sim *s, double t);
-
-/* Log separations between the start of the step and its event at the evaluated state (t, y). now: contacts at the event. If the
- * search evaluates other states, evaluates y again. */
-static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now);
-
 /* Change the rates of y at time t by the impulses of an impact. at: whether each contact of a joint that only pushes touches.
  * Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution);
@@ -34,9 +27,6 @@ static int tr_start_contacts(tr_sim *s);
 
 /* Whether a contact pulls at the present solution, because forces have jumped. */
 static int tr_has_contact_to_decide(const tr_sim *s);
-
-/* Complete a step that ends where a contact opens or closes. Returns a status. */
-static int tr_complete_contact_event(tr_sim *s);
 
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
  * status. */

@@ -165,21 +165,3 @@ static int tr_has_contact_to_decide(const tr_sim *s) {
     if (!tr_is_contact_open(s, c) && tr_normal_force(s, c) < -LIFTS * TOL_LIFT * tr_force_unit(s)) return 1;
   return 0;
 }
-
-static int tr_complete_contact_event(tr_sim *s) {
-  const double te = s->pending.t;
-  double *ye = TR_A(s, event_y);
-  tr_contact contacts[s->o ? s->o->ncontacts + 1 : 1];
-  tr_dense_state(s, s->pending.theta, ye);
-  tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));
-  if (!tr_project(s, te, ye) || !tr_rhs(s, te, ye, TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
-  if (s->o && s->o->ncontacts && tr_current_contacts(s, ye, contacts)) {
-    tr_log_separations_before_event(s, te, ye, contacts);
-    memcpy(TR_A(s, contacts), contacts, sizeof(tr_contact) * s->o->ncontacts);
-  }
-  tr_count_chatter(s, te);
-  tr_set_crossing_margin(s, s->pending.which);
-  tr_move_run_to(s, te, ye);
-  s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
-  return tr_decide_contacts(s);
-}

@@ -122,3 +122,21 @@ def test_a_falling_wheel_with_friction_gains_spin_at_each_impact() -> None:
         row = np.searchsorted(r.time, t + 1e-12, side="right")
         assert r["fly.qd[2]"][row] == pytest.approx(vx, abs=CLOSE)
     assert r.audit.verdict == "within"
+
+
+def test_a_block_on_a_rail_bounces_between_two_hard_walls() -> None:
+    """Without gravity it takes L/(e^k v) from the k-th wall to the next; between impacts its speed is constant."""
+    length, e, v = 0.4, 0.8, 2.0
+    rail = {"type": "prismatic", "inboard": "ground", "outboard": "block", "axis": [1, 0, 0], "start": {"q": 0.1, "qd": v}}
+    walls = {
+        name: {"type": "point_on_plane", "inboard": {"body": "ground", "point": [at, 0, 0]}, "outboard": "block",
+               "axis": [side, 0, 0], "unilateral": {"restitution": e, "starts": "open"}}
+        for name, at, side in (("near", 0.0, 1), ("far", length, -1))
+    }  # fmt: skip
+    r = simulate(scene({"block": body(2.0, 0.1)}, {"rail": rail, **walls}, gravity=[0, 0, 0]), until=1.5, rtol=1e-9)
+    hits = times(r, "contact_closed")
+    expected = 0.3 / v + np.cumsum([0.0, *(length / (v * e ** np.arange(1, len(hits))))])
+    assert hits == pytest.approx(expected, abs=CLOSE)
+    assert len(hits) >= 4
+    assert [x.joint for x in r.events[:3]] == ["far", "near", "far"]
+    assert r["rail.qd[1]"][-1] == pytest.approx((-e) ** len(hits) * v, abs=CLOSE)
