@@ -78,6 +78,8 @@ DEVICE_EFFORT = Operand("device_effort", 1, 3)
 """Effort of one device of a freedom on the outboard part, N or N·m."""
 LATCH_HOOK = Operand("latch_hook", 1, 2)
 """Number, from 1, of the tooth on which the hook of a freedom's latch is. 0 if the hook is up."""
+GAP = Operand("gap", 1, 1)
+"""Gap of a joint that only pushes, m."""
 COUPLING_MULTIPLIER = Operand("coupling_multiplier", 1, 1, solved=True)
 """Lagrange multiplier of a coupling's constraint row, N or N·m."""
 

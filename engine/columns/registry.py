@@ -22,6 +22,7 @@ FILES = (
     "joint_acceleration",
     "reaction",
     "axial_force",
+    "gap",
     "gearbox_input",
     "gearbox_output",
     "drive",

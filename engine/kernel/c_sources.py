@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from trunnion.kernel.c_code.code_generator import MATH
 from trunnion.kernel.interface.output_columns import Column
-from trunnion.kernel.interface.runtime_tables import coordinate_kinds, element_table, row_kinds
+from trunnion.kernel.interface.runtime_tables import coordinate_kinds, element_table, row_kinds, unilateral_table
 from trunnion.kernel.units.jacobian_unit import jacobian_unit
 from trunnion.kernel.units.linearization_unit import linear_text
 from trunnion.kernel.units.output_unit import OutputUnit, output_unit
@@ -17,7 +17,7 @@ from trunnion.kernel.units.stepping_unit import MainUnit, main_unit
 from trunnion.recursion.casadi_operators import direct_operators
 from trunnion.recursion.inward_reduction import build_model, model
 from trunnion.recursion.symbolic_inputs import Symbols
-from trunnion.runtime.abi.kernel_records import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST
+from trunnion.runtime.abi.kernel_records import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST, UNILATERAL
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of
@@ -95,7 +95,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     paces, filled = frequencies(system), fill(system, main.active)
     sizes = main.sizes | {
         "abi": "TR_ABI", "nsliders": len(system.sliders), "nstops": system.stops,
-        "nlatches": system.latches, "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
+        "nlatches": system.latches, "nunilateral": len(system.unilateral),
+        "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(main.turned.get(e.joint.name, (0, 0))[1] * (len(e.needs) + e.joint.kind.nv) for e in main.elements),
         "npaces": len(paces), "nbodies": len(system.bodies), "nlight": len(system.light),
@@ -107,7 +108,8 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     named = ("stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "pressed", "closure", "events", "qdot", "energy")
     text = "".join(_ints(f"k_{n}", values) for n, values in tables.items())
     text += ELEMENT.table("k_element", elements) + PAIR.table("k_pair", sliders) + PACE.table("k_pace", paces)
-    names = {n: f"k_{n}" for n in (*tables, *named, "element", "pair", "pace")}
+    text += UNILATERAL.table("k_unilateral", unilateral_table(system, main.active))
+    names = {n: f"k_{n}" for n in (*tables, *named, "element", "pair", "pace", "unilateral")}
     names |= dict.fromkeys(("scene", "begin", "narrow", "respond", "answer", "shift", "derive"), "0")
     return PREAMBLE + main.text + text + KERNEL.initialiser("trunnion_kernel", **sizes, **names, prepare="k_prepare_all")
 

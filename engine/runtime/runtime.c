@@ -9,6 +9,7 @@ TR_RARE
 TR_OFTEN
 #include "base/signals.c"
 #include "base/validity.c"
+#include "base/unilateral_rows.c"
 #include "base/kernel_calls.c"
 
 #include "constraints/internal_forces.c"
@@ -78,6 +79,7 @@ TR_OFTEN
 #include "events/direction_turns.c"
 #include "events/event_outcome_margin.c"
 #include "events/violation_maxima_in_step.c"
+#include "events/unilateral_location.c"
 #include "events/event_location.c"
 TR_RARE
 #include "events/event_location_projected.c"
@@ -106,6 +108,10 @@ TR_RARE
 
 TR_OFTEN
 #include "stepping/step_limits.c"
+TR_RARE
+#include "stepping/unilateral_impact.c"
+#include "stepping/unilateral_contacts.c"
+TR_OFTEN
 #include "stepping/step_completion.c"
 #include "stepping/trial_step.c"
 #include "stepping/realtime_steps.c"

@@ -15,6 +15,7 @@ SLIDES = (
     EventKind.REVERSAL, EventKind.STICK, EventKind.SLIP, EventKind.SEPARATION, EventKind.CONTACT_JUMP, EventKind.IMPACT,
     EventKind.FOLD,
 )  # fmt: skip
+CONTACTS = (EventKind.CONTACT_OPENED, EventKind.CONTACT_CLOSED, EventKind.CONTACT_RESTS)
 END_STOPS, LATCHES = (EventKind.END_STOP_ENGAGED, EventKind.END_STOP_RELEASED), (EventKind.LATCH, EventKind.UNLATCH)
 LAST, NAME = ("last", "element"), "events.last.joint_name"
 """LAST: key of the output column with the number of the joint of the last event. NAME: the variable with the name of this joint."""
@@ -51,13 +52,21 @@ def _of_pairs(model: Model) -> Iterator[Clock]:
 
 
 def _of_stops(model: Model) -> Iterator[Clock]:
-    names = stop_names(model.system)
-    for joint in dict.fromkeys(name for name, _ in names):
+    names, pushing = stop_names(model.system), [j.name for j in model.system.unilateral]
+    for joint in dict.fromkeys(name for name, _ in names if name not in pushing or _has_stops(model, name)):
         for kind in END_STOPS:
             yield Clock(joint, kind)
     for joint in dict.fromkeys(name for name, _ in names[model.system.stops - model.system.latches :]):
         for kind in LATCHES:
             yield Clock(joint, kind)
+    for joint in pushing:
+        for kind in CONTACTS:
+            yield Clock(joint, kind)
+
+
+def _has_stops(model: Model, name: str) -> bool:
+    """Whether a joint that only pushes has end stops, too."""
+    return any(d.stop for j in model.system.joints if j.name == name for d in j.devices)
 
 
 def clock_table(model: Model, made: list[Clock]) -> str:

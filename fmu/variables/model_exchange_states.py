@@ -124,6 +124,9 @@ def refusals(model: Model) -> list[Problem]:
     if sim.jams == "impact":
         why = "a jam that ends by an impact occurs where friction has no solution, and no event indicator detects this in advance"
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
+    for j in model.system.unilateral:
+        why = "an impact changes rates, and the limit of impacts is found by the run's own steps"
+        out.append(Problem(f"joints.{j.name}.unilateral", f"no model exchange: {why}", "--type cs"))
     for name in followed(model):
         why = f"the motion that follows input {name} depends on the input's values at communication points"
         out.append(Problem(f"inputs.{name}", f"no model exchange: {why}", "write effort: {input: …} in that joint, or --type cs"))

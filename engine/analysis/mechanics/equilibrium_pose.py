@@ -17,6 +17,7 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.signals.registry import value_at
 from trunnion.simulation.run import simulate
 from trunnion.system.structure.bodies_and_joints import Joint, System, state_coordinates
@@ -89,6 +90,7 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
             loops cannot be closed.
     """
     loaded = scene_given(scene, overrides)
+    refuse_unilateral(loaded, "the search of a pose of rest")
     wanted = (along,) if isinstance(along, str) else along
     if wrong := [n for n in wanted or () if n not in loaded.joints]:
         raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])

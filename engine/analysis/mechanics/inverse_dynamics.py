@@ -15,6 +15,7 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.queries.joint_contacts import touching
 from trunnion.scene.queries.loads_and_signals import each
+from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.units.python_arguments import Names
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
@@ -82,6 +83,7 @@ def inverse(
         SimulationError: if there is no solution at any time.
     """
     loaded = scene_given(scene, overrides)
+    refuse_unilateral(loaded, "inverse dynamics")
     t = np.asarray(time, float)
     curves = _curves(loaded, t, motion)
     model = Model(_driven(loaded, curves), outputs if outputs is not None else _usual(loaded, curves))

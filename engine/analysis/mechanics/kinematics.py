@@ -13,6 +13,7 @@ from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.queries.bare_mechanism import without_forces
+from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
@@ -47,7 +48,9 @@ def kinematics(
     Raises:
         SceneError: for wrong input, and if a freedom is not determined by the drives.
     """
-    bare = prescribed(scene_given(scene, overrides, massless=True))
+    loaded = scene_given(scene, overrides, massless=True)
+    refuse_unilateral(loaded, "prescribed motion")
+    bare = prescribed(loaded)
     wanted = moving_columns(bare) if outputs is None else names_given(outputs)
     return simulate(bare, until, every, rtol, outputs=wanted)
 

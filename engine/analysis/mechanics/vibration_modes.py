@@ -15,6 +15,7 @@ from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 
 REST = 1e-7
 """A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
@@ -82,6 +83,7 @@ def modes(
         SimulationError: if no pose of rest exists.
     """
     loaded = scene_given(scene, overrides)
+    refuse_unilateral(loaded, "vibration modes")
     bare = remove_friction(loaded)
     still = Still(bare) if at_start else find_rest(bare)
     scale = max(still.model.built.numbers.rate**2, 1e-300)

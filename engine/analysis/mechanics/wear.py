@@ -22,7 +22,7 @@ from trunnion.simulation.runtime_interface.c_signatures import library
 BINS = 72
 """Number of directions around a pin for which the depth of wear is computed (5° each)."""
 
-DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch")
+DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch", "contact_opened", "contact_closed", "contact_rests")
 FEW = 24
 """If two successive events of end stops or latches have fewer rows than this between them, the run is repeated with rows inside its
 steps. The number corresponds to four polynomials through six rows each."""

@@ -27,6 +27,7 @@ from trunnion.basics.interrupts import held
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.static_friction_capacity import Pair
 from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.system.structure.loop_joints import USUAL
 
 FEW, CELLS, FEWER = 4, 1000, 100
@@ -68,6 +69,7 @@ def hold(
         SimulationError: if the pose cannot be assembled or the statics have no solution.
     """
     loaded = scene_given(scene, overrides)
+    refuse_unilateral(loaded, "statics")
     if not bounds:
         return one_answer(loaded)
     problems = []

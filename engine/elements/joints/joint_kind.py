@@ -124,6 +124,11 @@ class JointKind:
         return self.rolls is not None or bool(self.follows) or self.keeps_distance
 
     @property
+    def pushes(self) -> bool:
+        """Whether the single constraint row is a normal force, so that the contact may begin and end."""
+        return self.follows in ("point", "face", "curve") or (self.rows_s == (E1,) and not self.rows_r)
+
+    @property
     def apart(self) -> bool:
         """Whether the two points of the joint may be apart."""
         return self.rolls.apart if self.rolls else self.keeps_distance or bool(self.follows)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.runtime.abi import Coordinate, Post, RowKind, Wants
-from trunnion.runtime.abi.kernel_records import ELEMENT, PAIR, POST
+from trunnion.runtime.abi.kernel_records import ELEMENT, PAIR, POST, UNILATERAL
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 from trunnion.system.structure.friction_joint_indices import Element
 
@@ -76,6 +77,21 @@ def element_table(
             ))  # fmt: skip
             contact += each
     return rows, sliders, dn
+
+
+def unilateral_table(system: System, active: Sequence[int]) -> list[tuple[int, ...]]:
+    """Rows of the table of joints that only push. active: the constraint rows with a multiplier. SceneError if nothing can open or
+    close a contact."""
+    out = []
+    for j in system.unilateral:
+        assert j.unilateral is not None
+        pair = j.friction.sliders[0].flag if j.friction else -1
+        x = j.unilateral
+        if j.rows not in active:
+            what = "no freedom of the parts opens or closes this contact"
+            raise SceneError([Problem(f"joints.{j.name}.unilateral", what, "leave out the key unilateral")])
+        out.append(UNILATERAL.row(stop=x.flag, row=j.rows, pair=pair, poisson=int(x.poisson), open=int(x.open)))
+    return out
 
 
 def wants_of(chosen: list[Column], solved: bool) -> int:

@@ -110,6 +110,9 @@ class ColumnOperands:
         assert latch is not None
         return self.sym.latch_flags(latch)[0]
 
+    def gap(self, name: str) -> SX:
+        return next(c.rows[0].phi for c in self.m.cuts if c.joint.name == name)
+
     def coupling_multiplier(self, row: int) -> SX:
         return self.sym.lam[row]
 

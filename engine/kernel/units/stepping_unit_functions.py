@@ -46,10 +46,14 @@ def closure_function(m: Model) -> Code:
 def stops_function(m: Model) -> Code:
     """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths, each stop
     has the factor of its elastic force, which is 0 at release (``stop_push``). A hook has instead the excess of its signal over the
-    release value."""
+    release value, and a joint that only pushes its coefficient of restitution."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops
+    for c in m.cuts:
+        if c.joint.unilateral is not None:
+            flag = c.joint.unilateral.flag
+            depths[flag], pushes[flag] = -c.rows[0].phi, sym.leaf(c.joint.unilateral.restitution)
     for j in sym.system.joints:
         q = coordinates_of(m, j) if j.kind.nv else []
         for k, d in enumerate(j.devices):

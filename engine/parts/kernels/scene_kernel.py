@@ -13,7 +13,15 @@ import numpy as np
 from trunnion.columns.registry import REGISTRY
 from trunnion.kernel.compilation import library_cache
 from trunnion.kernel.interface.output_columns import Column
-from trunnion.kernel.interface.runtime_tables import GIVING, coordinate_kinds, element_table, post_of, row_kinds, wants_of
+from trunnion.kernel.interface.runtime_tables import (
+    GIVING,
+    coordinate_kinds,
+    element_table,
+    post_of,
+    row_kinds,
+    unilateral_table,
+    wants_of,
+)
 from trunnion.kernel.shared_libraries import Kernel, kernel_key
 from trunnion.parts.kernels import derivative_units
 from trunnion.parts.kernels.tables_in_memory import table
@@ -27,7 +35,7 @@ from trunnion.parts.programs.kernel_functions import write_contacts, write_share
 from trunnion.parts.programs.recursive_friction import RecursiveFriction
 from trunnion.parts.programs.structural_zeros import StructureProbe
 from trunnion.runtime.abi.c_header import number
-from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST
+from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST, UNILATERAL
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_friction_operation_count import is_recursion_shorter
@@ -75,7 +83,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
     rows = list(range(system.rows)) if redundant else active
-    along = bool(system.frictional and rows) and not redundant and not system.light and is_recursion_shorter(system, rows)
+    loops = bool(system.frictional and rows) and not redundant and not system.light and not system.unilateral
+    along = loops and is_recursion_shorter(system, rows)
     kernel, _ = _kernel_unit(system, parameters, rows, redundant, along)
     kernel.numbers["coupled"] = int(coupled)
     outputs = _outputs_unit(system, chosen, quadratures)
@@ -130,7 +139,7 @@ def _kernel_unit(
         "nc": s.nc, "nw": stepping.nw, "nmaps": m.at("end") + 1, "rows": system.rows, "active": len(active), "nkappa": m.nkappa,
         "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
         "neta": system.neta, "nn": m.nn, "nrates": m.nrates, "nlight": len(system.light),
-        "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches,
+        "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches, "nunilateral": len(system.unilateral),
         "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
         "sets": int(any(e.sets for e in stepping.elements)), "nfill": len(filled.below), "nS": m.at("Se"),
@@ -140,6 +149,7 @@ def _kernel_unit(
     integers |= {"down": system.down, "presses": system.presses}
     integers |= tables_of(filled, m.entry)
     rows = {"element": (ELEMENT, elements), "pair": (PAIR, sliders), "pace": (PACE, paces)}
+    rows["unilateral"] = (UNILATERAL, unilateral_table(system, active))
     return UnitDescription(KERNEL, DifferentiatedScene(s), sizes, {n: n for n in names}, integers, rows), m
 
 

@@ -184,6 +184,11 @@ class ColumnOperands:
         assert latch is not None
         return Slot(Space.X, self.system.external.stop(self.system.hook(latch.hook)), 1)
 
+    def gap(self, name: str) -> Slot:
+        _, m = self.joint(name)
+        assert isinstance(m, CutJointSlots)
+        return m.blocks["phi"].slice(0, 1)
+
     def coupling_multiplier(self, row: int) -> Slot:
         return Slot(Space.Z, row, 1)
 

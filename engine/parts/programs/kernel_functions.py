@@ -92,9 +92,15 @@ def _closure(s: ScenePasses) -> None:
 def _events(s: ScenePasses) -> None:
     program = s.program("events")
     closed = {}
-    if any(d.stop or d.latch for j in s.system.cuts for d in j.devices):
+    if s.system.unilateral or any(d.stop or d.latch for j in s.system.cuts for d in j.devices):
         moving = s.outward(program, program.scratch_slot, forces=False)
         closed = {c.joint.name: c for c in s.closed(program, moving, program.scratch_slot, forces=False)}
+    for j in s.system.unilateral:
+        assert j.unilateral is not None
+        flag, restitution = j.unilateral.flag, s.numbers([j.unilateral.restitution])
+        phi = closed[j.name].blocks["phi"].slice(0, 1)
+        s.call(program, joint_devices.depth(False), end=s.numbers([0.0]), q=phi, out=Slot(Space.OUT, flag, 1))
+        program.copy(restitution, Slot(Space.OUT, s.system.stops + flag, 1))
     for j in s.system.joints:
         for k, d in enumerate(j.devices):
             if d.stop is None and d.latch is None:

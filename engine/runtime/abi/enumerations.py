@@ -45,6 +45,9 @@ class EventKind(Named, prefix="TR_EV_"):
     FOLD = 10, "the present solution of the friction equations ceased to exist, and another solution replaced it"
     LATCH = 11, "the hook of a latch engaged behind the tooth that had passed"
     UNLATCH = 12, "the hook of a latch lifted"
+    CONTACT_OPENED = 13, "a joint that only pushes ceased to press, and its parts separate"
+    CONTACT_CLOSED = 14, "a gap became 0, with an impact; with restitution, the contact opens again at once"
+    CONTACT_RESTS = 15, "impacts in ever faster succession reached their limit, and the contact stays closed"
 
 
 class PairState(Named):

@@ -34,6 +34,14 @@ int cone : whether it can spin without sliding (a ball)
 int stores : whether its law stores and returns energy
 """)
 
+UNILATERAL = Record("tr_unilateral", "A joint that only pushes: its contact begins and ends.", """
+int stop : index of its flag among the stops; the flag is TR_STOP_PRESSED while the contact is closed
+int row : its constraint row
+int pair : its friction pair; -1: none
+int poisson : whether restitution follows Poisson's law instead of Newton's
+int open : whether the contact starts open
+""")
+
 PACE = Record("tr_pace", "A parameter that sets the frequency of a load.", """
 int parameter : index among the parameters
 double hertz : Hz per unit of the parameter
@@ -107,6 +115,7 @@ int ntaken : number of powers that take energy (friction, dampers); these come f
 int nsliders : sliding pairs
 int nstops : stops
 int nlatches : stops that are hooks of latches; these come last
+int nunilateral : joints that only push
 int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints
@@ -145,6 +154,7 @@ const int *fill_entry : (nfill) indices of these entries in fill_below
 const tr_element *element : (nelements)
 const tr_pair *pair : (nsliders)
 const tr_pace *pace : (npaces)
+const tr_unilateral *unilateral : (nunilateral)
 const void *scene : tr_scene of a kernel of parts, else 0
 void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
 void (*stage1)({STATE}, double *w, double *maps, double *dy, double *power) : maps; without multipliers also the outputs of stage 2
@@ -155,7 +165,7 @@ void (*held)(const double *N, const double *u, const double *x, const double *c,
 void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : held without derivative
 void (*pressed)(const double *N, const double *r, const double *u, const double *x, const double *c, double *more, double *dN) : δ
 void (*closure)({STATE}, double *h) : residuals of the loops, then of their rates
-void (*events)({STATE}, double *g) : depth of every stop, then the distance of every stop from release
+void (*events)({STATE}, double *g) : depth of every stop, then its distance from release (unilateral: −gap, restitution)
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: unknown
 void (*begin)({STATE}, double *w, double *maps, double *dy) : motion and rates, for recursive friction; else 0

@@ -107,7 +107,20 @@ static inline int tr_stop_behind_hook(const tr_sim *s, int hook) { return s->k->
 static inline int tr_mode_flag(const tr_mode *m) { return (int)m->flag; }
 /* Whether a pair is not stuck. For a law with a kink: whether the pair is saturated. */
 static inline int tr_is_sliding(const tr_sim *s, int i) { return tr_mode_flag(tr_mode_of(s, i)) != TR_STUCK; }
-static inline int tr_is_set_valued(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_SET; }
+/* The joint that only pushes and has pair i; −1: none. */
+static inline int tr_unilateral_of_pair(const tr_sim *s, int i) {
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (s->k->unilateral[c].pair == i) return c;
+  return -1;
+}
+
+/* Whether pair i belongs to a joint that only pushes and is open. The pair then has no friction and no mode. */
+static inline int tr_is_pair_open(const tr_sim *s, int i) {
+  const int c = tr_unilateral_of_pair(s, i);
+  return c >= 0 && !tr_is_pressed(s, s->k->unilateral[c].stop);
+}
+static inline int tr_kind_of(const tr_sim *s, int i) { return tr_is_pair_open(s, i) ? TR_KIND_SMOOTH : tr_pair_of(s, i)->kind; }
+static inline int tr_is_set_valued(const tr_sim *s, int i) { return tr_kind_of(s, i) == TR_KIND_SET; }
 static inline int tr_has_kink_at_rest(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_TURN; }
 static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && !tr_is_sliding(s, i); }
 

@@ -38,6 +38,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   TR_PLACE(acc, along * (a + e));
   TR_PLACE(indicators, 3 * pairs + 2 * k->nstops + 1); TR_PLACE(end_speed, pairs); TR_PLACE(saved_modes, TR_DOUBLES(tr_mode) * pairs);
   TR_PLACE(contacts, o ? TR_DOUBLES(tr_contact) * o->ncontacts : 0); TR_PLACE(contact_peaks, o ? o->ncontacts : 0);
+  TR_PLACE(touch, TR_DOUBLES(tr_touch) * k->nunilateral); TR_PLACE(raw_rows, k->nunilateral * (a + e + 1));
   int nz = a + e, dense = (ny + nz + k->nkappa + k->nmore) * (ny + 1 + nz);
   TR_PLACE(jac, tr_max(rows * nv, s->j ? dense : 0));
   TR_PLACE(jw, tr_max(2 * rows * rows, s->j ? (ny + 1) * nz : 0));

@@ -8,6 +8,7 @@ static void tr_form_maps(tr_sim *s) {
   if (s->step.mapped || !s->k->begin) return;
   s->step.mapped = TR_MAPS_RAW;
   s->k->stage1(TR_A(s, x), TR_A(s, yeval), TR_A(s, c), TR_A(s, w), TR_A(s, maps), TR_A(s, dyeval), TR_A(s, power));
+  tr_apply_contacts(s);
 }
 
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv) {
@@ -65,7 +66,7 @@ static void tr_evaluate_maps(tr_sim *s, const double *y) {
   s->step.recursive = 0, s->step.mapped = s->k->begin ? TR_MAPS_NONE : TR_MAPS_RAW, s->stats.maps++;
   double *dy = s->k->active + s->k->neta ? TR_A(s, dyeval) : TR_A(s, dy);
   if (s->k->begin) tr_begin_recursion(s, y, TR_A(s, dyeval));
-  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
+  else s->k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power)), tr_apply_contacts(s);
   TR_NEW_STATE(s);
   if (dy == TR_A(s, dy)) tr_append_powers(s, dy);
 }

@@ -14,8 +14,9 @@
 #include "tr_abi.h"
 #include "base/validity.h"
 
-/* Whether an event kind belongs to end stops and latches. All other kinds belong to friction pairs. */
-#define TR_IS_OF_STOP(kind) ((kind) == TR_EV_END_STOP_ENGAGED || (kind) == TR_EV_END_STOP_RELEASED || (kind) == TR_EV_LATCH || (kind) == TR_EV_UNLATCH)
+/* Whether an event kind belongs to end stops, latches and joints that only push. All other kinds belong to friction pairs. */
+#define TR_IS_OF_STOP(kind) ((kind) == TR_EV_END_STOP_ENGAGED || (kind) == TR_EV_END_STOP_RELEASED || (kind) == TR_EV_LATCH || (kind) == TR_EV_UNLATCH || \
+                             ((kind) >= TR_EV_CONTACT_OPENED && (kind) <= TR_EV_CONTACT_RESTS))
 
 /* Times of the run and of its output rows. */
 typedef struct tr_clock {
@@ -140,6 +141,19 @@ typedef struct tr_moreau {
   int steps, calm;     /* impulse steps since the last change of method; consecutive impulse steps without a mode change */
 } tr_moreau;
 
+/* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. */
+typedef struct tr_impact {
+  int solving;
+  double h;
+} tr_impact;
+
+/* A joint that only pushes. In an impact: `multiplier` is its value if `given`; otherwise `shift` is the required change of the
+ * gap's rate, divided by −h. rebound: speed after its last impact, m/s; 0: none since it was closed. now: speed after the impact at
+ * which impacts end, m/s; otherwise INFINITY. */
+typedef struct tr_touch {
+  double given, multiplier, shift, rebound, now;
+} tr_touch;
+
 /* Events that the host has not read yet, and the last event. */
 typedef struct tr_events {
   int count, capacity; /* number of records in the buffer; size of the buffer */
@@ -216,6 +230,7 @@ typedef struct tr_places {
   int violations;   /* violations of pairs and stops: present, at the start of the step, at the end of the step */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, decaying with time */
   int indicators, end_speed, saved_modes; /* model exchange: indicators, counts; speeds at the end of sliding; old modes */
+  int touch, raw_rows; /* tr_touch of each joint that only pushes; their rows as the kernel gave them */
   int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, its point, matrix, pivots; second Jacobian */
 } tr_places;
 
@@ -256,6 +271,7 @@ typedef struct tr_sim {
   tr_loops loops;
   tr_friction friction;
   tr_moreau moreau;
+  tr_impact impact;
   tr_events events;
   tr_audit audit;
   tr_stats stats;

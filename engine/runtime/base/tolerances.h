@@ -56,6 +56,7 @@
 #define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between a sliding and a spinning ball */
 #define TOL_KINK 1e-9     /* × the kink speed: tolerance of the crossing of the kink */
 #define TOL_STOP 1e-12    /* m or rad: depth tolerance of the contact of a stop */
+#define TOL_LIFT 1e-12   /* × energy over length: pull at which a joint that only pushes opens; round-off of normal forces */
 #define EVENT_CLOSE 10.0  /* × the event's tolerance: largest distance from the event after a refinement with closed loops */
 
 /* Rest. */

@@ -179,7 +179,7 @@ static int tr_check_stops(const tr_sim *s, const double *y) {
   double depth[k->nstops + 1];
   tr_stop_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i)
-    if (!((tr_is_pressed(s, i) ? -depth[i] : depth[i]) <= STOP_MISSED * fmax(1.0, s->set.length))) return TR_BREAKS_STOP;
+    if (tr_contact_of_stop(s, i) < 0 && !((tr_is_pressed(s, i) ? -depth[i] : depth[i]) <= STOP_MISSED * fmax(1.0, s->set.length))) return TR_BREAKS_STOP;
   return 0;
 }
 

@@ -13,7 +13,7 @@ static inline int tr_solution_size(const tr_sim *s) {
 static inline int tr_has_lane(const tr_sim *s) {
   const tr_kernel *k = s->k;
   const tr_friction *f = &s->friction;
-  if (!s->lane || k->ntables || k->begin || k->shift || k->nfill || k->nkappa || s->loops.rank != k->active || !s->set.project) return 0;
+  if (!s->lane || k->ntables || k->begin || k->shift || k->nfill || k->nkappa || k->nunilateral || s->loops.rank != k->active || !s->set.project) return 0;
   return !k->neta || !(f->held || f->freed >= 0 || f->eased > 0.0 || f->from_anywhere || s->moreau.h > 0.0 || s->ask.cancelled);
 }
 

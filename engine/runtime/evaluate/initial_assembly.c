@@ -63,7 +63,7 @@ static double tr_largest_residual(const tr_sim *s, const double *h, int rates) {
 
 /* Largest position residual at y. h receives the residuals of all rows. */
 static double tr_position_residual(tr_sim *s, const double *y, double *h) {
-  s->k->closure(TR_A(s, x), y, TR_A(s, c) + s->k->c_closure, h);
+  tr_evaluate_closure(s, y, h);
   return tr_largest_residual(s, h, 0);
 }
 
@@ -80,7 +80,7 @@ static double tr_closed_tolerance(const tr_sim *s, const double *y) {
 static void tr_residual_of_rate(tr_sim *s, double *y, int j, double *h) {
   const tr_kernel *k = s->k;
   if (j >= 0) y[k->nq + j] = 1.0;
-  k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+  tr_evaluate_closure(s, y, h);
   if (j >= 0) y[k->nq + j] = 0.0;
 }
 
@@ -270,14 +270,14 @@ static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiv
     memcpy(y + k->nq, start + k->nq, sizeof(double) * k->nv);
     tr_set_weights(&c, held[phase]);
     for (int it = 0; it < 4; ++it) {
-      k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+      tr_evaluate_closure(s, y, h);
       if (tr_largest_residual(s, h, 1) <= RATES_CLOSED) return 1;
       if (!formed) tr_constraint_jacobian(s, y, G), formed = 1;
       for (int i = 0; i < k->rows; ++i) b[i] = -h[k->rows + i];
       tr_least_change(s, G, weight, b, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
     }
-    k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+    tr_evaluate_closure(s, y, h);
     if (tr_largest_residual(s, h, 1) <= RATES_AGREE) return 1;
   }
   return -1;

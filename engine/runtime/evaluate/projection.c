@@ -51,13 +51,12 @@ static int tr_project(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   if (k->nquat) tr_normalise_quaternions(s, y);
   if (k->active == 0 || !s->set.project) return 1;
-  const double *x = TR_A(s, x), *c = TR_A(s, c) + k->c_closure;
   double *h = TR_A(s, loop_error), pos, vel, before = INFINITY, dv[k->nv], dq[k->nq + 4];
   const int most = s->bound.evaluations ? CLOSE_BOUNDED : CLOSURE_STEPS;
   const double closed = fmax(LOOP_CLOSED, s->loops.round_off);
   tr_set_time(s, t);
   for (int it = 0; it < most; ++it) {
-    k->closure(x, y, c, h);
+    tr_evaluate_closure(s, y, h);
     tr_loop_residual(s, h, &pos, &vel);
     if (!(pos < INFINITY)) {
       s->step.failure = TR_FAIL_NOT_FINITE;
@@ -82,7 +81,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     double was = vel;
     tr_loop_correction(s, y, h + k->rows, tr_has_many_loops(s) && before <= LOOP_NEARLY_CLOSED, dv);
     for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-    k->closure(x, y, c, h);
+    tr_evaluate_closure(s, y, h);
     tr_loop_residual(s, h, &pos, &vel);
     if (vel > CLOSURE_SHRINKS * was || (tr_has_many_loops(s) && was <= LOOP_NEARLY_CLOSED)) break;
   }

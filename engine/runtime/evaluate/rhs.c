@@ -44,6 +44,7 @@ static int tr_rhs(tr_sim *s, double t, const double *y, double *dy) {
     return 1;
   }
   k->stage1(TR_A(s, x), y, TR_A(s, c), TR_A(s, w), TR_A(s, maps), dy, TR_A(s, power));
+  tr_apply_contacts(s);
   s->step.mapped = TR_MAPS_RAW, s->step.recursive = 0;
   TR_NEW_STATE(s);
   if (k->begin) tr_store_current_state(s, y);

@@ -101,6 +101,7 @@ static void tr_log_separations_within(tr_sim *s, double a, double b, const tr_co
   for (int m = 0; m < s->k->nsliders; ++m) {
     const int first = tr_pair_of(s, m)->contact0, n = tr_pair_of(s, m)->ncontacts;
     double at[s->o->ncontacts];
+    if (tr_unilateral_of_pair(s, m) >= 0) continue; /* such a contact opens instead */
     for (int i = 0; i < n; ++i) {
       const tr_contact *p = before + first + i, *q = now + first + i;
       at[i] = tr_is_turned(p, q, floor) ? tr_find_separation(s, first + i, a, b, *p, *q) : NONE;

@@ -139,7 +139,7 @@ static int tr_has_speed_minimum(const tr_sim *s, int i) {
 
 static int tr_is_suspect(const tr_sim *s, int i) {
   double most = TR_A(s, smax)[i], least = TR_A(s, smin)[i], kink = tr_sliding_of(s, i)->border;
-  switch (tr_pair_of(s, i)->kind) {
+  switch (tr_kind_of(s, i)) {
     case TR_KIND_SMOOTH: return 0;
     case TR_KIND_TURN: return most > 1.0;
     case TR_KIND_KINK: return tr_is_sliding(s, i) ? least < -TOL_KINK * kink : most > TOL_KINK * kink;
@@ -223,6 +223,7 @@ static int tr_find_event(tr_sim *s, int *which, double *theta) {
   tr_copy_violations(s, TR_NOW, TR_AT_END);
   int any = tr_mark_suspect_pairs(s, suspect);
   if (s->k->nstops) any |= tr_mark_stops_with_events_inside(s, suspect + s->k->nsliders);
+  if (s->k->nunilateral) any |= tr_mark_pulls_inside(s, suspect + s->k->nsliders);
   if (!(s->step.margin_end > 0.0) && !any) return TR_NO_EVENT;
   if (!tr_ensure_dense(s)) return TR_TOO_LARGE;
   return tr_search_step(s, any ? suspect : 0, which, theta);

@@ -114,7 +114,11 @@ static void tr_release_together(tr_sim *s, int i) {
 
 static void tr_refine_pending_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y);
-  const int i = s->pending.which;
+  const int i = s->pending.which, lands = i < s->k->nsliders ? -1 : tr_contact_of_stop(s, i - s->k->nsliders);
+  if (lands >= 0 && tr_is_contact_open(s, lands)) {
+    tr_refine_landing(s, lands);
+    return;
+  }
   const int pair = i < s->k->nsliders, projected = !pair || (tr_is_set_valued(s, i) && (tr_is_stuck(s, i) || tr_is_moving_ball(s, i)));
   if (s->k->active && projected) tr_refine_projected_event(s, i);
   if (i < s->k->nsliders && tr_is_set_valued(s, i) && tr_is_stuck(s, i)) tr_release_together(s, i);

@@ -25,6 +25,17 @@ static double tr_find_first_corner(tr_sim *s, double most);
  * reverse. Returns 1 if there are any. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside);
 
+/* Whether a value with g0, g1 at the ends of a step and the slopes m0, m1 per step may exceed 0 inside: the cubic through them has a
+ * maximum near 0 or above. */
+static int tr_may_pass_zero(double g0, double m0, double g1, double m1);
+
+/* Mark in `inside` (stops) each closed contact of a joint that only pushes whose normal force may pass zero twice inside the last
+ * step. Requires the solution at the step's end. Returns 1 if there are any. */
+static int tr_mark_pulls_inside(tr_sim *s, char *inside);
+
+/* Move the pending event to the instant at which the gap of contact c is 0. */
+static void tr_refine_landing(tr_sim *s, int c);
+
 /* Whether pair i, with several components, slides against its frozen direction. Its friction jumped where the velocity was
  * perpendicular to this direction. Requires maps of the current state. */
 static int tr_has_reversed(const tr_sim *s, int i);

@@ -23,12 +23,12 @@ static int tr_set_initial_set_valued(tr_sim *s, double *y) {
   return TR_FAIL_MODES;
 }
 
-static int tr_set_initial_modes(tr_sim *s) {
+/* Set the flags of all end stops and latches at the start. Contacts of joints that only push keep theirs. Requires the signals. */
+static void tr_set_initial_stops(tr_sim *s) {
   const tr_kernel *k = s->k;
-  double depth[k->nstops + 1], *y = TR_A(s, y), none[k->nn + 1];
-  memset(none, 0, sizeof none);
-  tr_set_time(s, s->clock.t);
+  double depth[k->nstops + 1], *y = TR_A(s, y);
   for (int i = 0; i < k->nstops; ++i) { /* a hook stays engaged when parameters change during a run */
+    if (tr_contact_of_stop(s, i) >= 0) continue; /* the assembly and the run set these flags */
     if (!tr_is_hook(s, i)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!s->stats.steps) *tr_stop_flag(s, i) = k->down[i - (k->nstops - k->nlatches)];
   }
@@ -38,9 +38,18 @@ static int tr_set_initial_modes(tr_sim *s) {
     if (tr_is_pressed(s, i) && !(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN, again = 1;
   if (again) tr_stop_depths(s, y, depth);
   for (int i = 0; i < k->nstops; ++i) {
+    if (tr_contact_of_stop(s, i) >= 0) continue;
     if (!(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!tr_is_pressed(s, i)) *tr_stop_flag(s, i) = tr_pressed_flag(s, i, depth);
   }
+}
+
+static int tr_set_initial_modes(tr_sim *s) {
+  const tr_kernel *k = s->k;
+  double *y = TR_A(s, y), none[k->nn + 1];
+  memset(none, 0, sizeof none);
+  tr_set_time(s, s->clock.t);
+  tr_set_initial_stops(s);
   s->friction = (tr_friction){.pace = s->friction.pace, .from_anywhere = s->friction.from_anywhere, .searched = NAN, .folded = -INFINITY, .resumed_t = NAN,
                               .capture = -1, .cutting_pair = -1, .freed = -1, .failed = -1, .past_t = {NAN, NAN, NAN, NAN}};
   s->step.explicit_for_now = 0;

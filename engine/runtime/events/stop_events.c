@@ -16,6 +16,16 @@ static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }
 
+static int tr_may_pass_zero(double g0, double m0, double g1, double m1) {
+  double top = fmax(g0, g1);
+  if (!(m0 > 0.0 && m1 < 0.0)) return 0;
+  for (int q = 1; q < TOP_POINTS; ++q) {
+    const double x = q / (double)TOP_POINTS;
+    top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
+  }
+  return top > -TOP_DIP * (top - fmin(g0, g1));
+}
+
 /* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
  * K[end]; for impulse steps, from the dense output. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
@@ -32,16 +42,11 @@ static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   }
   tr_set_time(s, s->step.t0 + h);
   for (int i = 0; i < ns; ++i) {
+    inside[i] = 0;
+    if (tr_contact_of_stop(s, i) >= 0 && tr_is_pressed(s, i)) continue; /* tr_mark_pulls_inside */
     const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
     const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
-    inside[i] = 0;
-    if (!(m0 > 0.0 && m1 < 0.0)) continue;
-    double top = fmax(g0, g1);
-    for (int q = 1; q < TOP_POINTS; ++q) {
-      const double x = q / (double)TOP_POINTS;
-      top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
-    }
-    any |= inside[i] = top > -TOP_DIP * (top - fmin(g0, g1));
+    any |= inside[i] = tr_may_pass_zero(g0, m0, g1, m1);
   }
   return any;
 }

@@ -24,13 +24,14 @@ static double tr_set_valued_violation(tr_sim *s, int i) {
 static double tr_mode_violation(tr_sim *s, int i, const double *depth) {
   const tr_kernel *k = s->k;
   if (i < k->nsliders) {
-    int kind = tr_pair_of(s, i)->kind;
+    int kind = tr_kind_of(s, i);
     if (kind == TR_KIND_SMOOTH) return -1.0;
     if (kind == TR_KIND_SET) return tr_set_valued_violation(s, i);
     if (kind == TR_KIND_TURN) return tr_direction_violation(s, i);
     double speed = tr_sliding_of(s, i)->speed, kink = tr_sliding_of(s, i)->border;
     return (tr_is_sliding(s, i) ? (kink - speed) / kink : (fabs(speed) - kink) / kink) / TOL_KINK;
   }
-  int j = i - k->nsliders;
+  int j = i - k->nsliders, c = tr_contact_of_stop(s, j);
+  if (c >= 0 && tr_is_pressed(s, j)) return -tr_normal_force(s, c) / (TOL_LIFT * tr_force_unit(s));
   return (tr_is_pressed(s, j) ? -depth[j] : depth[j]) / TOL_STOP;
 }

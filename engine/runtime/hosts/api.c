@@ -22,13 +22,14 @@ int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven)
   s->clock.t = t;
   s->ask.cancelled = 0, s->ask.work = 0.0;
   tr_moment_of(s)->inside = t + JUST_AFTER;
+  tr_set_initial_contacts(s);
   return tr_assemble_state(s, qgiven, vgiven);
 }
 
 void tr_gap(tr_sim *s, double *h) {
   const tr_kernel *k = s->k;
   tr_set_time(s, s->clock.t);
-  if (k->rows) k->closure(TR_A(s, x), TR_A(s, y), TR_A(s, c) + k->c_closure, h);
+  if (k->rows) tr_evaluate_closure(s, TR_A(s, y), h);
 }
 
 /* Set the units of the tolerance. For angles and quaternions the unit is 1, and for lengths the length scale. The units of rates
@@ -102,6 +103,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     s->friction.from_anywhere = 0;
   }
   if (modes != TR_OK && !tr_continue_through_jam(s)) return s->clock.status = s->ask.cancelled ? TR_CANCELLED : modes;
+  if (modes == TR_OK && k->nunilateral && (modes = tr_start_contacts(s)) != TR_OK) return s->clock.status = modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->clock.status = TR_FAIL_MULTIPLIERS;
   if (k->neta) tr_certify(s);
   for (int i = 0; i < s->ny; ++i)

@@ -198,7 +198,7 @@ static int tr_has_drifted(tr_sim *s) {
     if (fabs(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3] - 1.0) > DRIFT_TURN) return 1;
   }
   if (!k->active || !s->set.project) return 0;
-  k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+  tr_evaluate_closure(s, y, h);
   tr_loop_residual(s, h, &pos, &vel);
   return !(fmax(pos, vel) <= DRIFT * s->set.rtol);
 }

@@ -34,6 +34,8 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
     const double *R = J + (size_t)j * ld + top;
     double *out = dz + (size_t)j * (a + e), *deta = out + a;
     for (int i = 0; i < a; ++i) b[i] = -R[i];
+    for (int c = 0; c < k->nunilateral; ++c)
+      if (tr_is_contact_open(s, c)) b[tr_active_row(s, c)] = 0.0;
     if (a) tr_solve_loops(s, b, lam);
     if (choice && choice->r) tr_follow_choice(s, choice, j, R + a + e, lam);
     for (int i = 0; i < a; ++i) out[i] = lam[i];

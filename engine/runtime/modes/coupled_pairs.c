@@ -67,7 +67,7 @@ static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y) {
   memset(still + k->nq, 0, sizeof(double) * k->nv);
   tr_evaluate_maps_at(s, t, still);
   moves = tr_pair_speed(s, i) > 0.0;
-  if (k->rows) k->closure(TR_A(s, x), still, TR_A(s, c) + k->c_closure, h);
+  if (k->rows) tr_evaluate_closure(s, still, h);
   for (int r = 0; r < k->rows; ++r) moves |= fabs(h[k->rows + r]) > DRIVES_MOVE * tr_row_unit(s, r) * s->set.rate;
   tr_evaluate_maps_at(s, t, y);
   return moves;

@@ -155,7 +155,7 @@ static void tr_fill_audit(tr_sim *s, const double *y, tr_extra *extra) {
   double worst = 0.0, *h = TR_A(s, loop_error);
   tr_judgement said;
   if (k->rows) {
-    k->closure(TR_A(s, x), y, TR_A(s, c) + k->c_closure, h);
+    tr_evaluate_closure(s, y, h);
     for (int i = 0; i < k->rows; ++i) worst = fmax(worst, fabs(h[i]) / tr_row_unit(s, i));
   }
   tr_judge(s, &said);

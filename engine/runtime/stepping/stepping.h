@@ -11,6 +11,23 @@ static void tr_record_reversals(tr_sim *s, double theta_end);
 
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
+/* Change the rates of y at time t by the impulses of an impact. at: whether each contact of a joint that only pushes touches.
+ * Returns 0 if no impulses satisfy all conditions. */
+static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution);
+
+/* Open or close the contacts of joints that only push at the start of a run. */
+static void tr_set_initial_contacts(tr_sim *s);
+
+/* Decide the contacts of joints that only push at the state `y`: impacts of those that approach, then which of those at rest stay
+ * closed. Returns a status. */
+static int tr_decide_contacts(tr_sim *s);
+
+/* Decide the contacts at the start of a run. Returns a status; TR_FAIL_CLOSURE if a gap is negative. */
+static int tr_start_contacts(tr_sim *s);
+
+/* Whether a contact pulls at the present solution, because forces have jumped. */
+static int tr_has_contact_to_decide(const tr_sim *s);
+
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
  * status. */
 static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count);

@@ -62,6 +62,11 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
     s->step.have_k1 = 1;
   }
+  if (tr_has_contact_to_decide(s)) {
+    const int code = tr_decide_contacts(s);
+    if (code != TR_OK) return code;
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)), s->step.have_k1 = 1;
+  }
   if (s->step.h <= 0.0) {
     double z[k->active + k->neta + 1];
     tr_copy(k->active + k->neta, TR_A(s, z), z);

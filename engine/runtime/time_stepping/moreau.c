@@ -61,8 +61,6 @@ static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, doubl
   if (depends) tr_form_maps(s), memcpy(rates, start, sizeof(double) * k->nrates);
 }
 
-/* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`. Returns
- * 0 on failure. */
 static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, double h) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = 0, runs = 0;

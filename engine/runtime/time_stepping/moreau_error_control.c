@@ -297,7 +297,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
 }
 
 static void tr_choose_moreau(tr_sim *s) {
-  if (!tr_is_auto(s) || !s->k->sets) return;
+  if (!tr_is_auto(s) || !s->k->sets || s->k->nunilateral) return;
   for (int i = 0; i < s->k->nsliders; ++i) /* mechanisms with laws that are stiff near rest get no impulse steps */
     if (!tr_is_set_valued(s, i) && tr_pair_of(s, i)->kind != TR_KIND_SMOOTH) return;
   if (tr_method_of(s)->kind == TR_IMPULSES) {

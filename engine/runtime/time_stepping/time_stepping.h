@@ -14,6 +14,10 @@ static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
  * also sticks. Restores the step's ẏ. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
+/* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`. Returns
+ * 0 on failure. */
+static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, double h);
+
 /* One impulse step h from (t, y). Results: ynew, and the modes at the step's end. Returns TR_OK, TR_MORE if a frozen direction
  * turned too far, or a failure status. */
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew);

@@ -26,6 +26,7 @@ from trunnion.scene.checks import (
     start_values,
     time_formulas,
     topology,
+    unilateral_contacts,
     wheel_pair_sizes,
 )
 from trunnion.scene.data_classes.scene import Scene
@@ -34,7 +35,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, error_of
 TOPICS = (
     names, bodies, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods, joint_mimics,
     gearboxes, bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, time_formulas, loads,
-    nonlinear_forces, force_fields, number_bounds, output_patterns,
+    nonlinear_forces, unilateral_contacts, force_fields, number_bounds, output_patterns,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 

@@ -43,7 +43,7 @@ def check(scene: Scene) -> Iterator[Finding]:
             part = "the ground" if a == GROUND else shown(a)
             yield Finding(("joints", name), f"both sides are on {part}", "connect two different parts with the joint")
         elif {a, b} <= {GROUND, *scene.bodies}:
-            if not REGISTRY[j.type].bodiless:
+            if not REGISTRY[j.type].bodiless and j.unilateral is None:
                 ends[name] = (a, b)
         else:
             dangling = True

@@ -10,9 +10,10 @@ from trunnion.simulation.runtime_interface.friction_pair_names import slider_nam
 from trunnion.system.structure.bodies_and_joints import System
 
 KINDS = {k.value: k.name.lower() for k in EventKind}
-DEVICES = (EventKind.END_STOP_ENGAGED, EventKind.END_STOP_RELEASED, EventKind.LATCH, EventKind.UNLATCH)
+CONTACTS = (EventKind.CONTACT_OPENED, EventKind.CONTACT_CLOSED, EventKind.CONTACT_RESTS)
+DEVICES = (EventKind.END_STOP_ENGAGED, EventKind.END_STOP_RELEASED, EventKind.LATCH, EventKind.UNLATCH, *CONTACTS)
 DEVICE_KINDS = {k.name.lower() for k in DEVICES}
-"""Kinds of events of end stops and latches. All other kinds are events of friction pairs."""
+"""Kinds of events of end stops, latches and joints that only push. All other kinds are events of friction pairs."""
 
 
 def decode(system: System, records: np.ndarray) -> list[Event]:

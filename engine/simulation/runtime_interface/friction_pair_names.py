@@ -15,9 +15,12 @@ def slider_names(system: System) -> list[tuple[str, int]]:
 
 
 def stop_names(system: System) -> list[tuple[str, int]]:
-    """(joint, number of the freedom, from 1) for every end stop, latch contact and latch hook, in the order of their flags."""
+    """(joint, number of the freedom, from 1) for every end stop, joint that only pushes, latch contact and latch hook, in
+    the order of their flags."""
     found: dict[int, tuple[str, int]] = {}
     for j in system.joints:
+        if j.unilateral:
+            found[j.unilateral.flag] = (j.name, 1)
         for k, d in enumerate(j.devices):
             if d.stop is not None:
                 found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}

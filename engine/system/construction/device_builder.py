@@ -9,6 +9,7 @@ from typing import Any
 from trunnion.basics.monotone_curves import filled
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.data_classes.unilateral_contact import Unilateral as UnilateralKeys
 from trunnion.scene.force_laws import registry as force_laws
 from trunnion.scene.signals.registry import given
 from trunnion.scene.signals.table import Table
@@ -16,6 +17,7 @@ from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.quantities import Quantity
 from trunnion.system.construction.point_curve_spline import length
 from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
+from trunnion.system.structure.coupling_joint_data import Unilateral
 from trunnion.system.structure.parameter_table import Leaf, Leaves, ParameterTable
 
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch", "nonlinear")
@@ -101,6 +103,12 @@ class Builder:
             self.table.own(f"{path}.damping", st.damping, f"s/{u}"),
             bounds[0], bounds[1], (flags[0], flags[1]),
         )
+
+    def unilateral(self, name: str, x: UnilateralKeys) -> Unilateral:
+        """The contact of a joint that only pushes, with the index of its flag."""
+        self.stops += 1
+        leaf = self.table.own(f"joints.{name}.unilateral.restitution", x.restitution, "1")
+        return Unilateral(leaf, self.stops - 1, x.impact_law == "poisson", x.starts == "open")
 
     def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
         """The latch of a freedom, with the indices of its flag and hook."""

@@ -71,7 +71,7 @@ def _span(scene: Scene, light: set[str]) -> Spanning:
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():
-        if REGISTRY[scene.joints[n].type].bodiless:
+        if REGISTRY[scene.joints[n].type].bodiless or scene.joints[n].unilateral is not None:
             continue  # the joint carries no body
         at.setdefault(a, []).append(n)
         at.setdefault(b, []).append(n)

@@ -14,6 +14,7 @@ from trunnion.scene.queries.body_references import body_of
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.scene.queries.rod_lengths import rod_length
 from trunnion.scene.queries.shaft_joints import couples_shafts
+from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.system.construction.cam_profile_spline import profile
 from trunnion.system.construction.friction_builder import element
 from trunnion.system.construction.joint_frames import frame
@@ -76,6 +77,8 @@ class _Maker(Points):
 
     def system(self) -> System:
         """The structure of the whole mechanism."""
+        if self.scene.simulation.realtime is not None:
+            refuse_unilateral(self.scene, "fixed steps for real time")
         gravity = self.table.vector("gravity", self.scene.gravity, "m/s^2")
         bodies = tuple(self.body(i, name, child) for i, (name, child, _) in enumerate(self.spanning.tree))
         names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)
@@ -135,6 +138,7 @@ class _Maker(Points):
             frames[0], frames[1], fit(j), pitch, self.devices.joint(name, j), None, name in self.spanning.cut,
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
             length=self.length(name) if kind.keeps_distance else None,
+            unilateral=self.devices.unilateral(name, j.unilateral) if j.unilateral else None,
             profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
         )
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY, TIES, JointKind
-from trunnion.system.structure.coupling_joint_data import Curve, LightFreedom, Mimic, Profile, Wheels
+from trunnion.system.structure.coupling_joint_data import Curve, LightFreedom, Mimic, Profile, Unilateral, Wheels
 from trunnion.system.structure.devices_and_loads import Device as Device
 from trunnion.system.structure.devices_and_loads import Latch as Latch
 from trunnion.system.structure.devices_and_loads import LawForce as LawForce
@@ -110,6 +110,7 @@ class Joint:
     curve: Curve | None = None
     mimic: Mimic | None = None
     light: LightFreedom | None = None
+    unilateral: Unilateral | None = None
 
     @property
     def kind(self) -> JointKind:
@@ -217,6 +218,11 @@ class System:
     def cuts(self) -> tuple[Joint, ...]:
         """The cut joints, then the couplings."""
         return self.joints[len(self.bodies) :] + self.ties
+
+    @cached_property
+    def unilateral(self) -> tuple[Joint, ...]:
+        """The joints that only push."""
+        return tuple(j for j in self.joints if j.unilateral)
 
     @cached_property
     def light(self) -> tuple[Joint, ...]:

@@ -120,3 +120,14 @@ class LightFreedom:
         have no inertia of its own, and no loop that moves it (a massless rod that turns about its own axis). So that S stays
         regular, every freedom keeps the fraction NO_INERTIA of the added inertia."""
         return -(1.0 + NO_INERTIA) / self.inertia
+
+
+@dataclass(frozen=True)
+class Unilateral:
+    """A contact that begins and ends. flag: index of its flag among those of end stops; the flag is 1 while the contact is closed.
+    poisson: whether restitution follows Poisson's law instead of Newton's. open: whether the contact starts open."""
+
+    restitution: Leaf
+    flag: int
+    poisson: bool
+    open: bool

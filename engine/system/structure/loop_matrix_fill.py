@@ -70,9 +70,9 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
 
 
 def fill(system: System, active: Sequence[int]) -> Fill:
-    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, or if the factor has more
-    than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
-    return Fill() if len(active) < MANY_ROWS or system.light else pattern(system, active, FEW_ENTRIES)
+    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, if a contact
+    may open, or if the factor has more than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
+    return Fill() if len(active) < MANY_ROWS or system.light or system.unilateral else pattern(system, active, FEW_ENTRIES)
 
 
 def pattern(system: System, active: Sequence[int], part: float = 1.0) -> Fill:

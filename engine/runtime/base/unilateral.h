@@ -1,0 +1,37 @@
+/* Joints that only push (unilateral contacts): the state of each contact, and its constraint row. While a contact is open, its row
+ * is absent: the maps have no coupling of the row with others, so that its multiplier is 0. */
+#ifndef TR_UNILATERAL_H
+#define TR_UNILATERAL_H
+#include "base/accessors.h"
+
+static inline const tr_unilateral *tr_unilateral_of(const tr_sim *s, int c) { return s->k->unilateral + c; }
+
+/* What the run knows about contact c. */
+static inline tr_touch *tr_touch_of(const tr_sim *s, int c) { return (tr_touch *)TR_A(s, touch) + c; }
+
+static inline int tr_is_contact_open(const tr_sim *s, int c) { return !tr_is_pressed(s, tr_unilateral_of(s, c)->stop); }
+static inline void tr_set_contact(tr_sim *s, int c, int closed) { *tr_stop_flag(s, tr_unilateral_of(s, c)->stop) = closed ? TR_STOP_PRESSED : TR_STOP_OPEN; }
+
+/* The contact whose flag is that of stop `stop`; −1: an end stop or a latch. */
+static inline int tr_contact_of_stop(const tr_sim *s, int stop) {
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (tr_unilateral_of(s, c)->stop == stop) return c;
+  return -1;
+}
+
+/* Index of the row of contact c among the active rows. Every such row is active. */
+static inline int tr_active_row(const tr_sim *s, int c) {
+  int i = 0;
+  while (i < s->k->active - 1 && s->k->active_rows[i] != tr_unilateral_of(s, c)->row) ++i;
+  return i;
+}
+
+/* Row of contact c as the kernel gave it: S (active), Se (neta), g0. */
+static inline double *tr_raw_row(const tr_sim *s, int c) { return TR_A(s, raw_rows) + (size_t)c * (s->k->active + s->k->neta + 1); }
+
+/* Normal force of contact c at the present solution, N. */
+static inline double tr_normal_force(const tr_sim *s, int c) { return TR_A(s, z)[tr_active_row(s, c)]; }
+
+/* Unit of normal forces, N. */
+static inline double tr_force_unit(const tr_sim *s) { return s->set.energy / s->set.length; }
+#endif

@@ -1,0 +1,167 @@
+/* Joints that only push: which contacts stay closed, and the events at which contacts open, close and come to rest (theory, "Contact
+ * that begins and ends"). */
+#include "stepping/stepping.h"
+
+#define TOUCHES 1e-11   /* × max(length, 1 m): largest gap of contacts that close together */
+#define STILL 1e-12     /* × the speed unit, or the speed of approach: a slower gap is at rest */
+#define REST_GAP 1e-14  /* × the length: impacts end where the gap of the next flight stays below this */
+#define STEADY 1e-11    /* × length · rate²: acceleration of a gap that counts as 0 */
+#define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more is decided again */
+#define CHOICES_MOST 60 /* largest number of changes in a decision */
+
+/* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
+ * rate: rate of the gap, m/s. approach: this rate before an impact, 0 without. flight: duration of the next flight, s. */
+typedef struct tr_met {
+  int touches, ends, was;
+  double restitution, rate, approach, flight;
+} tr_met;
+
+static void tr_set_initial_contacts(tr_sim *s) {
+  for (int c = 0; c < s->k->nunilateral; ++c) tr_set_contact(s, c, !tr_unilateral_of(s, c)->open), *tr_touch_of(s, c) = (tr_touch){0};
+}
+
+/* Put the contacts `closed` into force at the state `y`, and evaluate it. Returns a status. */
+static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mode *modes) {
+  const tr_kernel *k = s->k;
+  const double t = s->clock.t;
+  double *y = TR_A(s, y);
+  for (int c = 0; c < k->nunilateral; ++c) tr_set_contact(s, c, closed[c]);
+  tr_restore_modes(s, modes);
+  tr_evaluate_maps_at(s, t, y);
+  s->loops.rank = 0;
+  tr_find_rank(s, tr_has_idle_rows(s, y));
+  if (k->sets) tr_set_row_kinds(s); /* modes, and the pairs that have any, may differ from those of the last solution */
+  if (k->neta && k->loop_friction && k->nkappa == 0 && s->loops.rank < tr_loop_rows(s)) return TR_FAIL_MODES;
+  if (!tr_project(s, t, y)) return TR_FAIL_CLOSURE;
+  if (!tr_rhs(s, t, y, TR_A(s, dy)) && !k->sets) return TR_FAIL_MULTIPLIERS;
+  return k->sets ? tr_handle_event(s, t, y, -1, 0) : TR_OK;
+}
+
+/* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. Returns a status. */
+static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
+  const int n = s->k->nunilateral, count = s->events.count;
+  tr_mode modes[s->k->nsliders + 1];
+  char closed[n + 1], rests[n + 1];
+  double still = tr_speed_unit(s);
+  tr_save_modes(s, modes);
+  for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
+  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && fabs(met[c].rate) <= STILL * still;
+  for (int it = 0; it < CHOICES_MOST; ++it) {
+    const int code = tr_evaluate_with_contacts(s, closed, modes);
+    s->events.count = count;
+    if (code != TR_OK) return code;
+    double most = 1.0;
+    int worst = -1;
+    for (int c = 0; c < n; ++c) {
+      const double pull = -tr_normal_force(s, c) / (TOL_LIFT * tr_force_unit(s));
+      const double by = closed[c] ? pull : -tr_gap_acceleration(s, c, 1) / (STEADY * tr_speed_unit(s) * s->set.rate);
+      if (rests[c] && by > most) most = by, worst = c;
+    }
+    if (worst < 0) return TR_OK;
+    closed[worst] = !closed[worst];
+  }
+  return TR_FAIL_MODES;
+}
+
+/* Set gaps' rates and which contacts touch and approach at the state `y`. Returns whether any approaches. */
+static int tr_meet(tr_sim *s, tr_met *met) {
+  const int n = s->k->nunilateral;
+  double gap[n + 1], rate[n + 1];
+  int hits = 0;
+  tr_set_time(s, s->clock.t);
+  tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
+  for (int c = 0; c < n; ++c) {
+    met[c].touches = !tr_is_contact_open(s, c) || fabs(gap[c]) <= TOUCHES * fmax(s->set.length, 1.0);
+    met[c].rate = rate[c], met[c].approach = met[c].touches && rate[c] < -STILL * tr_speed_unit(s) ? rate[c] : 0.0;
+    hits |= met[c].approach < 0.0;
+  }
+  return hits;
+}
+
+/* Mark the contacts whose next flight would stay below REST_GAP. Returns 1 if there are any new ones. */
+static int tr_mark_ends(tr_sim *s, tr_met *met) {
+  int any = 0;
+  for (int c = 0; c < s->k->nunilateral; ++c) {
+    const double back = -tr_gap_acceleration(s, c, 1), v = met[c].rate;
+    if (met[c].ends || !(met[c].approach < 0.0) || !tr_is_contact_open(s, c) || !(v > 0.0 && v * v < 2.0 * back * REST_GAP * s->set.length)) continue;
+    any = met[c].ends = 1, met[c].flight = 2.0 * v / back, tr_touch_of(s, c)->now = v;
+  }
+  return any;
+}
+
+/* Log what happened to the contacts. Impacts that come to their limit end after the next flights, whose durations form a geometric
+ * series. */
+static void tr_log_contacts(tr_sim *s, const tr_met *met) {
+  for (int c = 0; c < s->k->nunilateral; ++c) {
+    tr_touch *touch = tr_touch_of(s, c);
+    const int index = tr_unilateral_of(s, c)->stop, open = tr_is_contact_open(s, c), hits = met[c].approach < 0.0;
+    const double ratio = touch->now < touch->rebound ? touch->now / touch->rebound : met[c].restitution;
+    s->stats.events += hits || met[c].was == open;
+    if (hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_CLOSED, index, 0, 0, 0);
+    if (met[c].ends) tr_log_event(s, s->clock.t + met[c].flight / (1.0 - ratio), TR_EV_CONTACT_RESTS, index, 0, 0, 0);
+    if (met[c].was && open && !hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_OPENED, index, 0, 0, 0);
+    touch->rebound = hits && open ? met[c].rate : 0.0;
+  }
+}
+
+/* tr_decide_contacts, with the start of the decision in `old` (state) and `modes`. On failure, the caller restores both. */
+static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mode *modes) {
+  const int n = s->k->nunilateral;
+  double *y = TR_A(s, y), gap[n + 1], rate[n + 1], now[n + 1];
+  do {
+    memcpy(y, old, sizeof(double) * tr_state_width(s)), tr_restore_modes(s, modes);
+    for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), now[c] = met[c].ends ? 0.0 : met[c].restitution;
+    if (tr_meet(s, met)) {
+      char at[n + 1];
+      for (int c = 0; c < n; ++c) at[c] = met[c].touches;
+      if (!tr_make_impact(s, s->clock.t, y, at, now)) return TR_FAIL_MODES;
+      tr_evaluate_gaps(s, y, gap, rate);
+      for (int c = 0; c < n; ++c) met[c].rate = rate[c];
+    }
+    const int code = tr_settle_contacts(s, met);
+    if (code != TR_OK) return code;
+  } while (tr_mark_ends(s, met));
+  return TR_OK;
+}
+
+static int tr_decide_contacts(tr_sim *s) {
+  const int n = s->k->nunilateral;
+  double *y = TR_A(s, y), old[tr_state_width(s)], depth[s->k->nstops + 1], e[s->k->nstops + 1];
+  const double energy = tr_audit_energy(s);
+  tr_met met[n + 1];
+  tr_mode modes[s->k->nsliders + 1];
+  tr_save_modes(s, modes), memcpy(old, y, sizeof old);
+  tr_set_time(s, s->clock.t);
+  tr_stop_depths_and_pushes(s, y, depth, e);
+  for (int c = 0; c < n; ++c) met[c] = (tr_met){.was = !tr_is_contact_open(s, c), .restitution = e[tr_unilateral_of(s, c)->stop]}, tr_touch_of(s, c)->now = INFINITY;
+  const int code = tr_decide_from(s, met, old, modes);
+  s->step.have_k1 = s->step.have_jac = s->loops.known = 0, s->step.margin = NAN;
+  if (code != TR_OK) {
+    memcpy(y, old, sizeof old), tr_restore_modes(s, modes);
+    for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was);
+    tr_evaluate_maps_at(s, s->clock.t, y);
+    if (s->k->sets) tr_set_row_kinds(s);
+    return code;
+  }
+  tr_log_contacts(s, met);
+  tr_log_mode_changes(s, s->clock.t, modes, 0);
+  tr_audit_allow_change(s, energy);
+  return TR_OK;
+}
+
+static int tr_start_contacts(tr_sim *s) {
+  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+  tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (gap[c] < -TOUCHES * fmax(s->set.length, 1.0)) {
+      s->audit.fail_detail = tr_unilateral_of(s, c)->row;
+      return TR_FAIL_CLOSURE;
+    }
+  return tr_decide_contacts(s);
+}
+
+static int tr_has_contact_to_decide(const tr_sim *s) {
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (!tr_is_contact_open(s, c) && tr_normal_force(s, c) < -LIFTS * TOL_LIFT * tr_force_unit(s)) return 1;
+  return 0;
+}

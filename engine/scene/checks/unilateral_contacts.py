@@ -1,0 +1,35 @@
+"""Checks of joints that only push."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.elements.joints import REGISTRY
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.findings.findings_and_paths import Finding, Path
+
+
+def check(scene: Scene) -> Iterator[Finding]:
+    """All findings about contacts that begin and end."""
+    able = ", ".join(k.name for k in REGISTRY.values() if k.pushes)
+    found = {name: j for name, j in scene.joints.items() if j.unilateral is not None}
+    laws = {j.unilateral.impact_law for j in found.values() if j.unilateral is not None}
+    for name, j in found.items():
+        path: Path = ("joints", name, "unilateral")
+        if not REGISTRY[j.type].pushes:
+            yield Finding(path, f"a {j.type} joint does not only push", f"joints that may open and close: {able}")
+        if len(laws) > 1:
+            yield Finding((*path, "impact_law"), "joints of one scene have the same impact law", "give all of them the same")
+        if j.cut is False:
+            yield Finding(("joints", name, "cut"), "a joint that only pushes carries no body: it is always cut", "leave it out")
+        if j.start is not None:
+            hint = "give start values of the joint that carries the part"
+            yield Finding(("joints", name, "start"), "a joint that only pushes has no start values of its own", hint)
+        law = scene.law_of(j.friction) if j.friction is not None else ""
+        if law and not LAWS[law].sets:
+            sets = ", ".join(n for n, x in LAWS.items() if x.sets)
+            yield Finding(("joints", name, "friction"), f"an impact has no friction by the law {law}", f"choose one of: {sets}")
+    if found and scene.simulation.method == "moreau":
+        what = "time stepping does not locate the beginning and end of a contact"
+        yield Finding(("simulation", "method"), what, "choose auto, or leave out the key unilateral")

@@ -1,0 +1,27 @@
+"""A joint that only pushes: contact that begins and ends."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic.dataclasses import dataclass
+
+from trunnion.basics.number_declarations import Bound
+from trunnion.scene.data_classes.field_types import STRICT
+from trunnion.scene.units.quantities import Per
+
+RESTITUTION = Bound(0.0, 0.999, advice="0: the parts do not bounce; 0.999: they hardly lose speed")
+
+
+@dataclass(frozen=True, config=STRICT)
+class Unilateral:
+    """A joint whose constraint only pushes. The contact opens where the normal force would pull, and closes again with an impact
+    where the gap becomes 0. The outboard part is free on the side towards which the normal of the joint points."""
+
+    restitution: Annotated[float, Per("1", RESTITUTION)] = 0.0
+    """Coefficient of restitution of impacts."""
+    impact_law: Literal["newton", "poisson"] = "newton"
+    """newton: the parts separate with ``restitution`` times the speed of approach. poisson: the impulse of the restitution phase is
+    ``restitution`` times that of the compression phase. All joints of a scene have the same law."""
+    starts: Literal["touching", "open"] = "touching"
+    """touching: the loop is closed at the start. open: the contact starts with the gap that the start values give."""

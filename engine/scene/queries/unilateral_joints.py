@@ -1,0 +1,19 @@
+"""Joints that only push, and the analyses that do not know them."""
+
+from __future__ import annotations
+
+from trunnion.basics.problems import Problem, SceneError
+from trunnion.scene.data_classes.scene import Scene
+
+
+def unilateral_problems(scene: Scene, what: str) -> list[Problem]:
+    """A problem for each joint that only pushes. what: the analysis that does not support such joints."""
+    hint = "leave out the key unilateral where the contact stays closed"
+    names = [name for name, j in scene.joints.items() if j.unilateral is not None]
+    return [Problem(f"joints.{n}.unilateral", f"contacts that begin and end are not supported in {what}", hint) for n in names]
+
+
+def refuse_unilateral(scene: Scene, what: str) -> None:
+    """SceneError if the scene has joints that only push."""
+    if found := unilateral_problems(scene, what):
+        raise SceneError(found)

@@ -1,0 +1,142 @@
+"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.engine.unilateral.unilateral_scenes import G, body, corner, in_plane, rim, scene
+from tests.sampling import crossed
+from trunnion.simulation.results.result import Result
+from trunnion.simulation.run import simulate
+
+CLOSE = 1e-9
+
+
+def times(r: Result, kind: str, joint: str = "") -> list[float]:
+    assert r.outcome.ok, r.outcome
+    return [e.time for e in r.events if e.kind == kind and joint in ("", e.joint)]
+
+
+@pytest.mark.parametrize(
+    ("restitution", "law", "kernel", "method"),
+    crossed((0.0, 0.1, 0.5, 0.7, 0.9), ("newton", "poisson"), ("parts", "compiled"), ("rk5", "rk8", "rosenbrock", "auto")),
+)
+def test_a_block_bounces_at_the_instants_of_the_closed_form_and_rests_at_their_limit(
+    restitution: float, law: str, kernel: str, method: str
+) -> None:
+    """Flights last e, e², e³ … of the time of 2 v/g; the sum of the geometric series is the instant of rest."""
+    table = {"type": "point_on_plane", "inboard": "ground", "outboard": "block", "axis": [0, 0, 1]}
+    table["unilateral"] = {"restitution": restitution, "impact_law": law, "starts": "open"}
+    start = {"q": [0.3, 0, 1, 1, 0, 0, 0], "qd": [0.5, 0, 0, 0, 0, 0]}
+    fly = {"type": "free", "inboard": "ground", "outboard": "block", "start": start}
+    made = scene({"block": body(2.0, 0.1)}, {"fly": fly, "table": table})
+    fall = np.sqrt(2.0 / G)
+    rest = fall * (1.0 + 2.0 * restitution / (1.0 - restitution))
+    r = simulate(made, until=rest + 0.5, rtol=1e-9, kernel=kernel, method=method)
+    expected = fall + 2.0 * fall * np.cumsum([0.0, *(restitution ** np.arange(1, 20))])
+    hits = times(r, "contact_closed")
+    count = min(len(hits), 20) if restitution else 1
+    assert hits[:count] == pytest.approx(expected[:count], abs=CLOSE)
+    assert len(hits) >= (20 if restitution >= 0.5 else 7 if restitution else 1)
+    assert times(r, "contact_rests") == (pytest.approx([rest], abs=CLOSE) if restitution else [])
+    assert r.audit.verdict == "within"
+    assert r["fly.q[1]"][-1] == pytest.approx(0.3 + 0.5 * r.time[-1], abs=1e-9)
+    assert -r["table.reaction.force[1]"][-1] == pytest.approx(2.0 * G, rel=1e-12)
+
+
+def impulses(W: np.ndarray, v: np.ndarray, mu: float, target: float, least: float) -> np.ndarray:
+    """Normal and tangential impulse after which the point moves with ``target`` along the normal, or the least normal impulse: it
+    sticks if friction is within the cone, otherwise it slips."""
+
+    def normal(line: np.ndarray) -> np.ndarray:
+        """Impulses along a line p = line · pn, for the rate ``target``."""
+        return line * max((target - v[0]) / (W[0] @ line), least)
+
+    stick = np.linalg.solve(W, np.array([target - v[0], -v[1]]))
+    if stick[0] < least:
+        stick = np.array([least, -(v[1] + W[1, 0] * least) / W[1, 1]])
+    if abs(stick[1]) <= mu * stick[0]:
+        return stick
+    found = [p for s in (1.0, -1.0) for p in [normal(np.array([1.0, -s * mu]))] if (v + W @ p)[1] * s >= 0.0]
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.mark.default_cases(10)
+@pytest.mark.parametrize("seed", range(120))
+def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int) -> None:
+    """Newton's and Poisson's law with Coulomb's cone for the impulses, at random angle, speed, mass and friction."""
+    rng = np.random.default_rng(seed)
+    mass, inertia, length, angle = rng.uniform(0.5, 3), rng.uniform(0.01, 0.3), rng.uniform(0.2, 1), rng.uniform(-1.2, 1.2)
+    mu, e, law = rng.uniform(0, 0.4), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
+    point = (0.0, -length)
+    lever = np.array([-length * np.sin(angle), -length * np.cos(angle)])  # x, z of the point from the mass centre
+    v = np.array([-rng.uniform(0.5, 3), rng.uniform(-3, 3), rng.uniform(-1, 1)])  # z, x, angle about y
+    J = np.array([[1.0, 0.0, -lever[0]], [0.0, 1.0, lever[1]]])
+    if (J @ v)[0] >= -0.1:
+        v[0] -= (J @ v)[0] + 0.5
+    fly = in_plane("rod", (-lever[1] + 1e-13, 0.0, angle), v)
+    tip = corner("rod", point, mu, restitution=e, impact_law=law, starts="open")
+    made = scene({"rod": body(mass, inertia)}, {"fly": fly, "tip": tip})
+    r = simulate(made, until=1e-9, every=1e-9, kernel="parts")
+    assert times(r, "contact_closed"), r.events
+    Mi = np.diag([1 / mass, 1 / mass, 1 / inertia])
+    W, u = J @ Mi @ J.T, J @ v
+    p = impulses(W, u, mu, -e * u[0] if law == "newton" else 0.0, 0.0)
+    if law == "poisson":
+        p = p + impulses(W, u + W @ p, mu, 0.0, e * p[0])
+    after = v + Mi @ J.T @ p
+    got = np.array([r[f"fly.qd[{k + 1}]"][-1] for k in range(3)])
+    assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # 1e-9 s of gravity follow the impact
+    assert r.audit.verdict == "within"
+
+
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
+def test_a_wheel_slides_until_it_rolls_and_leaves_no_energy_unexplained(kernel: str) -> None:
+    """A solid wheel that starts with v and without turning rolls after v/(3 μ g), with 2/3 of its speed."""
+    mu, radius, v, mass = 0.3, 0.25, 2.0, 3.0
+    fly = in_plane("wheel", (radius, 0.0, 0.0), (0.0, v, 0.0))
+    made = scene({"wheel": body(mass, 0.5 * mass * radius**2)}, {"fly": fly, "rim": rim("wheel", radius, mu)})
+    r = simulate(made, until=1.0, rtol=1e-10, kernel=kernel)
+    assert times(r, "stick") == pytest.approx([v / (3 * mu * G)], abs=CLOSE)
+    assert r["fly.qd[2]"][-1] == pytest.approx(2 * v / 3, abs=CLOSE)
+    assert r["fly.qd[3]"][-1] == pytest.approx(2 * v / 3 / radius, abs=1e-8)
+    assert r.audit.verdict == "within"
+
+
+def test_a_falling_wheel_with_friction_gains_spin_at_each_impact() -> None:
+    """The tangential impulse is μ times the normal impulse until the wheel rolls at an impact."""
+    mu, radius, mass, e, v = 0.1, 0.2, 1.0, 0.5, 3.0
+    fly = in_plane("wheel", (radius + 0.5, 0.0, 0.0), (0.0, v, 0.0))
+    own = rim("wheel", radius, mu, restitution=e, starts="open")
+    made = scene({"wheel": body(mass, 0.5 * mass * radius**2)}, {"fly": fly, "rim": own})
+    r = simulate(made, until=1.6, rtol=1e-10)
+    fall = np.sqrt(2 * G * 0.5)
+    hits = times(r, "contact_closed")
+    slip, vx, w = v, v, 0.0
+    for k, t in enumerate(hits[:8]):
+        p = min(mu * mass * (1 + e) * fall * e**k, slip * mass / 3)
+        vx, w = vx - p / mass, w + p / (0.5 * mass * radius)
+        slip = vx - w * radius
+        row = np.searchsorted(r.time, t + 1e-12, side="right")
+        assert r["fly.qd[2]"][row] == pytest.approx(vx, abs=CLOSE)
+    assert r.audit.verdict == "within"
+
+
+def test_a_block_on_a_rail_bounces_between_two_hard_walls() -> None:
+    """Without gravity it takes L/(e^k v) from the k-th wall to the next; between impacts its speed is constant."""
+    length, e, v = 0.4, 0.8, 2.0
+    rail = {"type": "prismatic", "inboard": "ground", "outboard": "block", "axis": [1, 0, 0], "start": {"q": 0.1, "qd": v}}
+    walls = {
+        name: {"type": "point_on_plane", "inboard": {"body": "ground", "point": [at, 0, 0]}, "outboard": "block",
+               "axis": [side, 0, 0], "unilateral": {"restitution": e, "starts": "open"}}
+        for name, at, side in (("near", 0.0, 1), ("far", length, -1))
+    }  # fmt: skip
+    r = simulate(scene({"block": body(2.0, 0.1)}, {"rail": rail, **walls}, gravity=[0, 0, 0]), until=1.5, rtol=1e-9)
+    hits = times(r, "contact_closed")
+    expected = 0.3 / v + np.cumsum([0.0, *(length / (v * e ** np.arange(1, len(hits))))])
+    assert hits == pytest.approx(expected, abs=CLOSE)
+    assert len(hits) >= 4
+    assert [x.joint for x in r.events[:3]] == ["far", "near", "far"]
+    assert r["rail.qd[1]"][-1] == pytest.approx((-e) ** len(hits) * v, abs=CLOSE)

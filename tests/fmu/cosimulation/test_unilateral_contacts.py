@@ -1,0 +1,29 @@
+"""An FMU of a bouncing block lands between communication points, and its restitution is a parameter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.engine.unilateral.unilateral_scenes import G, body, scene
+from tests.fmu.fmpy_host import FOLDER, Host
+from trunnion.fmu.scene_export import export
+
+
+def test_a_block_as_an_fmu_bounces_as_the_closed_form() -> None:
+    fall = {"type": "prismatic", "inboard": "ground", "outboard": "block", "axis": [0, 0, 1], "start": {"q": 1.0}}
+    table = {"type": "point_on_plane", "inboard": "ground", "outboard": "block", "axis": [0, 0, 1]}
+    table["unilateral"] = {"restitution": 0.5, "starts": "open"}
+    file, e = FOLDER / "bouncing_block.fmu", 0.6
+    export(scene({"block": body(2.0, 0.1)}, {"fall": fall, "table": table}), file, kind="cs", kernel="parts")
+    host = Host(file, begin=False, solver__tolerance=1e-10)
+    host.put("joints.table.unilateral.restitution", e)
+    host.fmu.exitInitializationMode()
+    first = np.sqrt(2.0 / G)
+    hits = first + 2 * first * np.cumsum([0.0, *(e ** np.arange(1, 60))])
+    for k in range(30):
+        host.fmu.doStep(0.1 * k, 0.1)
+        t = 0.1 * (k + 1)
+        n = int(np.searchsorted(hits, t))
+        since, speed = (t - hits[n - 1], G * first * e**n) if n else (t, 0.0)
+        gap = 0.0 if n == len(hits) else speed * since - G * since**2 / 2 + (1.0 if n == 0 else 0.0)
+        assert abs(host.get("table.gap")[0] - gap) < 1e-8
