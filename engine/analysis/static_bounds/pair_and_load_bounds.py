@@ -129,8 +129,8 @@ def _extreme(
 
 def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
     """The intervals of a pair. Where only bounds of the capacity are known, the least share and the largest normal force follow
-    from the upper bound, and the largest share and the least normal force from the lower bound. If only one state is in equilibrium,
-    the kernel's laws give its capacity."""
+    from the upper bound, and the largest share and the least normal force from the lower bound. The kernel's laws give the
+    capacity of the only state in equilibrium."""
     pair, size = a.space.pairs[i], a.sizes[i]
     own = Row(a.none, {size: 1.0})
     found = []
