@@ -19,11 +19,12 @@ static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
 /* Largest value of the cubic with the values g and slopes m at both ends of the step; −∞ if no maximum lies between them. */
 static double tr_top_inside(double g0, double g1, double m0, double m1) {
   double top = fmax(g0, g1);
+  if (!(m0 > 0.0 && m1 < 0.0)) return -INFINITY;
   for (int q = 1; q < TOP_POINTS; ++q) {
     const double x = q / (double)TOP_POINTS;
     top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
   }
-  return m0 > 0.0 && m1 < 0.0 ? top : -INFINITY;
+  return top;
 }
 
 /* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
