@@ -4,10 +4,11 @@
 #define OPEN_INSIDE 0.1 /* × the tolerance, × the sum of absolute terms: acceleration by the error of the dense output; found: 0.02 */
 #define MOVES_ALONG 2.0 /* × REST_BROKEN: threshold of release, so high that the next decision finds the pair moving */
 
-/* Whether the acceleration of freedom i is an error of the present state. Inside a step, loops are open by the error of the dense
- * output. The freedom of a pair that the loops hold then seems to move, by a small part of the terms that cancel. */
+/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state. Inside a
+ * step, loops are open by the error of the dense output. The freedom then seems to move, by a small part of the terms that cancel. */
 static int tr_is_acceleration_an_error(tr_sim *s, int i) {
   double size;
+  if (!tr_is_prescribed(s, i)) return 0;
   const double acc = tr_acceleration_and_terms(s, i, &size);
   return fabs(acc) <= fmax(REST_BROKEN, OPEN_INSIDE * s->set.rtol) * size;
 }
