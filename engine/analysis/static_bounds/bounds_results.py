@@ -88,7 +88,7 @@ class PairBounds:
         normal_force: sum of the contacts' normal forces with friction at the limit, N; the capacity is μ_s times this sum.
         friction: friction at the surface, N; signed for pairs of one freedom, otherwise the magnitude.
         share: friction divided by capacity.
-        exact: whether the capacity is exact; of a shaft, only bounds of the capacity are known.
+        exact: whether the capacity is exact. If several states are in equilibrium, only bounds of a shaft's capacity are known.
     """
 
     joint: str

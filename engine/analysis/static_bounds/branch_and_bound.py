@@ -184,4 +184,13 @@ def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
 
 def minimise(program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None) -> Found:
     """The minimum of a program. Arguments as for ``Search``."""
-    return Search(program, effort, floor, root).run()
+    return Search(program, effort, floor, root).run() if program.width > 1 else _only_state(program)
+
+
+def _only_state(program: Program) -> Found:
+    """The value at the only state of equilibrium, where nothing is open."""
+    X = program.scaled(np.ones(1))
+    if X is None or program.violation(X) > FEASIBLE:
+        return Found(np.inf, np.inf, None, 1)
+    value = program.objective.value(X, program.norms(X))
+    return Found(value, value, X, 1)

@@ -17,6 +17,9 @@ CAP = 1.0 + 1e-9
 tolerance of the program."""
 NARROW = 1e-6
 """Least opening of a cone, rad. The error of the relaxation is the square of the opening. Narrower cones are ill conditioned."""
+FORWARD = 1e-3
+"""Least component, relative to the loads, of a term's vectors along the axis of its cone. The linear programs give the cone's
+sides with an error of 1e-10 over this component; ``NARROW`` exceeds it."""
 ROUNDS = 4
 """Largest number of rounds in which cones narrow each other. A further round would gain less than one cut of a cell."""
 
@@ -53,23 +56,24 @@ def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
 
 
 def _narrow(relaxation: Relaxation, j: int, v: np.ndarray, cell: Cell) -> None:
-    """Add or narrow the cone of term j in the cell, if the vector of the term stays within a half space."""
+    """Add or narrow the cone of term j in the cell, if the vector of the term stays within a half space. The homogeneous programs
+    scale states down, not up, so that none exceeds the limit ``FAR``."""
     size, V = float(np.linalg.norm(v)), relaxation.program.terms[j]
     if size < NARROW:
         return
     u = v / size
     least = next(relaxation.solutions(cell, [Row(u @ V)]))
-    if least is None or least.value < NARROW or relaxation.is_over():
+    if least is None or least.value < FORWARD or relaxation.is_over():
         return
     if len(v) == 1:
         cell[j] = u[None, :]
         return
     across = np.linalg.svd(u[None, :])[2][1:]
     ends = []
-    for end in relaxation.solutions(cell, [Row(s * w @ V) for w in across for s in (1.0, -1.0)], Row(u @ V)):
+    for end in relaxation.solutions(cell, [Row(s * w @ V) for w in across for s in (1.0, -1.0)], Row(u @ V / least.value)):
         if end is None:
             return
-        ends.append(end.value - NARROW)
+        ends.append(end.value / least.value - NARROW)
     sides = [u + corner @ across for corner in _corners([(a, -b) for a, b in zip(ends[::2], ends[1::2], strict=True)])]
     cell[j] = np.column_stack([s / np.linalg.norm(s) for s in sides])
 

@@ -18,6 +18,7 @@ from trunnion.analysis.static_bounds.pair_and_load_bounds import (
     is_pushed,
     load_bounds,
     pair_bounds,
+    without_guarantee,
 )
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
@@ -99,11 +100,15 @@ def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stres
     a = admissible_states(st, pairs, self_stress, effort)
     balanced, there = a.space.misses <= NEVER, a.there
     begin = find_onsets(a, found) if there else []
+    if begin and not a.space.open:  # the kernel's laws decide about the only state
+        there, begin = answer.holds, []
     unheld += sum(not is_pushed(a, m) for m in found) if there else 0
     holds = "no" if there is False else "possible" if begin or there is None else "certain"
     each = tuple(pair_bounds(a, i) for i in range(len(pairs))) if there is not False else ()
     loads = [load_bounds(st, pairs, self_stress, effort, k, True) for k in range(len(st.drives))]
     loads += [load_bounds(st, pairs, self_stress, effort, k, False) for k in range(len(st.loads))]
+    if not there and not a.space.open:
+        loads = [load if load.now is None else without_guarantee(load) for load in loads]
     notes = (*st.notes, *_notes(a, there, unheld, all_found, balanced), *_budget_notes(effort, planned))
     first = _first(answer, pairs, begin, each)
     return HoldBounds(holds, first, a.space.open, None, each, tuple(loads), answer, notes, effort.ended)

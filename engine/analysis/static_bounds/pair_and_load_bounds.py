@@ -129,7 +129,8 @@ def _extreme(
 
 def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
     """The intervals of a pair. Where only bounds of the capacity are known, the least share and the largest normal force follow
-    from the upper bound, and the largest share and the least normal force from the lower bound."""
+    from the upper bound, and the largest share and the least normal force from the lower bound. The kernel's laws give the
+    capacity of the only state in equilibrium."""
     pair, size = a.space.pairs[i], a.sizes[i]
     own = Row(a.none, {size: 1.0})
     found = []
@@ -148,6 +149,8 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
         rubs = a.space.statics.joint(pair.joint).rubs
         eta = [rubs.eta.index(k) for k in pair.eta]
         both = [_with_kernel_values(pair, eta, *each) for each in zip(both, (False, True), strict=True)]
+        exact = not a.space.open
+        both = [Interval(_certain(i.least), _certain(i.largest)) for i in both] if exact else both
     return PairBounds(pair.joint, pair.part, kind, both[0], friction, both[1], exact)
 
 
@@ -179,6 +182,11 @@ def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool
     low, high = told(found.least), told(found.largest)
     most = 1.0 if share else np.inf
     return Interval(replace(low, certified=max(low.certified, 0.0)), replace(high, certified=min(high.certified, most)))
+
+
+def _certain(e: End) -> End:
+    """An end of an interval at the only state of equilibrium: its value is certified."""
+    return e if e.value is None else replace(e, certified=e.value)
 
 
 def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None, AdmissibleStates]]:
@@ -270,9 +278,14 @@ def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, effort: E
             ends.append((end(a, minimise(program, effort, root=a.root), sign, a.space.scale), m))
         ways.append(_breakaway(pairs, possible, ends, sign, np.nan if drive else load.now))
     low, high, error = ways[1].possible.certified, ways[0].possible.certified, FEASIBLE * a.space.scale
-    if not drive and not low - error <= load.now <= high + error:  # no state holds the present load
-        ways = [replace(w, guaranteed=End(None, float("nan"), None, 0)) for w in ways]
-    return LoadBounds(load.name, load.unit, None if drive else load.now, *ways)
+    result = LoadBounds(load.name, load.unit, None if drive else load.now, *ways)
+    return result if drive or low - error <= load.now <= high + error else without_guarantee(result)
+
+
+def without_guarantee(load: LoadBounds) -> LoadBounds:
+    """The bounds of a load if no state holds its present amount."""
+    none = End(None, float("nan"), None, 0)
+    return replace(load, more=replace(load.more, guaranteed=none), less=replace(load.less, guaranteed=none))
 
 
 def _at_least(sign: float, amount: np.ndarray, now: float) -> np.ndarray:

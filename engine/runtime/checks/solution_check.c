@@ -23,6 +23,7 @@ typedef struct tr_recomputed {
   double *acc, *acc_size; /* (neta) accelerations and sums of their absolute terms; without maps, (active) loop residuals follow */
   double *N, *N_size;     /* (nn) reaction components and sums of their absolute terms */
   double *law, *dn;       /* η that the laws give at N, and ∂η/∂N */
+  const double *Qe;       /* accelerations by unit friction without loops (neta × neta); null pointer without maps */
   tr_sliding *sliding;
   int sized;              /* whether N_size and dn are computed; needed only if a law misses its usual accuracy */
   double faint;           /* N: round-off of the largest friction; smaller friction violates no law */
@@ -159,13 +160,15 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
 }
 
 /* Check that a held pair does not move and does not exceed its capacity. In an impulse step, accelerations include the rates at the
- * step's end. */
+ * step's end. A friction of round-off size may accelerate a light body. */
 static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     if (tr_row_kinds(s)[e] == TR_ROW_FREE && tr_is_coming_to_rest(s, e, it->acc[e])) continue;
-    if (!(fabs(it->acc[e]) <= REST_MOVES * it->acc_size[e] + TOL_RESOLVE * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[e])) broken = TR_BREAKS_REST;
+    double most = REST_MOVES * it->acc_size[e] + TOL_RESOLVE * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[e];
+    if (it->Qe) most += fabs(it->Qe[e + (size_t)e * s->k->neta]) * s->friction.faint * TR_A(s, lever)[e];
+    if (!(fabs(it->acc[e]) <= most)) broken = TR_BREAKS_REST;
   }
   const double crawl = pair->v0 >= 0 && !s->k->rows ? tr_rest_speed(tr_speed_unit(s)) : tr_closure_speed(s);
   if (!(s->moreau.h > 0.0) && !(tr_pair_speed(s, i) <= crawl)) broken = TR_BREAKS_REST;
@@ -254,7 +257,7 @@ static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int
   int a = k->active, e = k->neta, m = k->nn, broken = k->nstops && !rest ? tr_check_stops(s, y) : 0;
   double own[2 * (e + a) + 1], *acc = brief && k->begin ? TR_A(s, end_acc) : own, N[2 * m + 1], law[e + 1], dn[k->ndn + 1];
   tr_sliding sliding[k->nsliders + 1];
-  tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, sliding, 0, 0.0};
+  tr_recomputed it = {acc, acc + e + a, N, N + m, law, dn, 0, sliding, 0, 0.0};
   if (e && !s->step.mapped && !(s->moreau.h > 0.0)) {
     tr_recompute_recursive(s, &it, rest || tr_has_stuck_pair(s));
     const int suspected = tr_are_rows_closed(s, &it) ? tr_check_pairs(s, &it, rest, n) : TR_BREAKS_LOOP;
@@ -264,6 +267,7 @@ static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int
   if (a && tr_check_loops(s, maps, z)) broken |= TR_BREAKS_LOOP;
   if (!e) return broken;
   tr_recompute(s, &it, rest || s->moreau.h > 0.0 || tr_has_stuck_pair(s));
+  it.Qe = map_Qe(k, maps);
   return broken | tr_check_pairs(s, &it, rest, n);
 }
 

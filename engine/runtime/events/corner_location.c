@@ -4,7 +4,7 @@
 
 #define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
 #define CORNER_PART 0.1   /* × the tolerance: distance from a corner within which a step may begin or end */
-#define CORNER_ROOT 40    /* largest number of iterations, which alternate between secant and halving */
+#define CORNER_ROOT 80    /* largest number of iterations, which alternate between secant and halving */
 #define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end counts as this end */
 #define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of a step at a corner; above TOL_STOP */
 #define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
@@ -21,14 +21,19 @@ static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
 }
 
-/* A place in a…b where stop i has just passed its corner. f, g: corner distances at a and b, of opposite signs. */
+/* A place in a…b where stop i has just passed its corner. f, g: corner distances at a and b, of opposite signs. A hook's signal may
+ * rise by less than CORNER_NEAR beyond its release value, so for a hook both ends must be near. Secants then reach beyond the root,
+ * so that the farther end comes near, too. */
 static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, double f, double g) {
+  const int hook = tr_is_hook(s, i);
   for (int it = 0; it < CORNER_ROOT && fabs(g) > 0.0; ++it) {
+    const double pace = (b - a) / (g - f);
     double m = it & 1 ? 0.5 * (a + b) : (a * g - b * f) / (g - f);
+    if (hook && !(it & 1) && it > 0) m = fabs(g) < fabs(f) ? b - 2.0 * g * pace : a - 2.0 * f * pace;
     if (!(m > a && m < b)) m = 0.5 * (a + b);
     const double at = tr_corner_distance(s, i, side, m);
     if (at * f > 0.0) a = m, f = at; else b = m, g = at;
-    if (fabs(g) < CORNER_NEAR) break;
+    if (fabs(g) < CORNER_NEAR && (!hook || fabs(f) < CORNER_NEAR || b - a < CORNER_LATE)) break;
   }
   return b;
 }
@@ -65,7 +70,7 @@ static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
     else if (q == HOOK_POINTS && f[q] >= f[q - 1] && tr_corner_distance(s, hook, side, 1.0 - near) > f[q]) from = before;
     if (from < 0.0) continue;
     const double at = tr_find_signal_top(s, hook, side, from, to, &top);
-    if (top > 0.0) return tr_find_corner(s, hook, side, from, at, -1.0, top);
+    if (top > 0.0) return tr_find_corner(s, hook, side, from, at, fmin(f[(int)(from * HOOK_POINTS)], -NO_FORCE), top);
   }
   return 1.0;
 }

@@ -111,6 +111,16 @@ static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const
   return tr_rhs(s, t, y, TR_A(s, dy));
 }
 
+/* Whether a pair of `rest` (n) starts to slide while it moves backwards: the rates of its loop do not follow a drive yet that has
+ * begun to move. */
+static int tr_is_starting_backwards(const tr_sim *s, const int *rest, int n) {
+  for (int q = 0; q < n && s->k->active; ++q) {
+    if (tr_pair_of(s, rest[q])->nrates > 1 || !tr_is_sliding(s, rest[q])) continue;
+    if (tr_stick_overshoot(tr_sliding_of(s, rest[q])->speed, tr_speed_unit(s)) > 1.0) return 1;
+  }
+  return 0;
+}
+
 static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_contact *known) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], nc = s->o ? s->o->ncontacts : 0, own = which >= 0 && which < k->nsliders && tr_is_set_valued(s, which);
@@ -133,6 +143,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   int code = tr_decide_with_balls(s, t, y, rest, n, released, &decided);
   if (code != TR_OK && own && tr_continue_driven(s, t, y, which, modes)) return TR_OK;
   if (code != TR_OK) return code;
+  if (tr_is_starting_backwards(s, rest, n) && (!tr_project(s, t, y) || !tr_rhs(s, t, y, TR_A(s, dy)))) return TR_FAIL_MULTIPLIERS;
   tr_record_margin(s, tr_decision_margin(s, rest, n, released, shares));
   s->step.margin_end = tr_worst_violation(s, y, &n);
   tr_certify(s);

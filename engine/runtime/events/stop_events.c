@@ -16,18 +16,25 @@ static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }
 
-static int tr_may_pass_zero(double g0, double m0, double g1, double m1) {
+/* Largest value of the cubic with the values g and slopes m at both ends of the step; −∞ if no maximum lies between them. */
+static double tr_top_inside(double g0, double g1, double m0, double m1) {
   double top = fmax(g0, g1);
-  if (!(m0 > 0.0 && m1 < 0.0)) return 0;
+  if (!(m0 > 0.0 && m1 < 0.0)) return -INFINITY;
   for (int q = 1; q < TOP_POINTS; ++q) {
     const double x = q / (double)TOP_POINTS;
     top = fmax(top, g0 + x * (m0 + x * (3.0 * (g1 - g0) - 2.0 * m0 - m1 + x * (2.0 * (g0 - g1) + m0 + m1))));
   }
+  return top;
+}
+
+static int tr_may_pass_zero(double g0, double m0, double g1, double m1) {
+  const double top = tr_top_inside(g0, g1, m0, m1);
   return top > -TOP_DIP * (top - fmin(g0, g1));
 }
 
 /* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
- * K[end]; for impulse steps, from the dense output. */
+ * K[end]; for impulse steps, from the dense output. The function of a hook that is down is constant far from the next tooth. The depth
+ * behind the hook is smooth, and the function rises by at most the fall of this depth. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   int any = 0;
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;
@@ -46,7 +53,13 @@ static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
     if (tr_contact_of_stop(s, i) >= 0 && tr_is_pressed(s, i)) continue; /* tr_mark_pulls_inside */
     const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
     const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
-    any |= inside[i] = tr_may_pass_zero(g0, m0, g1, m1);
+    double top = tr_top_inside(g0, g1, m0, m1);
+    if (tr_is_hook(s, i) && tr_is_pressed(s, i)) {
+      const int b = tr_stop_behind_hook(s, i);
+      const double d0 = depth[0][b], d1 = depth[1][b];
+      top = fmax(top, fmax(g0, g1) + fmin(d0, d1) + tr_top_inside(-d0, -d1, (d0 - near[0][b]) / SHORTLY, (near[1][b] - d1) / SHORTLY));
+    }
+    any |= inside[i] = top > -TOP_DIP * (top - fmin(g0, g1));
   }
   return any;
 }

@@ -16,8 +16,9 @@ class FollowerPulls:
 
     def __init__(self, system: System, block: Block):
         slots = {row: i for i, row in enumerate(block.kernel.facts["active_rows"])}
-        found = [j for j in system.cuts if j.kind.follows in (*ONE_SIDED, "curve") and not j.friction and j.rows in slots]
-        self.joints: list[Joint] = found
+        watched = [j for j in system.cuts if j.kind.follows in (*ONE_SIDED, "curve") and not (j.friction or j.unilateral)]
+        self.joints: list[Joint] = [j for j in watched if j.rows in slots]
+        found = self.joints
         self.slots = np.array([slots[j.rows] for j in found], np.intc)
         start = block.active_multipliers()[self.slots]
         signs = np.where(start < 0.0, -1.0, 1.0)

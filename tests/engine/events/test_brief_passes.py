@@ -16,7 +16,7 @@ METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 MOREAU = 1e-6
 """Tolerance of `moreau`, which is of first order."""
-FAILED = (2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
+FAILED = (5569, 5701, 2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
 """Seeds of the small law; an earlier version missed events in most of them."""
 MANY = 1500
 """Seeds of the large law."""
@@ -58,10 +58,10 @@ def examined(seed: int, rtols: tuple[float, ...]) -> tuple[int, list[str]]:
     return peaks, found
 
 
-@pytest.mark.default_cases(1)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", FAILED)
 def test_brief_passes_are_found_by_every_method(seed: int) -> None:
-    assert examined(seed, (1e-3, 1e-5, 1e-9))[1] == []
+    assert examined(seed, (1e-3, 1e-5, 1e-7, 1e-9))[1] == []
 
 
 @pytest.mark.slow

@@ -31,6 +31,16 @@ def test_crossed_scenes_end_alike_at_every_setting(family: str) -> None:
         assert found.alike, (seed, found.differences)
 
 
+@pytest.mark.parametrize(("family", "seed", "until", "method", "rtol"), [
+    ("gear_trains", 1408, 0.42, "auto", 1e-9),
+    ("drives_that_die", 1412, 0.802, "rosenbrock", 1e-6),
+])  # fmt: skip
+def test_round_off_of_forces_or_rates_ends_no_run(family: str, seed: int, until: float, method: str, rtol: float) -> None:
+    """An unloaded pair that round-off accelerates is held. Pairs that a drive releases move with it from the first instant."""
+    run = simulate(crossed(family, seed), until=until, every=until, method=method, rtol=rtol, kernel="parts", outputs="*.q*")
+    assert run.outcome.name == "done", run.outcome
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_crossed_scenes_end_alike_at_every_setting(family: str) -> None:
