@@ -41,7 +41,8 @@ def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
 
 
 def _may_be_open(c: Column, joints: tuple[str, ...]) -> bool:
-    return c.kind in LINEAR and c.subject[0] in joints and c.quantity.output != "power"
+    """Whether redundant loops may leave a column open. The reaction of a drive is minus its effort, which is examined."""
+    return c.kind in LINEAR and c.subject[0] in joints and (c.kind != "drive" or c.quantity.output == "effort")
 
 
 def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.ndarray:

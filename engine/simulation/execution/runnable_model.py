@@ -63,6 +63,9 @@ class Model:
         """A model of the same scene with these columns, which show reactions. Later calls return the same model."""
         if self._reactions is None or self._reactions.system != self.system:
             self._reactions = Model(self.built.scene, names, "parts", built=self.built)
+        if len(self._reactions.built.numbers.breaks) != len(self.built.numbers.breaks):
+            self._reactions.built = self.built
+            self._reactions._load(redundant=False)
         self._reactions.block.take(self.built.numbers, np.array(self.block.parameters))
         return self._reactions
 

@@ -69,7 +69,8 @@ def test_a_flight_through_a_field_is_what_scipy_integrates_and_its_work_is_accou
     r = simulate(flying(field), until=2.0, every=0.5, rtol=1e-12)
 
     def slope(_: float, y: np.ndarray) -> np.ndarray:
-        return np.concatenate([y[3:], np.array([formula_value(field[k], y[:3]) for k in ("fx", "fy", "fz")]) / MASS])
+        at = dict(zip("xyz", y, strict=False))
+        return np.concatenate([y[3:], np.array([formula_value(field[k], at) for k in ("fx", "fy", "fz")]) / MASS])
 
     expected = solve_ivp(slope, (0.0, 2.0), [*START, *SPEED], "DOP853", r.time, rtol=1e-13, atol=1e-13).y
     for i in range(3):

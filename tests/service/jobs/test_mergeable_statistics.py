@@ -75,7 +75,7 @@ def counted(server: InProcess, job: str) -> Tally:
 
 def of_rows(server: InProcess, job: str) -> Tally:
     there = job_contents(server.service, job)
-    rows = pa.concat_tables(job_rows.result_rows(server.service, job, there.schema, 0, CASES))
+    rows = pa.concat_tables(job_rows.result_rows(server.service, job, there.plan.schema, 0, CASES))
     return tally_of(rows, there.plan.cases, there.plan.reductions)
 
 
@@ -207,7 +207,7 @@ def test_a_worker_keeps_a_tally_before_its_part_and_counts_its_bytes(alone: tupl
     said = run_chunk(parts.url, piece, 600.0)
     there = [Path(f) for f in (parts.tally(piece), parts.part(piece))]
     assert said["bytes"] == sum(f.stat().st_size for f in there)
-    assert parts.part_outcomes(piece) == (said["counts"], said["bytes"])
+    assert parts.part_outcomes(piece) == (said["counts"], said["bytes"], said["version"])
     assert there[0].stat().st_mtime_ns <= there[1].stat().st_mtime_ns
     got = unpacked(read_part_bytes(there[0].read_bytes(), piece.of_tally))
     assert (got.cases, sorted(got.drawn["case"].to_pylist())) == (18, list(range(15, 33)))
