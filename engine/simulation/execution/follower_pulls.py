@@ -15,22 +15,25 @@ class FollowerPulls:
     """The forces of followers without friction during a run. system: of the block, which must have started."""
 
     def __init__(self, system: System, block: Block):
-        slots = {row: i for i, row in enumerate(block.kernel.facts["active_rows"])}
         watched = [j for j in system.cuts if j.kind.follows in (*ONE_SIDED, "curve") and not (j.friction or j.unilateral)]
+        slots = {row: i for i, row in enumerate(block.kernel.facts["active_rows"])} if watched else {}
         self.joints: list[Joint] = [j for j in watched if j.rows in slots]
-        found = self.joints
-        self.slots = np.array([slots[j.rows] for j in found], np.intc)
+        self.block = block
+        if not self.joints:
+            return
+        self.slots = np.array([slots[j.rows] for j in self.joints], np.intc)
         start = block.active_multipliers()[self.slots]
         signs = np.where(start < 0.0, -1.0, 1.0)
-        self.sense = np.where([j.kind.follows == "curve" for j in found], signs, 1.0)
+        self.sense = np.where([j.kind.follows == "curve" for j in self.joints], signs, 1.0)
         pushes = self.sense * start
         self.values = np.array([pushes, pushes, np.where(pushes < 0.0, block.time, np.nan)])
-        self.block = block
-        if found:
-            block.lib.tr_watch_pulls(block.at, len(found), self.slots.ctypes.data, self.sense.ctypes.data, self.values.ctypes.data)
+        pointers = (x.ctypes.data for x in (self.slots, self.sense, self.values))
+        block.lib.tr_watch_pulls(block.at, len(self.joints), *pointers)
 
     def notes(self) -> list[str]:
         """A note for every follower that pulled. Ends the watch."""
+        if not self.joints:
+            return []
         self.block.lib.tr_watch_pulls(self.block.at, 0, None, None, None)
         return [_note(j, t) for j, t in zip(self.joints, self.values[2], strict=True) if not np.isnan(t)]
 

@@ -24,7 +24,7 @@ LENGTHS = {"N*m": 1.0}
 def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
     """The redundancy at the current state of a started model, with its columns. settings: those of the run."""
     found = redundancy(model.block)
-    wanted = [c for c in model.available if _may_be_open(c, found.joints)]
+    wanted = [c for c in model.available if _may_be_open(c, found.joints)] if found.joints else []
     changes = _changes(model, wanted, settings) if wanted else np.zeros((0, 0))
     if not len(changes):
         return found
@@ -58,23 +58,33 @@ def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.nd
             return np.zeros((0, len(wanted)))
         return _changes(other, wanted, settings)
     changes = model.block.open_columns()[:, [places[c.name] for c in wanted]]
-    return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, [c.subject[0] for c in wanted], changes)])
+    return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, tuple(c.subject[0] for c in wanted), changes)])
 
 
-def _by_loop(model: Model, joints: list[str], changes: np.ndarray) -> Iterator[np.ndarray]:
+def _by_loop(model: Model, joints: tuple[str, ...], changes: np.ndarray) -> Iterator[np.ndarray]:
     """Changes along single directions (n × columns). The runtime first evaluates directions of several loops, then the rows that
     structure removes: for each group of loops, one row of every loop at once. joints: those of the columns."""
+    if joints not in model.columns_of_loops:
+        model.columns_of_loops[joints] = _columns_of_loops(model, joints)
+    slots, on_loops = model.columns_of_loops[joints]
+    at = len(changes) - sum(slots)
+    yield changes[:at]
+    for count, masks in zip(slots, on_loops, strict=True):
+        for mask in masks:
+            yield np.where(mask, changes[at : at + count], 0.0)
+        at += count
+
+
+def _columns_of_loops(model: Model, joints: tuple[str, ...]) -> tuple[list[int], list[list[np.ndarray]]]:
+    """For each group of loops: the number of rows that structure removes, and for each loop which columns belong to its joints."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
     slots = [max(n for n, g in zip(removed, groups, strict=True) if g == group) for group in range(max(groups) + 1)]
-    at = len(changes) - sum(slots)
-    yield changes[:at]
-    for group, count in enumerate(slots):
-        for c, own in zip(model.system.cuts, groups, strict=True):
-            if own == group:
-                yield np.where(np.isin(joints, joints_of_loop(model.system, c, on_loops)), changes[at : at + count], 0.0)
-        at += count
+    masks: list[list[np.ndarray]] = [[] for _ in slots]
+    for c, group in zip(model.system.cuts, groups, strict=True):
+        masks[group].append(np.isin(joints, joints_of_loop(model.system, c, on_loops)))
+    return slots, masks
 
 
 def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,7 @@ class Model:
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
         self._reactions: Model | None = None
+        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # stored by ``open_reactions``
         self.with_inertia_at = b""  # parameters and state of the last start, at which every motion moved inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
