@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.elements.joints import FREE, REGISTRY
+from trunnion.elements.joints import FREE, REGISTRY, REVOLUTE
 from trunnion.scene.checks import findings
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_reader import DEEPEST
@@ -22,7 +22,7 @@ from trunnion.scene.validation_messages import findings_of
 ROUNDS = 12
 """Largest number of attempts to remove invalid parts; after these there is no scene."""
 
-STAND_INS = (next(iter(REGISTRY)), FREE.name)
+STAND_INS = (REVOLUTE.name, FREE.name)
 """Types of an untyped joint in the checks."""
 
 STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}

@@ -86,7 +86,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   const tr_kernel *k = s->k;
   if (s->set.method < 0 || s->set.method >= TR_METHODS) return s->clock.status = TR_FAIL_METHOD;
   tr_reset_run(s, t, t_stop, every);
-  s->ask.cancelled = 0, s->ask.work = 0.0;
+  s->ask.cancelled = 0, s->ask.work = 0.0, s->pulls.count = 0;
   tr_set_tolerance_units(s);
   if (k->active) {
     tr_evaluate_maps_at(s, t, TR_A(s, y));

@@ -61,9 +61,11 @@ def _first_outside(time: np.ndarray, q: np.ndarray, speed: np.ndarray, low: floa
     """The first time at which q leaves the range low…high, in which it starts; None if it stays there."""
     if not len(q) or not low <= q[0] <= high:
         return None
-    for i, h in enumerate(np.diff(time)):
-        if h <= 0.0:
-            continue
+    steps = np.diff(time)
+    # each cubic lies between the least and the largest of these four numbers
+    around = np.stack([q[:-1], q[:-1] + steps * speed[:-1] / 3, q[1:] - steps * speed[1:] / 3, q[1:]])
+    for i in np.flatnonzero((steps > 0.0) & ((around.max(axis=0) > high) | (around.min(axis=0) < low))):
+        h = steps[i]
         a, b, va, vb = q[i], q[i + 1], h * speed[i], h * speed[i + 1]
         cubic = np.array([2 * (a - b) + va + vb, 3 * (b - a) - 2 * va - vb, va, a])
         ways = [_least_root(cubic - np.array([0, 0, 0, end]), sense) for end, sense in ((high, 1.0), (low, -1.0))]
