@@ -129,5 +129,5 @@ TR_RARE
 #include "hosts/model_exchange_events.c"
 TR_OFTEN
 #include "hosts/batch.c"
-#include "hosts/batch_coroutines.c"
+#include "hosts/lane_batch.c"
 #include "hosts/cosimulation.c"

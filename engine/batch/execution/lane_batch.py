@@ -1,4 +1,4 @@
-"""Cases of a batch that step together in SIMD lanes (``runtime/hosts/batch_coroutines.c``), called through ctypes."""
+"""Cases of a batch that step together in SIMD lanes (``runtime/hosts/lane_batch.c``), called through ctypes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,9 @@ from trunnion.runtime.abi.batch_records import BATCH, ENSEMBLE, STRAND, STRANDS
 from trunnion.runtime.abi.enumerations import Strand
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
-STACK = 256 * 1024
-"""Size of a case's stack, bytes: 100 times the need of the largest compiled scene without friction."""
-CACHE_LINE = 64
-
 
 class Ensemble:
-    """The cases of a loop that step together. Each case has its own block, buffers and stack."""
+    """The cases of a loop that step together. Each case has its own block and buffers."""
 
     def __init__(self, loop: CaseBlocks):
         self.loop, self.lib = loop, loop.lib
@@ -29,12 +25,10 @@ class Ensemble:
         self.batches = [BATCH.ctype.from_buffer_copy(loop.batch) for _ in range(STRANDS)]
         self.all.lanes, self.all.strand = loop.model.kernel.lanes(), ctypes.addressof(self.strands)
         self.all.columns = loop.model.kernel.lane_columns()
-        self.all.strands, self.all.stack_bytes = STRANDS, STACK
-        stacks = loop._buffer(STRANDS * STACK + CACHE_LINE)
-        stacks += -stacks % CACHE_LINE
+        self.all.strands = STRANDS
         rows = 8 * loop.batch.capacity * loop.width
-        for i, (strand, b) in enumerate(zip(self.strands, self.batches, strict=True)):
-            strand.batch, strand.stack = ctypes.addressof(b), stacks + i * STACK
+        for strand, b in zip(self.strands, self.batches, strict=True):
+            strand.batch = ctypes.addressof(b)
             b.variant[0].plain = loop._buffer(loop.blocks[0].bytes)
             b.rows = loop._buffer(rows)
         self.budget = 200
@@ -61,11 +55,9 @@ class Ensemble:
                 return ended, False
             if status == bl.NEED_JACOBIAN:
                 self._jacobian()
-            elif status == bl.MORE:
+            else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 20), 1_000_000))
                 self._drop_slow_cases()
-            else:
-                raise RuntimeError("a case exceeded its stack; this is a defect of Trunnion, please report the scene")
             try:
                 if tick is not None and not tick(int(self.all.finished)):
                     return ended, True
@@ -101,8 +93,7 @@ class Ensemble:
 
 
 def ensemble_of(loop: CaseBlocks) -> Ensemble | None:
-    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if the scene or the processor does not support
-    lanes."""
-    if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel) or not loop.lib.tr_ensemble_there():
+    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if lanes do not serve the scene."""
+    if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel):
         return None
     return Ensemble(loop)

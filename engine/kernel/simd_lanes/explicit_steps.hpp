@@ -130,8 +130,8 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
   }
 }
 
-/* Project the state y. Unless the request is TR_ASK_PROJECT, also evaluate ẏ there. */
-static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
+/* Project the state y, and evaluate ẏ there. */
+static void end(Lanes &s, tr_request **r, int n, V t, V *y) {
   V dy[MOST_WIDE];
   for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);
   s.x[0] = t;
@@ -141,7 +141,7 @@ static void end(Lanes &s, tr_request **r, int kind, int n, V t, V *y) {
 #else
   normalise(y);
 #endif
-  if (kind != TR_ASK_PROJECT) slope(s, n, t, y, dy);
+  slope(s, n, t, y, dy);
   GIVE_GOOD(n, y, y) /* outside the lanes, a failed case continues from its old state */
-  if (kind != TR_ASK_PROJECT) GIVE_GOOD(n, dy, slope)
+  GIVE_GOOD(n, dy, slope)
 }

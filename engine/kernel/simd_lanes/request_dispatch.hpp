@@ -1,16 +1,5 @@
 /* Dispatch of requests: copy the states of the cases into lanes, serve the request, and copy the results back. */
 #if NETA
-/* Serve TR_ASK_LOOK: multipliers and sliding of pairs at a state. */
-static void look(Lanes &s, tr_request **r, V t, const V *y) {
-  V dy[MOST_WIDE];
-  for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);
-  s.x[0] = t;
-  k_stage1(s.x, y, s.c, s.w, s.maps, dy, s.power);
-  multipliers(s);
-  GIVE_GOOD(NN, s.N, N)
-  GIVE_GOOD(SLIDING_NUMBERS * NSLIDERS, s.sliding, sliding)
-}
-
 /* Copy back the loads at zero friction, their derivative by η, and laws and sliding at the solution. */
 static void leave_friction(Lanes &s, tr_request **r) {
   V Np[NN * (1 + NETA) + 8];
@@ -42,7 +31,7 @@ static void give_friction(const Lanes &s, tr_request **r) {
 }
 #endif
 
-/* Serve TR_ASK_ALL: copy back all results of an evaluation. */
+/* Serve TR_ASK_END: copy back all results of the evaluation, because decisions use them. */
 static void leave_behind(Lanes &s, tr_request **r) {
   GIVE_GOOD(NMAPS, s.maps, maps)
 #if ACTIVE
@@ -68,17 +57,15 @@ extern "C" void l_serve(int kind, tr_request **r) {
   TAKE(NX, x, s.x) TAKE(NC, c, s.c) TAKE(ACTIVE, d, s.d) TAKE(n, y, y)
 #if NETA
   take_friction(s, r);
-  if (kind == TR_ASK_LOOK) look(s, r, t, y);
-  else
 #endif
   if (kind == TR_ASK_STEP) step(s, r, METHOD(r[0]->method), n, t, h, y);
   else if (kind == TR_ASK_DENSE) dense(s, r, METHOD(r[0]->method), n, t, h, y);
-  else end(s, r, kind, n, t, y);
+  else end(s, r, n, t, y);
 #if NETA
   give_friction(s, r);
 #endif
-  if (kind == TR_ASK_ALL) leave_behind(s, r);
-  if (kind != TR_ASK_PROJECT) GIVE_GOOD(ACTIVE + NETA, s.z, z)
+  if (kind == TR_ASK_END) leave_behind(s, r);
+  GIVE_GOOD(ACTIVE + NETA, s.z, z)
   for (int l = 0; l < WIDTH; ++l) r[l]->ok = s.good[l] != 0;
 }
 

@@ -75,14 +75,10 @@ long kept_capacity : number of rows that `kept` can hold
 struct tr_lane *lane : lane that serves the requests of the batch's cases; 0: no lane
 """)
 
-STRAND = Record("tr_strand", "A stack on which cases of an ensemble run one after another.", """
+STRAND = Record("tr_strand", "One of the cases of an ensemble that step together. When it ends, the next case takes its place.", """
 tr_lane lane
-tr_request *request : request that the strand waits for
 tr_batch *batch : batch of the strand, which runs one case at a time
-struct tr_ensemble *all
-void *here : stack pointer of the strand while it waits
-void *back : stack pointer of the caller
-char *stack : lowest address of the stack
+int running : whether the strand has a case
 int state : TR_STRAND_…
 """)
 
@@ -91,7 +87,6 @@ const tr_lanes *lanes
 void (*columns)(tr_request **r, const double *x, const double *y, const double *z, const double *a) : columns in lanes; 0: none
 tr_strand *strand : strands
 int strands : number of strands, at most TR_STRANDS
-long stack_bytes : size of a stack, bytes
 long ncases : number of cases
 long next : index of the first case that has not started
 int *ended : TR_ENDED_… for each case

@@ -17,6 +17,7 @@ class Status(Named):
     NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints leave open: use the kernel's redundant variant"
     CANCELLED = 7, "the host cancelled the work"
     EVENT = 8, "an event was logged, and the host handles it"
+    WAITS = 9, "the case waits for the SIMD lanes"
     FAIL_NOT_FINITE = 10
     FAIL_STEP = 11, "step size underflow"
     FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"
@@ -190,15 +191,20 @@ class Ask(Named, prefix="TR_ASK_"):
 
     STEP = 0, "trial step of an explicit method: stages, end and errors"
     DENSE = 1, "extra stages of the dense output of a step"
-    END = 2, "projection of a state, and the derivative there"
-    PROJECT = 3, "projection of a state"
-    LOOK = 4, "multipliers and sliding of pairs at a state"
-    ALL = 5, "as END, with all results of an evaluation"
-    ROWS = 6, "output rows of one case, one row in each lane"
+    END = 2, "projection of a step's end, and the evaluation there"
+    ROWS = 3, "output rows of one case, one row in each lane"
+
+
+class Lane(Named, prefix="TR_LANE_"):
+    """State of a case's request to the SIMD lanes."""
+
+    FREE = 0, "no request"
+    ASKS = 1, "the case waits for its request"
+    SERVED = 2, "the lanes have computed the request, or could not"
 
 
 class Strand(Named, prefix="TR_STRAND_"):
-    """State of a strand (a stack on which cases run one after another) of an ensemble."""
+    """State of a strand of an ensemble."""
 
     GOES = 0, "ready to continue"
     ASKS = 1, "waits for its request"

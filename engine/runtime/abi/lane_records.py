@@ -56,7 +56,8 @@ void (*columns)(struct tr_request **r, const double *x, const double *y, const d
 """)
 
 LANE = Record("tr_lane", "Lane of a case.", """
-int (*ask)(struct tr_lane *lane, tr_request *request) : waits for the lanes; returns whether they served the request
+tr_request request : the last request of the case
+int state : TR_LANE_…
 const struct tr_lanes *lanes : lanes that a case running alone fills with its output rows
 void (*columns)(tr_request **r, const double *x, const double *y, const double *z, const double *a) : 0: one row at a time
 """)

@@ -67,7 +67,24 @@ typedef struct tr_stepping {
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */
+  int phase;           /* TR_PHASE_… */
+  double most;         /* largest growth factor of the step after the present trial step */
 } tr_stepping;
+
+/* A trial step. */
+typedef struct tr_trial {
+  double h, end;    /* size and end time of the step, s */
+  int last;         /* whether the step ends at the limit */
+  double err;       /* error, in units of the tolerance; NaN: the step is unusable */
+  int found, which; /* result of the event search; pair or stop of the event */
+  double theta;     /* place of the event, as a fraction of the step */
+  int cuts;         /* how often the step was remade to end at the event */
+  double whole;     /* size before the first remake, s; 0: never remade */
+  int corners;      /* how often the step was remade to end at a corner */
+} tr_trial;
+
+/* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
+enum { TR_PHASE_BEGIN, TR_PHASE_STAGES, TR_PHASE_END };
 
 /* Kinds of accepted step that wait until their rows are written. tr_complete_step then completes the step. */
 enum { TR_NOTHING, TR_WHOLE_STEP, TR_STEP_TO_EVENT, TR_IMPULSE_STEP };
@@ -267,6 +284,7 @@ typedef struct tr_sim {
   tr_settings set;
   tr_clock clock;
   tr_stepping step;
+  tr_trial trial;
   tr_waiting pending;
   tr_loops loops;
   tr_friction friction;

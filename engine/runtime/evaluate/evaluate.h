@@ -43,19 +43,16 @@ static inline void tr_store_end_multipliers(tr_sim *s) { tr_copy(tr_z_length(s),
 /* A request to the lane of this case: kind TR_ASK_…, at (t, y). */
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y);
 
-/* Request a trial step of size h: all stages, the end and the errors. Returns 0 if lanes cannot serve the request. */
-static int tr_request_step(tr_sim *s, const tr_explicit *m, double h);
+/* Whether the case must wait for lanes, which compute a trial step of size h (all stages, the end and the errors), the extra stages
+ * of the last step's dense output, or the projection of ynew at time t and ẏ there (`slope`). The caller then returns TR_WAITS.
+ * When it is called again, the answer is 0. */
+static int tr_wait_for_step(tr_sim *s, double h);
+static int tr_wait_for_dense(tr_sim *s);
+static int tr_wait_for_end(tr_sim *s, double t, double *slope);
 
-/* Request the extra stages of the last step's dense output. Returns 0 if lanes cannot serve the request. */
-static int tr_request_dense(tr_sim *s, const tr_explicit *m, double h);
-
-/* Request the projection of y at time t. With TR_ASK_END and TR_ASK_ALL, slope also receives ẏ. Returns 0 if lanes cannot serve the
- * request. */
-static int tr_request_end(tr_sim *s, int kind, double t, double *y, double *slope);
-
-/* Request multipliers, loads and sliding of pairs at (t, y). Violations are computed from these results. Returns 0 if lanes cannot
- * serve the request. */
-static int tr_request_violations(tr_sim *s, double t, double *y);
+/* Take the results of a served request of this kind, which replaces this number of evaluations. Returns 0 if there is none, or if
+ * lanes could not serve it. */
+static int tr_take_from_lane(tr_sim *s, int kind, int evaluations);
 
 /* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. `own`: the call follows
  * loop closure; rates that depend on other rates then keep their values. Requires maps of y. */

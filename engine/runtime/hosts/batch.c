@@ -74,7 +74,7 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
   s->lane = which ? 0 : b->lane;
-  if (b->lane) s->ask.host = 0; /* the host must not be called on the separate stack of a case */
+  if (b->lane) s->ask.host = 0; /* the host asks between calls (``hosts/lane_batch.c``) */
   b->which = which, b->now = s;
   return s;
 }
@@ -162,7 +162,7 @@ int tr_batch_run(tr_batch *b, long budget) {
       for (long i = 0; i < count; ++i) tr_case_row(b, b->rows + i * b->width);
       tr_case_events(b, b->now);
     }
-    if (status == TR_CANCELLED) return status;
+    if (status == TR_CANCELLED || status == TR_WAITS) return status;
     if (status == TR_NEED_JACOBIAN) {
       if (!tr_case_attach(b)) return status;
     } else if (status == TR_DONE) {

@@ -200,7 +200,7 @@ int tr_update(tr_sim *s, int jumped, int *changed);
 
 /* Continue the batch for about `budget` steps and rows. TR_DONE: all cases are done. TR_MORE: call again. TR_CASE_FAILED: a case
  * ended early; `now` is its block until the next call. TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: the host provides the unit in
- * variant[which] and calls again. TR_CANCELLED: the host cancelled during a case. */
+ * variant[which] and calls again. TR_CANCELLED: the host cancelled during a case. TR_WAITS: the case waits for the lanes of its batch. */
 int tr_batch_run(tr_batch *b, long budget);
 
 /* End the present case with this status. The host cancelled the case, or an ensemble dropped it. The next tr_batch_run continues as
@@ -210,17 +210,13 @@ void tr_batch_end(tr_batch *b, int status);
 /* Bytes of tr_batch. The host compares this number with its own declaration. */
 size_t tr_batch_size(void);
 
-/* Whether this build supports ensembles. */
-int tr_ensemble_there(void);
-
 void tr_ensemble_begin(tr_ensemble *e);
 
-/* Drop the case of strand `which` (a stack on which cases run one after another) from the ensemble. The host then runs this case
- * alone. */
+/* Drop the case of strand `which` from the ensemble. The host then runs this case alone. */
 void tr_ensemble_drop(tr_ensemble *e, int which);
 
 /* Continue for about `budget` calls of the SIMD lanes. TR_DONE: all cases ended. TR_MORE: call again. TR_NEED_JACOBIAN: some cases
- * wait for the Jacobian unit. TR_FAIL_STALLED: a stack overflowed. */
+ * wait for the Jacobian unit. */
 int tr_ensemble_run(tr_ensemble *e, long budget);
 
 /* Continue the cases that waited for the Jacobian unit. */

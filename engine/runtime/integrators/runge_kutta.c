@@ -29,7 +29,7 @@ static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h) {
   double *K = TR_A(s, K), *y = TR_A(s, y), *tmp = TR_A(s, ytmp), *ynew = TR_A(s, ynew);
   const int e = tr_z_length(s) - s->k->active;
   double *eta = TR_A(s, z) + s->k->active, old[e * m->stages + 1];
-  const int made = tr_request_step(s, m, h);
+  const int made = tr_take_from_lane(s, TR_ASK_STEP, m->stages - 1 + m->ends_in_error);
   tr_keep_stage_multipliers(s, 0);
   for (int i = 1; i < m->stages && !made; ++i) {
     m->argument(i, nv, h, (tr_vec *)y, (tr_vec *)K, (tr_vec *)tmp);
@@ -108,7 +108,7 @@ static int tr_form_dense_explicit(tr_sim *s, const tr_explicit *m) {
   double h = s->step.size, *K = TR_A(s, K), *yold = TR_A(s, yold), *y1 = TR_A(s, ynew), *R = TR_A(s, kstep), *tmp = TR_A(s, ytmp);
   int watch = s->step.watch;
   s->step.watch = 0;
-  const int made = m->extra && tr_request_dense(s, m, h);
+  const int made = tr_take_from_lane(s, TR_ASK_DENSE, m->extra);
   for (int i = 0; i < m->extra && !made; ++i) {
     tr_interpolate_multipliers(s, m->c[m->stages + 1 + i]);
     m->argument(m->stages + 1 + i, nv, h, (tr_vec *)yold, (tr_vec *)K, (tr_vec *)tmp);

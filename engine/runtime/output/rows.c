@@ -232,11 +232,6 @@ static void tr_finish_columns(tr_sim *s, double *row) {
   }
 }
 
-/* Whether lanes may compute the row: nothing but the row may need results of its evaluation. */
-static inline int tr_is_row_separate(const tr_sim *s) {
-  return !s->k->neta || (!(s->o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION)) && s->clock.row_index > 0);
-}
-
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
@@ -246,7 +241,6 @@ static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int the
   s->step.watch = 0;
   s->stats.outputs++;
   const int solved = o->wants & TR_WANTS_SOLUTION || s->clock.row_index == 0;
-  if (!there && tr_is_row_separate(s)) there = tr_request_end(s, solved ? TR_ASK_END : TR_ASK_PROJECT, t, y, TR_A(s, dy));
   int ok = there || tr_project(s, t, y);
   if (!solved) tr_set_time(s, t);
   else if (ok && !there) ok = tr_rhs(s, t, y, TR_A(s, dy));

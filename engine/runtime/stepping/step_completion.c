@@ -316,8 +316,17 @@ static int tr_complete_event(tr_sim *s) {
   return TR_OK;
 }
 
+/* Whether the case must wait for lanes, which compute the extra stages of the dense output for rows inside the pending step. */
+static int tr_wait_for_rows(tr_sim *s) {
+  const tr_method *m = tr_method_of(s);
+  if (!s->lane || s->step.have_dense || m->kind != TR_EXPLICIT || !m->explicit->extra || s->pending.kind == TR_IMPULSE_STEP) return 0;
+  const int inside = s->clock.width && s->clock.every > 0.0 && s->clock.row_next < s->pending.t - tr_row_time_tolerance(s->pending.t);
+  return inside && tr_wait_for_dense(s);
+}
+
 static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count) {
   int pending = s->pending.kind, code;
+  if (tr_wait_for_rows(s)) return TR_WAITS;
   if (s->k->nsliders && !s->pending.noted && pending != TR_IMPULSE_STEP)
     tr_record_reversals(s, pending == TR_WHOLE_STEP ? 1.0 : s->pending.theta);
   s->pending.noted = 1;

@@ -47,6 +47,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     if (s->ask.cancelled) return s->clock.status = TR_CANCELLED;
     if (s->pending.kind != TR_NOTHING) {
       code = tr_complete_step(s, rows, capacity, count);
+      if (code == TR_WAITS) return code;
       if (s->ask.cancelled || tr_continue_after_failure(s, code) || s->ask.cancelled) continue;
       if (code != TR_OK) return tr_end_run(s, code);
       if (s->events.count > s->events.capacity - 2 * tr_watched_count(s) - 2) return TR_EVENTS_FULL;
@@ -56,7 +57,7 @@ int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capa
     if (tr_is_stalled(s)) return tr_end_run(s, TR_FAIL_STALLED);
     if (s->set.max_steps > 0 && s->stats.steps >= s->set.max_steps) return s->clock.status = TR_FAIL_MAX_STEPS;
     code = tr_make_step(s, tr_step_limit(s, target));
-    if (code == TR_NEED_JACOBIAN) {
+    if (code == TR_NEED_JACOBIAN || code == TR_WAITS) {
       s->clock.status = TR_OK;
       return code;
     }

@@ -29,7 +29,7 @@ static int tr_start_contacts(tr_sim *s);
 static int tr_has_contact_to_decide(const tr_sim *s);
 
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
- * status. */
+ * status, or TR_WAITS. */
 static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count);
 
 /* Latest end of the next step: the target, or an earlier break of the signals. */
@@ -39,7 +39,8 @@ static double tr_step_limit(const tr_sim *s, double target);
  * maps of the current state. */
 static int tr_has_stopped_with_drive(const tr_sim *s);
 
-/* Make one acceptable step towards `limit`; the step is then pending. Returns a status, or TR_NEED_JACOBIAN. */
+/* Make one acceptable step towards `limit`; the step is then pending. Returns a status, TR_NEED_JACOBIAN or TR_WAITS. After TR_WAITS,
+ * the caller calls again with the same limit when lanes have served the case's request. */
 static int tr_make_step(tr_sim *s, double limit);
 
 /* Whether the run can continue after the friction failure `code` at the state `y`: with other modes, a spinning ball, another root,

@@ -1,5 +1,6 @@
 /* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or make it again up
- * to its event ("remake"). */
+ * to its event ("remake"). In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step; it
+ * returns, and continues in the same phase. */
 #include "stepping/stepping.h"
 
 #define CHATTER_MAX 12          /* number of consecutive events at one time, after which a step ignores events */
@@ -16,17 +17,6 @@
 #define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
 #define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
 #define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means another root */
-
-typedef struct tr_trial {
-  double h, end;   /* size and end time of the step, s */
-  int last;        /* whether the step ends at the limit */
-  double err;      /* error, in units of the tolerance; NaN: the step is unusable */
-  int found, which; /* result of the event search; pair or stop of the event */
-  double theta;
-  int cuts;        /* how often the step was remade to end at the event */
-  double whole;    /* size before the first remake, s; 0: never remade */
-  int corners;     /* how often the step was remade to end at a corner */
-} tr_trial;
 
 static double tr_step_limit(const tr_sim *s, double target) {
   return fmin(target, s->clock.next_break);
@@ -116,7 +106,7 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
 
 /* Project y at time t and evaluate ẏ there. Returns 0 if the projection or the evaluation fails. */
 static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double *dy) {
-  return tr_request_end(s, TR_ASK_ALL, t, y, dy) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
+  return tr_take_from_lane(s, TR_ASK_END, 1) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
 }
 
 /* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. If err is set to NaN,
@@ -148,16 +138,22 @@ TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) 
   if (trial->found == TR_TOO_LARGE || (s->k->sets && s->set.hfixed <= 0.0 && tr_is_onset_too_fast(s, ynew, trial->h))) trial->err = NAN;
 }
 
-/* Make the trial step. Returns TR_OK or TR_NEED_JACOBIAN. */
+/* Make the trial step. Returns TR_OK, TR_NEED_JACOBIAN or TR_WAITS. */
 TR_INLINE int tr_make_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
-  TR_SPOILT(s, TR_HAS_DENSE);
-  tr_moment_of(s)->inside = s->clock.t + 0.5 * trial->h;
-  s->step.watch = s->set.locate && s->k->nsliders > 0;
-  s->step.failure = TR_OK;
-  trial->err = m->kind == TR_IMPLICIT ? tr_step_rosenbrock(s, m->rosenbrock, trial->h) : tr_step_explicit(s, m->explicit, trial->h);
-  if (s->clock.status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
+  const int explicit = m->kind != TR_IMPLICIT;
+  if (s->step.phase == TR_PHASE_STAGES) {
+    TR_SPOILT(s, TR_HAS_DENSE);
+    tr_moment_of(s)->inside = s->clock.t + 0.5 * trial->h;
+    s->step.watch = s->set.locate && s->k->nsliders > 0;
+    s->step.failure = TR_OK;
+    if (s->lane && explicit && tr_wait_for_step(s, trial->h)) return TR_WAITS;
+    trial->err = explicit ? tr_step_explicit(s, m->explicit, trial->h) : tr_step_rosenbrock(s, m->rosenbrock, trial->h);
+    if (s->clock.status == TR_NEED_JACOBIAN) return TR_NEED_JACOBIAN;
+    s->step.phase = TR_PHASE_END;
+  }
+  if (s->lane && explicit && trial->err <= 1.0 && tr_wait_for_end(s, trial->end, TR_A(s, K) + m->end * tr_state_width(s))) return TR_WAITS;
   if (trial->err <= 1.0) tr_examine_trial(s, m, trial);
-  s->step.watch = 0;
+  s->step.watch = 0, s->step.phase = TR_PHASE_STAGES;
   return TR_OK;
 }
 
@@ -254,32 +250,43 @@ TR_INLINE int tr_refuse_trial(tr_sim *s, const tr_method *m, const tr_trial *tri
   return parts || lost ? tr_trial_fault(s, err) : TR_OK;
 }
 
-static int tr_make_step(tr_sim *s, double limit) {
-  if (tr_method_of(s)->kind == TR_IMPULSES) return tr_make_moreau_step(s, limit);
-  tr_use_explicit_for_now(s);
+/* Make trial steps until one is accepted. */
+TR_INLINE int tr_make_trials(tr_sim *s, double limit) {
   const tr_method *m = tr_method_of(s);
-  int code = tr_begin_step(s, limit, m->order);
-  if (code != TR_OK) return code;
-  if (s->friction.capture >= 0 && s->clock.t + s->friction.capture_h < limit && tr_make_capture_step(s)) {
-    s->stats.steps++;
-    s->pending.kind = TR_STEP_TO_EVENT;
-    return TR_OK;
-  }
-  tr_trial trial = tr_trial_towards(s, limit);
-  for (double most = GROW_MOST;; most = 1.0) { /* no growth after a refused step */
-    code = tr_make_trial(s, m, &trial);
+  tr_trial *trial = &s->trial;
+  for (;; s->step.most = 1.0) { /* no growth after a refused step */
+    int code = tr_make_trial(s, m, trial);
     if (code != TR_OK) return code;
-    if (trial.err <= 1.0 && tr_remake_to_corner(s, &trial)) continue;
-    if (trial.err <= 1.0 && !tr_is_remade_to_event(s, &trial)) {
-      tr_accept_trial(s, m, &trial, most);
+    if (trial->err <= 1.0 && tr_remake_to_corner(s, trial)) continue;
+    if (trial->err <= 1.0 && !tr_is_remade_to_event(s, trial)) {
+      tr_accept_trial(s, m, trial, s->step.most);
       return TR_OK;
     }
-    if (trial.err <= 1.0) {
-      tr_remake_to_event(s, &trial);
+    if (trial->err <= 1.0) {
+      tr_remake_to_event(s, trial);
       continue;
     }
-    code = tr_refuse_trial(s, m, &trial);
+    code = tr_refuse_trial(s, m, trial);
     if (code != TR_OK) return code;
-    trial = tr_trial_towards(s, limit);
+    *trial = tr_trial_towards(s, limit);
   }
+}
+
+static int tr_make_step(tr_sim *s, double limit) {
+  if (tr_method_of(s)->kind == TR_IMPULSES) return tr_make_moreau_step(s, limit);
+  if (s->step.phase == TR_PHASE_BEGIN) {
+    tr_use_explicit_for_now(s);
+    const int code = tr_begin_step(s, limit, tr_method_of(s)->order);
+    if (code != TR_OK) return code;
+    if (s->friction.capture >= 0 && s->clock.t + s->friction.capture_h < limit && tr_make_capture_step(s)) {
+      s->stats.steps++;
+      s->pending.kind = TR_STEP_TO_EVENT;
+      return TR_OK;
+    }
+    s->trial = tr_trial_towards(s, limit);
+    s->step.phase = TR_PHASE_STAGES, s->step.most = GROW_MOST;
+  }
+  const int code = tr_make_trials(s, limit);
+  if (code != TR_WAITS) s->step.phase = TR_PHASE_BEGIN;
+  return code;
 }
