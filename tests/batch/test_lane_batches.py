@@ -141,7 +141,8 @@ def test_a_ball_that_rubs_steps_together_as_alone() -> None:
     keep = ("max:ball.contact[1].normal_force", "final:pendulum.position[*]", "count:any")
     (runner, together), (_, alone) = rubbing("lanes", keep), rubbing("compiled", keep)
     assert runner.loops[0].together is not None
-    assert runner.loops[0].together.all.asked > sum(together.column("steps").to_pylist()), "a step asks for its stages and for its end"
+    steps = sum(together.column("steps").to_pylist())
+    assert runner.loops[0].together.all.asked > steps, "a step asks for its stages and for its end"
     assert together.column("outcome") == alone.column("outcome")
     assert together.column("count:any") == alone.column("count:any")
     a, b = numbers(together), numbers(alone)

@@ -59,7 +59,7 @@ INLINE tr_bits finite(V a) { return fabs(a).v < __builtin_inf(); }
 EACH(tan) EACH(asin) EACH(acos) EACH(atan) EACH(exp) EACH(log) EACH(tanh)
 EACH_OF_TWO(pow) EACH_OF_TWO(atan2) EACH_OF_TWO(fmod) EACH_OF_TWO(hypot)
 
-#ifdef __FMA__
+#if defined __FMA__ || defined __ARM_FEATURE_FMA
 /* Sine and cosine with an error below one unit in the last place. The nearest multiple of pi/2 is subtracted in three parts, the
  * first two of which are doubles (W. J. Cody, W. Waite 1980, with fused products). The remainder is a sum of two doubles. The
  * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). Beyond FAR, the library functions

@@ -68,7 +68,6 @@ typedef struct tr_stepping {
   long moved;          /* number of trial steps when the run last progressed */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */
   int phase;           /* TR_PHASE_… */
-  double most;         /* largest growth factor of the step after the present trial step */
 } tr_stepping;
 
 /* A trial step. */
@@ -81,6 +80,7 @@ typedef struct tr_trial {
   int cuts;         /* how often the step was remade to end at the event */
   double whole;     /* size before the first remake, s; 0: never remade */
   int corners;      /* how often the step was remade to end at a corner */
+  double most;      /* largest growth factor of the next step; 1 after a refused or remade step */
 } tr_trial;
 
 /* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */

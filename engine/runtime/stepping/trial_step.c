@@ -180,8 +180,8 @@ TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }
 
-/* Accept a trial step, which is then pending. most: largest growth factor of the next step. */
-TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *trial, double most) {
+/* Accept a trial step, which is then pending. */
+TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *trial) {
   const tr_kernel *k = s->k;
   const int event = trial->found == TR_FOUND;
   tr_waiting *wait = &s->pending;
@@ -195,7 +195,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   if (missed && s->step.missed) wait->h = trial->h;
   s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
-  wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_next_step_factor(s, trial->err, m->order, most);
+  wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_next_step_factor(s, trial->err, m->order, trial->most);
   if (trial->corners) wait->grow = fmin(wait->grow, 1.0);
   if (event) {
     if (s->pulls.count) tr_watch_step_pulls(s, trial->theta);
@@ -253,22 +253,23 @@ TR_INLINE int tr_refuse_trial(tr_sim *s, const tr_method *m, const tr_trial *tri
 /* Make trial steps until one is accepted. */
 TR_INLINE int tr_make_trials(tr_sim *s, double limit) {
   const tr_method *m = tr_method_of(s);
-  tr_trial *trial = &s->trial;
-  for (;; s->step.most = 1.0) { /* no growth after a refused step */
-    int code = tr_make_trial(s, m, trial);
+  tr_trial trial = s->trial;
+  for (;; trial.most = 1.0) { /* no growth after a refused step */
+    int code = tr_make_trial(s, m, &trial);
+    s->trial = trial;
     if (code != TR_OK) return code;
-    if (trial->err <= 1.0 && tr_remake_to_corner(s, trial)) continue;
-    if (trial->err <= 1.0 && !tr_is_remade_to_event(s, trial)) {
-      tr_accept_trial(s, m, trial, s->step.most);
+    if (trial.err <= 1.0 && tr_remake_to_corner(s, &trial)) continue;
+    if (trial.err <= 1.0 && !tr_is_remade_to_event(s, &trial)) {
+      tr_accept_trial(s, m, &trial);
       return TR_OK;
     }
-    if (trial->err <= 1.0) {
-      tr_remake_to_event(s, trial);
+    if (trial.err <= 1.0) {
+      tr_remake_to_event(s, &trial);
       continue;
     }
-    code = tr_refuse_trial(s, m, trial);
+    code = tr_refuse_trial(s, m, &trial);
     if (code != TR_OK) return code;
-    *trial = tr_trial_towards(s, limit);
+    trial = tr_trial_towards(s, limit);
   }
 }
 
@@ -284,7 +285,7 @@ static int tr_make_step(tr_sim *s, double limit) {
       return TR_OK;
     }
     s->trial = tr_trial_towards(s, limit);
-    s->step.phase = TR_PHASE_STAGES, s->step.most = GROW_MOST;
+    s->step.phase = TR_PHASE_STAGES, s->trial.most = GROW_MOST;
   }
   const int code = tr_make_trials(s, limit);
   if (code != TR_WAITS) s->step.phase = TR_PHASE_BEGIN;
