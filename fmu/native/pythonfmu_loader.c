@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "fmi2Functions.h"
-#include "floating_point_environment.h"
+#include "base/floating_point_environment.h"
 
 #include "pythonfmu/library_search.c"
 #include "pythonfmu/slave_calls.c"

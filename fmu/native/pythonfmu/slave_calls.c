@@ -37,9 +37,9 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
     name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
     if (!f) return fmi2Error; \
     b->status = fmi2OK; \
-    const fmu_environment host = fmu_enter(); \
+    const tr_environment host = tr_enter(); \
     const fmi2Status status = f arguments; \
-    fmu_leave(host); \
+    tr_leave(host); \
     return bridge_worse(b, status); \
   }
 /* Define a function that pythonfmu does not pass on to the slave. It calls the model directly. */
@@ -73,9 +73,9 @@ static const char *bridge_begin(fmu_bridge *b, fmi2String resources, fmi2Boolean
   if (snprintf(name, sizeof name, "%s" BEHIND "%llx", b->name, (unsigned long long)(size_t)b) >= (int)sizeof name) return "its name is too long";
   fmi2InstantiateTYPE *make = (fmi2InstantiateTYPE *)bridge_find(b->above, "fmi2Instantiate");
   b->own = (fmi2CallbackFunctions){bridge_log, calloc, free, NULL, b};
-  const fmu_environment host = fmu_enter();
+  const tr_environment host = tr_enter();
   b->slave = make ? make(name, fmi2CoSimulation, b->guid, path, &b->own, visible, b->logging) : NULL;
-  fmu_leave(host);
+  tr_leave(host);
   return b->slave ? NULL : "pythonfmu could not load the slave";
 }
 
