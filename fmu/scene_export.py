@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
 from trunnion.fmu.c_source.model_tables import model_text
-from trunnion.fmu.c_source.source_files import with_sources
 from trunnion.fmu.export_option_checks import STANDARDS, apart, check
 from trunnion.fmu.model_description import documentation_page, terminals_and_icons
 from trunnion.fmu.model_description.fmi2_xml import model_description
@@ -26,14 +25,11 @@ from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
-from trunnion.fmu.variables.output_dependencies import dependencies
+from trunnion.fmu.variables.output_dependencies import Dependence, dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out
-from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
 from trunnion.kernel.compilation import c_compiler, library_cache
-from trunnion.kernel.units.column_dependence import Dependence, dependence
 from trunnion.parts.kernels.scene_kernel import PartsKernel
-from trunnion.parts.kernels.tables_as_c import parts_texts, unit_text
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Amounts, Names
@@ -216,23 +212,28 @@ class Made(ExportedModel):
         chosen, derived = self.model.columns, bool(system.inputs) or does(self.kind, "me")
         names = ",".join(c.name for c in chosen)
 
-        def make(folder: Path) -> None:
+        def make(folder: Path) -> None:  # the imports take longer than a warm export
+            from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
+            from trunnion.kernel.units.column_dependence import dependence
+
             (folder / "jacobian.c").write_text(jacobian_source(system, parameters, redundant))
             linear = linear_source(system, parameters, chosen, quadratures, redundant) if derived else PREAMBLE
             (folder / "linear.c").write_text(linear)
             found = dependence(system, parameters, chosen, quadratures) if system.inputs else []
-            (folder / "depends.json").write_text(json.dumps([list(asdict(d).values()) for d in found]))
+            (folder / "depends.json").write_text(json.dumps(found))
 
         folder, _ = library_cache.entry(f"units-2{'-linear' * derived}-{library_cache.digest(kernel.key, names)}", make)
         made["jacobian"] = (folder / "jacobian.c").read_text()
         if system.inputs:
-            self.known = [Dependence(c, s, tuple(v), tuple(a)) for c, s, v, a in json.loads((folder / "depends.json").read_text())]
+            self.known = [Dependence(*d) for d in json.loads((folder / "depends.json").read_text())]
         if derived:
             made["linear"] = (folder / "linear.c").read_text()
         return made
 
     def _of_parts(self, kernel: PartsKernel) -> dict[str, str]:
         """The C texts of the tables and of the parts of a parts kernel, by name."""
+        from trunnion.parts.kernels.tables_as_c import parts_texts, unit_text
+
         kernel.jacobian()
         if self.model.system.inputs or does(self.kind, "me"):
             kernel.linear(self.model.columns)
@@ -253,7 +254,11 @@ class Made(ExportedModel):
             "documentation/index.html": documentation_page.page(self.first, self.titled(), flavour, self.guid, self.standard),
             **documentation_page.licences(flavour),
         }
-        return with_sources(plain, self) if sources else plain
+        if not sources:
+            return plain
+        from trunnion.fmu.c_source.source_files import with_sources  # needs the symbolic library, whose import takes long
+
+        return with_sources(plain, self)
 
 
 def uuid(digest: str) -> str:
