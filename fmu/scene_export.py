@@ -5,40 +5,36 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Any
 
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.problems import Problem, SimulationError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
 from trunnion.fmu.c_source.model_tables import model_text
-from trunnion.fmu.c_source.source_files import with_sources
 from trunnion.fmu.export_option_checks import STANDARDS, apart, check
-from trunnion.fmu.model_description import documentation_page
+from trunnion.fmu.model_description import documentation_page, terminals_and_icons
 from trunnion.fmu.model_description.fmi2_xml import model_description
 from trunnion.fmu.model_description.fmi3_xml import model_description3
 from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
-from trunnion.fmu.model_description.terminals_and_icons import icons, terminals
+from trunnion.fmu.model_description.related_files import related_files
 from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
-from trunnion.fmu.variables.output_dependencies import dependencies
+from trunnion.fmu.variables.output_dependencies import Dependence, dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out
-from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
 from trunnion.kernel.compilation import c_compiler, library_cache
-from trunnion.kernel.units.column_dependence import Dependence, dependence
 from trunnion.parts.kernels.scene_kernel import PartsKernel
-from trunnion.parts.kernels.tables_as_c import parts_texts, unit_text
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Amounts, Names
 from trunnion.simulation.results.result import Result
-from trunnion.simulation.run import Model, run
+from trunnion.simulation.run import Model, run, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.simulation.settings.realtime_steps import most_operations, promise
 from trunnion.simulation.settings.run_settings import KERNELS
@@ -83,6 +79,7 @@ def export(
     certify: bool = False,
     starts: Mapping[str, float] | None = None,
     scalars: bool = False,
+    reference: bool = False,
 ) -> Export:
     """Write an FMU.
 
@@ -94,11 +91,15 @@ def export(
     components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
     2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
     only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. starts: start
-    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. SceneError for wrong
-    input, SimulationError when the scene cannot start."""
+    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. reference: include
+    results of the scene with their allowed differences (FMI-LS-REF). SceneError for wrong input, SimulationError when the scene
+    cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
-    check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)])
+    wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
+    if reference and starts:
+        wrong.append(Problem("starts", "reference results are those of the scene's own values", "change the scene by overrides"))
+    check(flavour, kernel, kind, target, step, wrong)
     names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
     loaded = replace(loaded, tunable=(*loaded.tunable, *(WHOLE if whole_vectors else ())))
@@ -107,9 +108,10 @@ def export(
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
     brief = outputs is None and loaded.outputs == EVERYTHING
     made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars)
+    also = _related(made, outputs, step, scalars) if reference else {}
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
-    zip_archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
+    zip_archive.write(target, made.documents(flavour, sources) | also | _binaries(made, flavour, libraries))
     if parameters is not None:
         Path(parameters).write_bytes(parameter_set(loaded.name, of_scene(made.listed)))
     return _written(target, made, first, tuple(names))
@@ -120,6 +122,13 @@ def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) ->
     steps = made.model.built.scene, made.model.kernel
     notes = (*filter(None, [promise(*steps)]), *first.notes, *left_out(made.all))
     return Export(target, target.stat().st_size, made.guid, count, names, notes, most_operations(*steps))
+
+
+def _related(made: Made, outputs: Names | None, step: float, scalars: bool) -> dict[str, bytes]:
+    """The files of FMI-LS-REF, from a run of the whole scene with error estimates."""
+    kernel = "parts" if isinstance(made.model.kernel, PartsKernel) else "compiled"
+    run = simulate(made.scene, every=made.step, kernel=kernel, outputs=outputs, step=step or None, certify=True)
+    return related_files(made, run, scalars or made.standard == "2.0")
 
 
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
@@ -203,23 +212,28 @@ class Made(ExportedModel):
         chosen, derived = self.model.columns, bool(system.inputs) or does(self.kind, "me")
         names = ",".join(c.name for c in chosen)
 
-        def make(folder: Path) -> None:
+        def make(folder: Path) -> None:  # the imports take longer than a warm export
+            from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
+            from trunnion.kernel.units.column_dependence import dependence
+
             (folder / "jacobian.c").write_text(jacobian_source(system, parameters, redundant))
             linear = linear_source(system, parameters, chosen, quadratures, redundant) if derived else PREAMBLE
             (folder / "linear.c").write_text(linear)
             found = dependence(system, parameters, chosen, quadratures) if system.inputs else []
-            (folder / "depends.json").write_text(json.dumps([list(asdict(d).values()) for d in found]))
+            (folder / "depends.json").write_text(json.dumps(found))
 
         folder, _ = library_cache.entry(f"units-2{'-linear' * derived}-{library_cache.digest(kernel.key, names)}", make)
         made["jacobian"] = (folder / "jacobian.c").read_text()
         if system.inputs:
-            self.known = [Dependence(c, s, tuple(v), tuple(a)) for c, s, v, a in json.loads((folder / "depends.json").read_text())]
+            self.known = [Dependence(*d) for d in json.loads((folder / "depends.json").read_text())]
         if derived:
             made["linear"] = (folder / "linear.c").read_text()
         return made
 
     def _of_parts(self, kernel: PartsKernel) -> dict[str, str]:
         """The C texts of the tables and of the parts of a parts kernel, by name."""
+        from trunnion.parts.kernels.tables_as_c import parts_texts, unit_text
+
         kernel.jacobian()
         if self.model.system.inputs or does(self.kind, "me"):
             kernel.linear(self.model.columns)
@@ -231,16 +245,20 @@ class Made(ExportedModel):
         requested."""
         picture = documentation_page.picture(self.first)
         pictures = {"model.png": picture} if self.standard == "2.0" else {
-            "documentation/diagram.png": picture, **icons(picture),
-            "terminalsAndIcons/terminalsAndIcons.xml": terminals(self.model, self.faces),
-        }  # fmt: skip
+            "documentation/diagram.png": picture,
+            **terminals_and_icons.files(terminals_and_icons.terminals(self.model, self.faces), picture),
+        }
         plain = {
             "modelDescription.xml": self.described(self.guid, flavour),
             **pictures,
             "documentation/index.html": documentation_page.page(self.first, self.titled(), flavour, self.guid, self.standard),
             **documentation_page.licences(flavour),
         }
-        return with_sources(plain, self) if sources else plain
+        if not sources:
+            return plain
+        from trunnion.fmu.c_source.source_files import with_sources  # needs the symbolic library, whose import takes long
+
+        return with_sources(plain, self)
 
 
 def uuid(digest: str) -> str:

@@ -24,6 +24,7 @@ from trunnion.kernel.compilation import prebuilt_libraries as built
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.runtime.abi.c_header import header
+from trunnion.runtime.abi.entry_points import entry_points
 from trunnion.runtime.abi.kernel_records import KERNEL, OUTPUTS
 from trunnion.runtime.abi.run_records import EXTRA
 from trunnion.system.structure.bodies_and_joints import System
@@ -32,6 +33,8 @@ log = logging.getLogger("trunnion.kernel")
 ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
+GUARDED = "host_"
+"""Prefix of the runtime's functions that set the floating-point environment and restore that of the host. Python calls these."""
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
@@ -86,8 +89,9 @@ def compiled_runtime() -> Path:
 
 def _build_runtime(folder: Path) -> None:
     write_headers(folder)
-    target = folder / f"runtime{c_compiler.library_suffix()}"
-    c_compiler.build_library([RUNTIME / "runtime.c"], target, [RUNTIME, folder], library_cache.cache_folder())
+    target, entries = folder / f"runtime{c_compiler.library_suffix()}", folder / "entry_points.c"
+    entries.write_text(entry_points("hosts/hosts.h", (RUNTIME / "hosts" / "hosts.h").read_text(), host=GUARDED))
+    c_compiler.build_library([RUNTIME / "runtime.c", entries], target, [RUNTIME, folder], library_cache.cache_folder())
 
 
 def write_headers(folder: Path) -> None:

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.fmu.binaries.entry_points import entry_points
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
 from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers
 from trunnion.parts.primitives.primitive_cache import BYTECODE, INTERPRETER
+from trunnion.runtime.abi.entry_points import entry_points
 
 NATIVE = Path(__file__).resolve().parents[1] / "native"
 LIBRARY = NATIVE.parent / "c_library" / "templates"
@@ -62,6 +62,14 @@ SYSTEM_LIBRARIES = {
 """Linker options by operating system. The library then uses the system's C library. The compiler's own start files and libraries
 are omitted, because building them for Windows would take over a minute. ``native/windows_libc.c`` defines the functions that are
 then missing on Windows."""
+INSIDE = "fmu_"
+"""Prefix of the model's functions in ``native/standards``."""
+ENTRIES = {
+    "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h"),
+    "3.0": ("fmi3Functions.h", "fmi3FunctionTypes.h"),
+    "library": ("mechanism.h", "mechanism.h.txt"),
+}
+"""By kind of export: the header with the functions, and the file that lists their types."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
 """The macro that is defined when ``native/shell.c`` is compiled. The key is the kind of export: an FMI version, or a plain C
 library.
@@ -124,7 +132,9 @@ def prepare(names: Sequence[str], sources: dict[str, str], standard: str = "2.0"
 
 def entries(kind: str) -> str:
     """The C text of the functions that hosts call. kind: a key of SHELL_NAMES."""
-    return entry_points(kind, LIBRARY if kind == "library" else headers())
+    header, types = ENTRIES[kind]
+    declared = ((LIBRARY if kind == "library" else headers()) / types).read_text().replace("@name@", "mechanism")
+    return entry_points(header, declared, inside=INSIDE)
 
 
 def shell_key() -> str:

@@ -27,6 +27,7 @@ FmuOutputs = Annotated[
 Save = Annotated[str | None, typer.Option("-o", "--output", metavar="FILE", help="Write this .fmu.", show_default="NAME.fmu")]
 FLAVOUR = "native: runs on any host; python: the host needs a Python interpreter, and this export needs pythonfmu."
 WHOLE_VECTORS = "Also make vector components that are 0 in the scene parameters of the FMU."
+REFERENCE = "Include results of the scene with their allowed differences, to check importers (FMI-LS-REF)."
 VALUES = "Also write the values of all parameters to this .ssv file."
 
 
@@ -49,6 +50,7 @@ def command(
     certify: Annotated[
         bool, typer.Option("--certify", help="Add the parameter solver.errors: if it is 1, each output is its error estimate.")
     ] = False,
+    reference: Annotated[bool, typer.Option("--reference", help=REFERENCE)] = False,
     changes: Changes,
     outputs: FmuOutputs,
     save: Save = None,
@@ -67,7 +69,7 @@ def command(
         "kernel": reader.choice(kernel, ALONE, "--kernel"), "overrides": reader.assignments(changes), "outputs": outputs or None,
         "step": reader.time(step, "--step", zero=True) or 0.0, "fmi": fmi, "whole_vectors": whole_vectors,
         "parameters": parameters, "sources": sources, "certify": certify,
-        "scalars": scalars,
+        "scalars": scalars, "reference": reference,
     }  # fmt: skip
     compiled = how["kernel"] if sources else None
     reader.problems += apart(how["flavour"], fmi, parameters, how["kind"], how["step"], compiled, certify, scalars)

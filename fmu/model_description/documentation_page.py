@@ -6,10 +6,10 @@ import io
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.metadata import PackageNotFoundError, distribution
+from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
-from trunnion import plots
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
 from trunnion.kernel.compilation import library_cache
 from trunnion.kernel.compilation.c_compiler import version_of
@@ -23,7 +23,9 @@ PICTURE = "picture.png"
 def picture(result: Result) -> bytes:
     """A PNG picture, without metadata, of the mechanism at its start. A cached picture saves the import of matplotlib, which takes
     longer than the rest of an export."""
-    sources = sorted(Path(plots.__path__[0]).rglob("*.py"))
+    plots = find_spec("trunnion.plots")
+    assert plots is not None
+    sources = sorted(f for place in plots.submodule_search_locations or () for f in Path(place).rglob("*.py"))
     content: list[str | bytes] = [scene_to_yaml(result.scene), result.data.tobytes(), "\n".join(result.names)]
     drawn_by: list[str | bytes] = [version_of("matplotlib"), version_of("numpy"), *(f.read_bytes() for f in sources)]
 

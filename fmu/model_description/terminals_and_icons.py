@@ -1,10 +1,10 @@
-"""The folder ``terminalsAndIcons`` of an FMU for FMI 3.0. Each joint has a terminal with effort and motion, so that tools can
-connect mechanisms by terminals. The folder also has the mechanism's picture and icons of the terminals."""
+"""The folder ``terminalsAndIcons`` of an FMU for FMI 3.0: terminals of the joints, the mechanism's picture, icons of terminals."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
@@ -13,71 +13,53 @@ from trunnion.fmu.xml_document import xml_bytes
 from trunnion.simulation.run import Model
 from trunnion.system.structure.bodies_and_joints import Joint
 
-TURNS, SLIDES, MOVES = "rotational", "translational", "joint"
-"""The kinds of terminals, which are also the names of their icons. TURNS and SLIDES: joints with one rotational or translational
-degree of freedom. MOVES: all other joints."""
-MEMBERS = {TURNS: ("phi", "w", "tau"), SLIDES: ("s", "v", "f"), MOVES: ("q", "qd", "effort")}
-"""By kind of terminal: the member names of motion, rate and effort."""
+TURNS, SLIDES, SENSES = "rotational", "translational", "joint"
+"""The kinds of terminals, which are also the names of their icons. TURNS and SLIDES: flanges, through which another component
+drives or loads a joint with one degree of freedom. SENSES: inputs and outputs of any other joint."""
+FLANGE = "Modelica.Mechanics.{}.Interfaces.Flange_a"
+KINDS = {TURNS: FLANGE.format("Rotational"), SLIDES: FLANGE.format("Translational"), SENSES: "_trunnion_joint"}
+"""``terminalKind`` by kind of terminal. By FMI 3.0, the name of a kind that only one tool has begins with ``_`` and the tool."""
+MEMBERS = {TURNS: ("phi", "tau"), SLIDES: ("s", "f")}
+"""The members of the flanges of the Modelica library: motion, and effort on the component."""
 SIGNAL, INFLOW = "signal", "inflow"
 EDGE, HALF = 100.0, 8.0
 """EDGE: half the side of the FMU's icon. HALF: half the side of a terminal's icon."""
 
 
-def terminals(model: Model, made: list[Face]) -> bytes:
-    """``terminalsAndIcons.xml`` as bytes. made: the variables of the FMU."""
-    root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
-    square = {"x1": f"{-EDGE}", "y1": f"{-EDGE}", "x2": f"{EDGE}", "y2": f"{EDGE}"}
-    picture = SubElement(root, "GraphicalRepresentation")
-    SubElement(picture, "CoordinateSystem", square | {"suggestedScalingFactorTo_mm": "0.1"})
-    SubElement(picture, "Icon", square)
-    names = {f.name for f in made}
-    found = [(j, members) for j in model.system.joints if (members := list(_members(model, j, names)))]
-    parent = SubElement(root, "Terminals") if found else root
-    for i, (j, members) in enumerate(found):
-        _terminal(parent, j, members, 2.0 * (i + 1) / (len(found) + 1) - 1.0)
-    return xml_bytes(root)
+@dataclass(frozen=True)
+class Terminal:
+    """A terminal of a joint. members: (variable, name in the terminal, kind) of each member."""
+
+    joint: Joint
+    kind: str
+    members: tuple[tuple[str, str, str], ...]
 
 
-def _terminal(parent: Element, j: Joint, members: list[tuple[str, str, str]], height: float) -> None:
-    """Write a terminal. members: (variable, name in the terminal, kind) of each member. height: vertical position at the right side
-    of the FMU's icon, from -1 to 1."""
-    about = {"terminalKind": f"trunnion.{kind_of(j)}", "description": f"{j.kind_name} joint {j.name}"}
-    node = SubElement(parent, "Terminal", {"name": j.name, "matchingRule": "plug", **about})
-    for variable, name, kind in members:
-        SubElement(node, "TerminalMemberVariable", {"variableName": variable, "memberName": name, "variableKind": kind})
-    middle = -height * EDGE
-    SubElement(node, "TerminalGraphicalRepresentation", {
-        "x1": f"{EDGE - HALF}", "y1": f"{middle - HALF:.6g}", "x2": f"{EDGE + HALF}", "y2": f"{middle + HALF:.6g}",
-        "iconBaseName": kind_of(j), "defaultConnectionColor": "0 0 0", "defaultConnectionStrokeSize": "0.5"})  # fmt: skip
+def terminals(model: Model, made: Iterable[Face]) -> list[Terminal]:
+    """The terminals of the FMU. made: its variables. Only inputs and outputs can be members."""
+    given = {f.name for f in made if f.first.causality in ("input", "output")}
+    return [t for j in model.system.joints if (t := _flange(model, j, given) or _sensor(model, j, given)).members]
 
 
-def kind_of(j: Joint) -> str:
-    """The kind of a joint's terminal."""
-    return MOVES if j.kind.nv != 1 else TURNS if j.kind.turns(0) else SLIDES
+def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
+    """The flange of a joint whose motion or effort is an input, if motion and effort are variables of the FMU."""
+    if j.kind.nv != 1 or not j.devices:
+        return None
+    motion, effort = (_input_of(model, signal) for signal in (j.devices[0].drive, j.devices[0].effort))
+    pair = motion or f"{j.name}.q[1]", effort or f"{j.name}.drive.effort[1]"
+    if not (motion or effort) or not given.issuperset(pair):
+        return None
+    kind = TURNS if j.kind.turns(0) else SLIDES
+    return Terminal(j, kind, tuple(zip(pair, MEMBERS[kind], (SIGNAL, INFLOW), strict=True)))
 
 
-def _members(model: Model, j: Joint, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """The members (variable, name in the terminal, kind) for motion, rate, effort and friction, if the FMU has such variables.
-    If an input sets a quantity, the variable is this input. Efforts are declared as inflows, even if they are outputs."""
-    motion, rate, effort = MEMBERS[kind_of(j)]
-    driven = [_input_of(model, d.drive) for d in j.devices]
-    loaded = [_input_of(model, d.effort) for d in j.devices]
-    one = j.kind.nv == 1
-    yield from _of((driven[0] if one else "", f"{j.name}.q", f"{j.name}.q[1]"), motion, SIGNAL, names)
-    yield from _of((f"{j.name}.qd", f"{j.name}.qd[1]"), rate, SIGNAL, names)
-    for k in range(j.kind.nv):
-        name = effort if one else f"{effort}_{k + 1}"
-        yield from _of((loaded[k], f"{j.name}.drive.effort[{k + 1}]", f"{j.name}.effort[{k + 1}]"), name, INFLOW, names)
-    for word in ("force", "torque"):
-        yield from _of((f"{j.name}.friction.{word}", f"{j.name}.friction.{word}[1]"), f"friction_{word}", SIGNAL, names)
-
-
-def _of(candidates: tuple[str, ...], member: str, kind: str, names: set[str]) -> Iterator[tuple[str, str, str]]:
-    """A list with one member, for the first candidate that is a variable of the FMU. The list is empty if no candidate is a
-    variable."""
-    found = next((c for c in candidates if c in names), None)
-    if found is not None:
-        yield found, member, kind
+def _sensor(model: Model, j: Joint, given: set[str]) -> Terminal:
+    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> are those of the
+    outputs."""
+    of = f"{j.name}."
+    inputs = {name for d in j.devices for s in (d.drive, d.effort) if (name := _input_of(model, s)) in given}
+    found = [(n, n.removeprefix(of)) for n in sorted(given) if n.startswith(of)] + [(n, f"inputs.{n}") for n in sorted(inputs)]
+    return Terminal(j, SENSES, tuple((variable, name, SIGNAL) for variable, name in found))
 
 
 def _input_of(model: Model, signal: object) -> str:
@@ -88,13 +70,41 @@ def _input_of(model: Model, signal: object) -> str:
     return inputs[signal.index]  # type: ignore[attr-defined]
 
 
-def icons(picture: bytes) -> dict[str, bytes]:
-    """The icons by path in the archive: the mechanism's picture, and an icon for each kind of terminal."""
-    return {"terminalsAndIcons/icon.png": picture} | {f"terminalsAndIcons/{kind}.png": _drawn(kind) for kind in MEMBERS}
+def files(found: list[Terminal], picture: bytes) -> dict[str, bytes]:
+    """The files by path in the archive: the description, the mechanism's picture, an icon for each kind of terminal."""
+    made = {"terminalsAndIcons.xml": _described(found), "icon.png": picture}
+    made |= {f"{kind}.png": _drawn(kind) for kind in sorted({t.kind for t in found})}
+    return {f"terminalsAndIcons/{name}": content for name, content in made.items()}
+
+
+def _described(found: list[Terminal]) -> bytes:
+    """``terminalsAndIcons.xml``."""
+    root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
+    square = {"x1": f"{-EDGE}", "y1": f"{-EDGE}", "x2": f"{EDGE}", "y2": f"{EDGE}"}
+    picture = SubElement(root, "GraphicalRepresentation")
+    SubElement(picture, "CoordinateSystem", square | {"suggestedScalingFactorTo_mm": "0.1"})
+    SubElement(picture, "Icon", square)
+    parent = SubElement(root, "Terminals") if found else root
+    for i, t in enumerate(found):
+        _terminal(parent, t, 2.0 * (i + 1) / (len(found) + 1) - 1.0)
+    return xml_bytes(root)
+
+
+def _terminal(parent: Element, t: Terminal, height: float) -> None:
+    """Write a terminal. height: vertical position at the right side of the FMU's icon, from -1 to 1."""
+    about = {"terminalKind": KINDS[t.kind], "description": f"{t.joint.kind_name} joint {t.joint.name}"}
+    rule = "bus" if t.kind == SENSES else "plug"
+    node = SubElement(parent, "Terminal", {"name": t.joint.name, "matchingRule": rule, **about})
+    for variable, name, kind in t.members:
+        SubElement(node, "TerminalMemberVariable", {"variableName": variable, "memberName": name, "variableKind": kind})
+    middle = -height * EDGE
+    SubElement(node, "TerminalGraphicalRepresentation", {
+        "x1": f"{EDGE - HALF}", "y1": f"{middle - HALF:.6g}", "x2": f"{EDGE + HALF}", "y2": f"{middle + HALF:.6g}",
+        "iconBaseName": t.kind, "defaultConnectionColor": "0 0 0", "defaultConnectionStrokeSize": "0.5"})  # fmt: skip
 
 
 def _drawn(kind: str) -> bytes:
-    """The icon of a kind of terminal: a disc on a base for TURNS, a block for SLIDES, a ball for MOVES."""
+    """The icon of a kind of terminal: a disc on a base for TURNS, a block for SLIDES, a ball for SENSES."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle, Rectangle
 

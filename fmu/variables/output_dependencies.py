@@ -5,15 +5,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from trunnion.fmu.variables.outputs_inputs_parameters import NUMBER, PARAMETER, START_Q, START_QD, Variable, followed
 from trunnion.kernel.interface.output_columns import Column
-from trunnion.kernel.units.column_dependence import Dependence
 from trunnion.simulation.run import Model
 
 MOST = 250_000
 """Largest number of declared dependencies of outputs on parameters. An FMU that would have more declares only the dependencies on
 inputs, so that the description stays small."""
+
+
+class Dependence(NamedTuple):
+    """Dependence of a column (``kernel.units.column_dependence``). constant: whether the column is constant. solved: whether it
+    contains multipliers or accelerations. values, seconds: indices of those inputs whose value or second derivative it contains."""
+
+    constant: bool
+    solved: bool
+    values: list[int]
+    seconds: list[int]
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from trunnion.kernel.interface.output_columns import Column
@@ -15,19 +13,11 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.bodies_and_joints import System
 
 
-@dataclass(frozen=True)
-class Dependence:
-    """Dependence of a column. constant: whether the column is constant. solved: whether it contains multipliers or accelerations,
-    which every force changes. values, seconds: indices of those inputs whose value or second derivative it contains."""
-
-    constant: bool
-    solved: bool
-    values: tuple[int, ...]
-    seconds: tuple[int, ...]
-
-
-def dependence(system: System, parameters: int, chosen: list[Column], quadratures: bool) -> list[Dependence]:
-    """The dependence of each column, from the sparsity of its derivatives."""
+def dependence(
+    system: System, parameters: int, chosen: list[Column], quadratures: bool
+) -> list[tuple[bool, bool, list[int], list[int]]]:
+    """For each column, from the sparsity of its derivatives: whether it is constant; whether it contains multipliers or
+    accelerations, which every force changes; indices of those inputs whose value, or whose second derivative, it contains."""
     if not chosen:
         return []
     with direct_operators():
@@ -41,5 +31,8 @@ def dependence(system: System, parameters: int, chosen: list[Column], quadrature
     for row, column in zip(*by_state.get_triplet(), strict=True):
         rows[row].add(column)
     moved = set(by_solution.get_triplet()[0])
-    standing = [[tuple(i for i, at in enumerate(places) if at + n in found) for n in (0, 2)] for found in rows]
-    return [Dependence(not found and k not in moved, k in moved, *standing[k]) for k, found in enumerate(rows)]
+
+    def standing(found: set[int], order: int) -> list[int]:
+        return [i for i, at in enumerate(places) if at + order in found]
+
+    return [(not found and k not in moved, k in moved, standing(found, 0), standing(found, 2)) for k, found in enumerate(rows)]

@@ -252,8 +252,9 @@ typedef struct tr_places {
 } tr_places;
 
 /* Cancellation by the host. The runtime queries the host every few milliseconds of work. */
+typedef int tr_asked_host(void);
 typedef struct tr_asking {
-  int (*host)(void); /* function that returns 1 to cancel; 0: no host */
+  tr_asked_host *host; /* function that returns 1 to cancel; 0: no host */
   double work;       /* multiplications since the last query */
   int cancelled;     /* whether the run is cancelled; every search then ends without a result */
 } tr_asking;

@@ -179,6 +179,6 @@ void tr_watch_pulls(tr_sim *s, int count, const int *slot, const double *sense, 
   s->pulls = (tr_pulls){count, slot, sense, values, values + count, values + 2 * count};
 }
 
-void tr_ask(tr_sim *s, int (*host)(void)) { s->ask = (tr_asking){.host = host}; }
+void tr_ask(tr_sim *s, tr_asked_host *host) { s->ask = (tr_asking){.host = host}; }
 
 void tr_configure(tr_sim *s, const tr_settings *set) { s->set = *set; }

@@ -40,7 +40,7 @@ static int tr_reach_time(tr_sim *s, double t, double limit, long max_steps, doub
       if (code != TR_OK) return tr_end_run(s, code);
       if (s->events.count > s->events.capacity - 2 * tr_watched_count(s) - 2) s->events.count = 0;
     }
-    if (s->clock.t >= t - close) {
+    if (s->clock.t >= t - close && !(each && s->events.count)) {
       int code = tr_row(s, row);
       return s->clock.status = code == TR_OK ? TR_DONE : code;
     }

@@ -114,7 +114,7 @@ int tr_events_take(tr_sim *s);
 
 /* Set the host function that the runtime calls every few milliseconds; null pointer: no function. The function returns 1 to cancel.
  * A cancelled run or start ends with TR_CANCELLED. */
-void tr_ask(tr_sim *s, int (*host)(void));
+void tr_ask(tr_sim *s, tr_asked_host *host);
 
 /* Replace the settings. The new settings apply from the next step. */
 void tr_configure(tr_sim *s, const tr_settings *set);

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from functools import lru_cache
 
-from trunnion.kernel.shared_libraries import runtime
+from trunnion.kernel.shared_libraries import GUARDED, runtime
 from trunnion.runtime.abi.batch_records import BATCH
 
 TYPES = {"p": ctypes.c_void_p, "i": ctypes.c_int, "d": ctypes.c_double, "l": ctypes.c_long, "z": ctypes.c_size_t, "-": None}
@@ -30,8 +30,9 @@ def library() -> ctypes.CDLL:
     """The runtime library with declared signatures. RuntimeError if the size of its batch record differs from that in Python."""
     lib = runtime()
     for name, codes in SIGNATURES.items():
-        function = getattr(lib, name)
+        function = getattr(lib, GUARDED + name)
         function.restype, function.argtypes = TYPES[codes[0]], [TYPES[a] for a in codes[1:]]
+        setattr(lib, name, function)
     if lib.tr_batch_size() != ctypes.sizeof(BATCH.ctype):
         raise RuntimeError("the runtime library belongs to another version of Trunnion: delete the cache of kernels")
     return lib

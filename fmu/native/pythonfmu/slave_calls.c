@@ -37,9 +37,9 @@ static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return 
     name##TYPE *f = (name##TYPE *)bridge_find(b->above, #name); \
     if (!f) return fmi2Error; \
     b->status = fmi2OK; \
-    const fmu_environment host = fmu_enter(); \
+    const tr_environment host = tr_enter(); \
     const fmi2Status status = f arguments; \
-    fmu_leave(host); \
+    tr_leave(host); \
     return bridge_worse(b, status); \
   }
 /* Define a function that pythonfmu does not pass on to the slave. It calls the model directly. */
@@ -73,9 +73,9 @@ static const char *bridge_begin(fmu_bridge *b, fmi2String resources, fmi2Boolean
   if (snprintf(name, sizeof name, "%s" BEHIND "%llx", b->name, (unsigned long long)(size_t)b) >= (int)sizeof name) return "its name is too long";
   fmi2InstantiateTYPE *make = (fmi2InstantiateTYPE *)bridge_find(b->above, "fmi2Instantiate");
   b->own = (fmi2CallbackFunctions){bridge_log, calloc, free, NULL, b};
-  const fmu_environment host = fmu_enter();
+  const tr_environment host = tr_enter();
   b->slave = make ? make(name, fmi2CoSimulation, b->guid, path, &b->own, visible, b->logging) : NULL;
-  fmu_leave(host);
+  tr_leave(host);
   return b->slave ? NULL : "pythonfmu could not load the slave";
 }
 
@@ -104,18 +104,24 @@ PLAIN(fmi2ExitInitializationMode)
 PLAIN(fmi2Terminate)
 SLAVE(fmi2GetReal, (VALUES, fmi2Real v[]), (b->slave, r, n, v))
 SLAVE(fmi2SetReal, (VALUES, const fmi2Real v[]), (b->slave, r, n, v))
-SLAVE(fmi2GetInteger, (VALUES, fmi2Integer v[]), (b->slave, r, n, v))
-SLAVE(fmi2SetInteger, (VALUES, const fmi2Integer v[]), (b->slave, r, n, v))
-SLAVE(fmi2GetBoolean, (VALUES, fmi2Boolean v[]), (b->slave, r, n, v))
-SLAVE(fmi2SetBoolean, (VALUES, const fmi2Boolean v[]), (b->slave, r, n, v))
-SLAVE(fmi2GetString, (VALUES, fmi2String v[]), (b->slave, r, n, v))
-SLAVE(fmi2SetString, (VALUES, const fmi2String v[]), (b->slave, r, n, v))
-SLAVE(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *s), (b->slave, s))
-SLAVE(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate s), (b->slave, s))
-SLAVE(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *s), (b->slave, s))
-SLAVE(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate s, size_t *n), (b->slave, s, n))
-SLAVE(fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate s, fmi2Byte v[], size_t n), (b->slave, s, v, n))
 SLAVE(fmi2DoStep, (fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean last), (b->slave, t, h, last))
+
+/* The slave has no integers and no state of its own; pythonfmu's states are only the registered variables, and it accepts any bytes. */
+MODEL(fmi2GetInteger, (VALUES, fmi2Integer v[]), (b->model, r, n, v))
+MODEL(fmi2SetInteger, (VALUES, const fmi2Integer v[]), (b->model, r, n, v))
+MODEL(fmi2GetBoolean, (VALUES, fmi2Boolean v[]), (b->model, r, n, v))
+MODEL(fmi2SetBoolean, (VALUES, const fmi2Boolean v[]), (b->model, r, n, v))
+MODEL(fmi2GetString, (VALUES, fmi2String v[]), (b->model, r, n, v))
+MODEL(fmi2SetString, (VALUES, const fmi2String v[]), (b->model, r, n, v))
+MODEL(fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *s), (b->model, s))
+MODEL(fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate s), (b->model, s))
+MODEL(fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *s), (b->model, s))
+MODEL(fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate s, size_t *n), (b->model, s, n))
+MODEL(fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate s, fmi2Byte v[], size_t n), (b->model, s, v, n))
+MODEL(fmi2DeSerializeFMUstate, (fmi2Component c, const fmi2Byte v[], size_t n, fmi2FMUstate *s), (b->model, v, n, s))
+MODEL(fmi2Reset, (fmi2Component c), (b->model))
+
+/* pythonfmu lacks these functions, or returns fmi2Error. */
 MODEL(fmi2GetDirectionalDerivative, (VALUES, const fmi2ValueReference k[], size_t nk, const fmi2Real s[], fmi2Real v[]), (b->model, r, n, k, nk, s, v))
 MODEL(fmi2SetRealInputDerivatives, (VALUES, const fmi2Integer o[], const fmi2Real v[]), (b->model, r, n, o, v))
 MODEL(fmi2GetRealOutputDerivatives, (VALUES, const fmi2Integer o[], fmi2Real v[]), (b->model, r, n, o, v))
@@ -125,9 +131,6 @@ MODEL(fmi2GetIntegerStatus, (fmi2Component c, const fmi2StatusKind k, fmi2Intege
 MODEL(fmi2GetBooleanStatus, (fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v), (b->model, k, v))
 MODEL(fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind k, fmi2String *v), (b->model, k, v))
 
-/* A reset creates a new slave and a new instance of the model. */
-PLAIN(fmi2Reset)
-
 MODEL(fmi2CancelStep, (fmi2Component c), (b->model))
 
 BRIDGE_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
@@ -135,19 +138,4 @@ BRIDGE_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, si
   fmi2SetDebugLoggingTYPE *f = b && b->model ? (fmi2SetDebugLoggingTYPE *)bridge_find(b->library, "fmi2SetDebugLogging") : 0;
   if (b) b->logging = on != fmi2False;
   return f ? f(b->model, on, n, category) : fmi2Error;
-}
-
-/* The model first verifies the bytes, because pythonfmu accepts any bytes. */
-BRIDGE_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte in[], size_t n, fmi2FMUstate *out) {
-  fmu_bridge *b = c;
-  fmi2FMUstate read = NULL;
-  if (!b || !b->model) return fmi2Error;
-  fmi2DeSerializeFMUstateTYPE *take = (fmi2DeSerializeFMUstateTYPE *)bridge_find(b->library, "fmi2DeSerializeFMUstate");
-  fmi2DeSerializeFMUstateTYPE *keep = (fmi2DeSerializeFMUstateTYPE *)bridge_find(b->above, "fmi2DeSerializeFMUstate");
-  fmi2FreeFMUstateTYPE *drop = (fmi2FreeFMUstateTYPE *)bridge_find(b->library, "fmi2FreeFMUstate");
-  if (!take || !keep || !drop) return fmi2Error;
-  fmi2Status status = take(b->model, in, n, &read);
-  if (status > fmi2Warning) return status;
-  drop(b->model, &read);
-  return keep(b->slave, in, n, out);
 }

@@ -119,7 +119,7 @@ static fmu_status fmi3_step(fmu_instance *m, double target, double h) {
     worst = status > worst ? status : worst;
     s->midway = s->time < target;
     if (s->midway) s->moved = moved;
-    if (m->events && s->time < next) return worst;
+    if (m->ahead && s->midway && (s->time < next || s->ticking || s->event)) return worst;
     if (m->between) fmi3_ask(m, m->early && s->time < end, &end);
     if (!(s->time < end)) return worst;
   }

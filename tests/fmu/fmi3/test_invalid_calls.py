@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3ScheduledExecution
 
 import trunnion
 from tests.fmu.cosimulation.test_jams import ENDS
@@ -49,6 +50,7 @@ def test_a_run_that_cannot_go_on_is_discarded_with_its_time_and_asks_to_be_ended
 OUT_OF_PLACE: dict[str, Callable] = {
     "its instantiation token is another's": lambda h: Host3.__init__(h, _renamed()),
     "no structural parameters": lambda h: h.fmu.enterConfigurationMode(),
+    "scheduled execution": lambda h: FMU3ScheduledExecution(**_of(h)).instantiate(logMessage=h._hear),
     "event mode twice": lambda h: (h.fmu.enterEventMode(), h.fmu.enterEventMode()),
     "clocks in step mode": lambda h: h.ticking(),
     "a step in event mode": lambda h: (h.fmu.enterEventMode(), h.step(1.0)),
@@ -62,6 +64,12 @@ OUT_OF_PLACE: dict[str, Callable] = {
     "an interval of a triggered clock": lambda h: h.fmu.fmi3GetIntervalDecimal(
         h.fmu.component, (ctypes.c_uint * 1)(h.reference["knee.events.stick"]), 1, (ctypes.c_double * 1)(), (ctypes.c_int * 1)()),
 }  # fmt: skip
+
+
+def _of(host: Host3) -> dict[str, str]:
+    """What fmpy needs for another instance of a host's FMU."""
+    return {"guid": host.md.instantiationToken, "unzipDirectory": host.fmu.unzipDirectory, "instanceName": "other",
+            "modelIdentifier": host.md.coSimulation.modelIdentifier}  # fmt: skip
 
 
 def _renamed() -> Path:

@@ -74,14 +74,23 @@ def test_without_arrays_it_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path
     assert [p.where for p in refused.value.problems] == ["--scalars"]
 
 
-def test_a_terminal_takes_motion_and_effort_of_its_joint_from_the_side_that_sets_them() -> None:
+def test_driven_and_loaded_joints_have_flanges_of_the_modelica_library_and_others_are_buses() -> None:
     with zipfile.ZipFile(exported3("arm")) as z:
         root = ElementTree.fromstring(z.read("terminalsAndIcons/terminalsAndIcons.xml"))
-    found = {t.get("name"): {m.get("memberName"): (m.get("variableName"), m.get("variableKind")) for m in t if m.get("memberName")}
-             for t in root.iter("Terminal")}  # fmt: skip
-    assert found["hip"] == {"phi": ("angle", "signal"), "w": ("hip.qd[1]", "signal"), "tau": ("hip.drive.effort[1]", "inflow")}
-    assert found["knee"]["phi"] == ("knee.q[1]", "signal")
-    assert found["knee"]["tau"] == ("motor", "inflow")
+    found = {t.get("name"): t for t in root.iter("Terminal")}
+    told = {name: [tuple(m.attrib.values()) for m in t.iter("TerminalMemberVariable")] for name, t in found.items()}
+    assert told == {"hip": [("angle", "phi", "signal"), ("hip.drive.effort[1]", "tau", "inflow")],
+                    "knee": [("knee.q[1]", "phi", "signal"), ("motor", "tau", "inflow")]}  # fmt: skip
+    flange = {("plug", "Modelica.Mechanics.Rotational.Interfaces.Flange_a")}
+    assert {(t.get("matchingRule"), t.get("terminalKind")) for t in found.values()} == flange
+    with zipfile.ZipFile(exported3("spherical_pendulum")) as z:
+        root = ElementTree.fromstring(z.read("terminalsAndIcons/terminalsAndIcons.xml"))
+    (ball,) = root.iter("Terminal")
+    assert (ball.get("matchingRule"), ball.get("terminalKind")) == ("bus", "_trunnion_joint")
+    causality = {v.name: v.causality for v in read_model_description(exported3("spherical_pendulum")).modelVariables}
+    for member in ball.iter("TerminalMemberVariable"):
+        assert f"ball.{member.get('memberName')}" == member.get("variableName")
+        assert causality[member.get("variableName")] == "output"
 
 
 def test_components_are_arrays_and_derivatives_of_each_other() -> None:
@@ -176,6 +185,16 @@ def between(act: Callable | None = None, **how) -> tuple[Host3, Between]:
     told = Between(act)
     host = told.host = Host3(exported3("arm"), between=told, wanted=["knee.q[1]", "motor"], **how)
     return host, told
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_a_host_that_is_informed_between_communication_points_stops_at_the_same_events(early: bool) -> None:
+    hosts = [Host3(exported3("spherical_pendulum"), early=early, **how) for how in ({}, {"between": lambda *_: None})]
+    (plain, rows), (informed, same) = [h.run(3.0, 0.1, "ball.qd") for h in hosts]
+    assert len(plain) == 3
+    assert [e[:2] for e in informed] == [e[:2] for e in plain]
+    assert np.allclose([e[2:] for e in informed], [e[2:] for e in plain], rtol=0.0, atol=1e-60)
+    assert np.allclose(same, rows, rtol=0.0, atol=1e-60)
 
 
 def test_between_communication_points_a_host_sees_the_steps_of_the_run_and_changes_nothing() -> None:

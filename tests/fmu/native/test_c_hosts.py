@@ -105,7 +105,7 @@ def test_a_host_that_traps_exceptions_and_rounds_upward_gets_the_same_bits_and_k
 def test_every_function_of_a_standard_sets_the_environment(standard: str) -> None:
     types = (headers() / f"fmi{standard}FunctionTypes.h").read_text()
     declared = set(re.findall(rf"\b(fmi{standard}\w+)TYPE\b", types))
-    begin = r"(fmi\d\w+)\([^;{}]*\) \{\n  const fmu_environment host = fmu_enter\(\);\n.*(fmu_\w+)"
+    begin = r"(fmi\d\w+)\([^;{}]*\) \{\n  const tr_environment outside = tr_enter\(\);\n.*(fmu_\w+)"
     made = dict(re.findall(begin, entries(f"{standard}.0")))
     assert made == {name: f"fmu_{name}" for name in declared}
 

@@ -1,0 +1,75 @@
+"""FMI-LS-REF: an FMU with its reference results. The manifest is compared with what the standard's schema requires; the FMU's own
+run is compared with the results."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+
+from tests.fmu.validation import validated
+from trunnion.fmu.scene_export import export
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref/"
+ROOT = {
+    "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
+    "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-version": "1.0.0-alpha.1",
+    "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-description":
+        "Layered Standard providing information on related files included in an FMU.",
+}  # fmt: skip
+ROLES = re.compile(
+    "document|requirement|specification|model|parameter|system|testcase|experiment(/(smoke-test|validation|uncertainty-analysis))?"
+    "|result|method|rationale|report|request|delivery|configuration|signature|serialized-state(/.*)?|meta-data|other"
+)
+
+
+def table(z: zipfile.ZipFile, name: str) -> dict[str, np.ndarray]:
+    """The columns of a CSV file beside the manifest."""
+    head, *rows = csv.reader(io.TextIOWrapper(z.open(FOLDER + name)))
+    return dict(zip(head, np.array(rows, float).T, strict=True))
+
+
+def largest_share(file: Path, **start: float) -> float:
+    """The largest difference between the FMU's run by its default experiment and its reference, relative to the allowed one."""
+    with zipfile.ZipFile(file) as z:
+        expected, allowed = table(z, "reference.csv"), table(z, "allowed_differences.csv")
+    names = [n for n in expected if n != "time"]
+    got = simulate_fmu(str(file), output=names, start_values=start)
+    assert list(expected) == list(allowed)
+    assert np.allclose(got["time"], expected["time"], rtol=0.0, atol=1e-9)
+    return max(float(np.abs(got[n] - expected[n]).max() / allowed[n][0]) for n in names)
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize(("model", "how"), [("spherical_pendulum", {"fmi": 3, "scalars": True}), ("crank_slider", {})])
+def test_an_fmu_with_its_reference_proves_itself_and_a_wrong_one_does_not(model: str, how: dict, tmp_path: Path) -> None:
+    file = tmp_path / "proved.fmu"
+    export(model, file, reference=True, outputs=["*.q[*]", "*.qd[*]"], **how)
+    assert validated(str(file)) == []
+    assert largest_share(file) <= 1.0
+    friction = {"spherical_pendulum": "joints.ball.friction.mu", "crank_slider": "joints.guide.friction.mu"}[model]
+    assert largest_share(file, **{friction: 0.0}) > 100.0
+
+
+def test_the_manifest_lists_its_files_as_the_schema_requires(tmp_path: Path) -> None:
+    file = tmp_path / "proved.fmu"
+    export("simple_pendulum", file, reference=True, fmi=3)
+    with zipfile.ZipFile(file) as z:
+        root = ElementTree.fromstring(z.read(FOLDER + "fmi-ls-manifest.xml"))
+        names, guide = set(z.namelist()), z.read("documentation/fmi-ls-ref.txt").decode()
+    assert root.tag == "fmiReferences"
+    assert root.attrib == ROOT
+    for related in root:
+        assert related.tag == "Related"
+        assert set(related.attrib) <= {"type", "source", "role", "description"}
+        assert ROLES.fullmatch(related.attrib["role"])
+        assert FOLDER + related.attrib["source"] in names
+    assert {r.get("role") for r in root} == {"model", "result"}  # SSV 1.0 has no arrays
+    assert "from t = 0 to" in guide
