@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
+from trunnion.analysis.sensitivities.impact_tangents import ImpactTangents
 from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
 from trunnion.analysis.sensitivities.tangent_march import TangentMarch
@@ -71,7 +72,9 @@ class SensitivityIntegrator:
     def complete(self, k: int, step: RecordedStep) -> None:
         """Change S by the event and the kinks at the end of step k."""
         kinks = np.flatnonzero(self._kinks_at(step.t1))
-        if len(kinks):
+        if step.impact[0]:
+            self._cross_impact(step)
+        elif len(kinks):
             self._cross_kinks(k, step, kinks)
         elif step.changes_mode:
             self._cross_event(k, step)
@@ -114,6 +117,19 @@ class SensitivityIntegrator:
         shift = -dg / gdot
         self.march.S += np.outer(change, shift)
         self.events.append(EventShift(step.t1, joint, shift))
+
+    def _cross_impact(self, step: RecordedStep) -> None:
+        """Change S by an impact of joints that only push."""
+        x, x1 = step.x.copy(), step.x1.copy()
+        x[INSIDE] = 0.5 * (step.t0 + step.t1)
+        x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
+        for side in (x, x1):
+            self.block.signals(step.t1, side[: len(x)])
+        made = ImpactTangents(self.unit, step, self.march.S, self.start.p, self.block.numbers.rate).cross(self.march.z, x, x1)
+        self.march.S[:] = made.S
+        self.events.append(EventShift(step.t1, made.joint, made.shift))
+        if not made.unique:
+            self.notes.append(f"t = {step.t1:.6g} s: contacts close at one instant that parameters would separate")
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
         """Whether an event at the step's end belongs to end stops alone. The force of an end stop is continuous at its events. A
