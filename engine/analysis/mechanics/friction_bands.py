@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts
-from trunnion.analysis.static_bounds.static_margin import accelerating_joints, hold_drives
+from trunnion.analysis.static_bounds.static_margin import STILL, accelerating_joints, hold_drives
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import Model
@@ -22,6 +22,8 @@ FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
 """Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
 LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
 within three consecutive points."""
+TIPS = 1e-12
+"""As ``STILL``, of mechanisms with contacts that begin and end: where a contact opens, the acceleration begins with 0."""
 EXACT = 1e-14
 """The ends of bands are located to this distance, rad or relative to the scene's length."""
 
@@ -136,7 +138,7 @@ class BandSearch:
         if table is None:
             return 1.0
         shares = np.nan_to_num(table["share"], nan=0.0)
-        if loose := accelerating_joints(model):
+        if loose := accelerating_joints(model, TIPS if model.system.unilateral else STILL):
             self.moves = loose[0]
             return 1.0
         if len(shares):

@@ -1,8 +1,8 @@
 """Derivatives across an impact of joints that only push (theory, "Batches and hosts").
 
-The instant of the impact is g(y, p) = 0, with g the gap, so a unit change of the parameters shifts it by dt = −(g_y S + g_p)/ġ. With
-h the map of the impact, S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The map is one or two problems of impulses, which the run has
-recorded. Each is a step of negligible length with the multipliers of the impact divided by this length, so that forces do not count.
+The instant of the impact is g(y, p) = 0, with g the gap, so a unit change of the parameters shifts it by dt = −(g_y S + g_p)/ġ.
+With h the map of the impact, S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The map is one or two problems of impulses, which the run has
+recorded. Each is a step of negligible length. Its multipliers are the impulses divided by this length, so forces do not count.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class ImpactTangents:
         df, _ = u.total_derivatives(self.S, self.dp)
         flow = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
         phases = list(self._phases())
-        at = [c for c, j in enumerate(self.contacts) if self._closes(j, c, phases[0], f)]
+        at = [c for c in range(len(self.contacts)) if self._closes(c, phases[0], f)]
         shifts = [-df[self.gap + 3 * c] / flow[self.gap + 3 * c] for c in at]
         shift, spread = shifts[0], max(float(np.abs(s - shifts[0]).max(initial=0.0)) for s in shifts)
         dy, y, last = self.S + np.outer(f[:n], shift), self.before.copy(), None
@@ -73,7 +73,7 @@ class ImpactTangents:
         size = max(float(np.abs(shift).max(initial=0.0)), 1e-300)
         return Crossing(dy - np.outer(after[:n], shift), self.contacts[at[0]].name, shift, spread <= TOGETHER * size)
 
-    def _closes(self, j: object, c: int, phase: Phase, f: np.ndarray) -> bool:
+    def _closes(self, c: int, phase: Phase, f: np.ndarray) -> bool:
         """Whether contact c was open before the impact and takes part in it with a rate of approach."""
         contact = self.contacts[c].unilateral
         assert contact is not None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.basics.problems import SimulationError
+from trunnion.runtime.abi import EventKind
 from trunnion.runtime.integrators import RK8
 from trunnion.simulation.results.audit import audit_of, judged
 from trunnion.simulation.results.outcome import DONE, Outcome, from_status
@@ -97,6 +98,8 @@ def record_steps(model: Model, samples: np.ndarray, every: float, rtol: float, t
     if status != bl.OK:
         raise SimulationError(f"the run cannot start: {from_status(status, 0.0, '')}")
     block, recorder = model.block, _Recorder(model, rows)
+    if model.system.unilateral and (block.take_events()["kind"] == EventKind.CONTACT_CLOSED).any():
+        raise SimulationError("the run begins with an impact, across which derivatives are unknown: start before it")
     while status != bl.DONE:
         tick()
         status = recorder.advance(end)

@@ -72,7 +72,7 @@ def hold(
     loaded = scene_given(scene, overrides)
     if not bounds:
         return one_answer(loaded)
-    problems = unilateral_problems(loaded, "bounds of all admissible states")
+    problems = unilateral_problems(loaded, "bounds: admissible states may differ in their contacts")
     if self_stress is not None and not 0.0 <= self_stress < float("inf"):
         problems.append(Problem("self_stress", f"{self_stress} is not a valid force", "give newtons, 0 or more"))
     if misfit is not None and not 0.0 <= misfit < float("inf"):

@@ -159,8 +159,8 @@ def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[s
     return tuple(out)
 
 
-def accelerating_joints(model: Model) -> tuple[str, ...]:
-    """Tree joints with a freedom that accelerates although every pair is held."""
+def accelerating_joints(model: Model, still: float = STILL) -> tuple[str, ...]:
+    """Tree joints with a freedom that accelerates although every pair is held. still: as for ``STILL``."""
     block, system, numbers = model.block, model.system, model.built.numbers
     if not block.ny:
         return ()
@@ -169,7 +169,7 @@ def accelerating_joints(model: Model) -> tuple[str, ...]:
     for j in system.tree:
         units = [(1.0 if j.kind.turns(k) else numbers.length) * numbers.rate**2 for k in j.free]
         part = rates[j.v0 : j.v0 + len(j.free)]
-        if any(not abs(a) <= STILL * u for a, u in zip(part, units, strict=True)):
+        if any(not abs(a) <= still * u for a, u in zip(part, units, strict=True)):
             out.append(j.name)
     return tuple(out)
 

@@ -64,8 +64,8 @@ def motion(system: System, parameters: int, active: Sequence[int], quadratures: 
     """Tangents of f = [F; R; V; H; L; G] along [y, z, p, inputs, t].
 
     F = [q̇; v̇; friction states; powers]. R: multiplier residuals. V: rates of all freedoms of frictional joints. H: friction ratio
-    minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. G: gap, rate of the gap and
-    restitution of each joint that only pushes. While such a joint is open, the residuals in R are its multipliers."""
+    minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. G: gap, rate of the gap
+    and restitution of each joint that only pushes. While such a joint is open, the residuals in R are its multipliers."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 

@@ -62,7 +62,8 @@ def arms(rng: np.random.Generator, law: str) -> tuple[Scene, tuple[str, ...]]:
     only = {"restitution": float(rng.uniform(0, 0.6)), "impact_law": law, "starts": "open"}
     tip = corner("b", (0.0, -0.3), float(rng.uniform(0.05, 0.5)), **only)
     tip["inboard"] = {"body": "ground", "point": [0.0, 0.0, -0.62 + float(rng.uniform(0.0, 0.1))]}
-    bodies = {"a": body(1.0, 0.02) | {"center": [0, 0, -0.2]}, "b": body(float(rng.uniform(0.5, 2)), 0.02) | {"center": [0, 0, -0.15]}}
+    bodies = {"a": body(1.0, 0.02) | {"center": [0, 0, -0.2]}}
+    bodies["b"] = body(float(rng.uniform(0.5, 2)), 0.02) | {"center": [0, 0, -0.15]}
     return scene(bodies, {"upper": upper, "lower": lower, "tip": tip}), ARMS
 
 
@@ -92,7 +93,8 @@ def test_derivatives_across_impacts_are_those_of_neighbouring_runs(seed: int) ->
     r = trunnion.sensitivity(made, list(names), [outputs], until=until, every=until, rtol=1e-11)
 
     def at(name: str, value: float) -> tuple[np.ndarray, list[str]]:
-        run = trunnion.simulate(made, until=until, every=until, rtol=1e-12, method="rk8", outputs=[outputs], overrides={name: value})
+        asked: dict[str, Any] = {"until": until, "every": until, "rtol": 1e-12, "method": "rk8", "outputs": [outputs]}
+        run = trunnion.simulate(made, overrides={name: value}, **asked)
         return np.array([run[c][-1] for c in r.names]), [x.kind for x in run.events]
 
     for k, name in enumerate(names):
