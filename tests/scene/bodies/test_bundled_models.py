@@ -22,6 +22,7 @@ from trunnion.scene.scalable_mechanisms import n_four_bar, revolute_chain
 MODELS = [
     "andrews", "bricard", "cart_pole", "caught_carriage", "crank_slider", "crank_slider_free", "double_pendulum",
     "friction_identification", "governor", "hatch", "n_four_bar", "simple_pendulum", "spatial_slider_crank", "spherical_pendulum",
+    "trifilar",
 ]  # fmt: skip
 CLOSED = 1e-15
 """Allowed gap, m or rad: rounding of start values written with 16 digits, in mechanisms of about 1 m."""
