@@ -134,7 +134,8 @@ size_t tr_impact_length(const tr_sim *s);
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start (begin)
  * and its end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, whether these multipliers
  * belong to it; they do not if an event has cut the step. made: number of recorded steps. rows: room for `capacity` rows, of which
- * *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards events. Returns a status, as tr_advance does. */
+ * *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards events.
+ * Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 

@@ -20,7 +20,7 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
     if (s->k->nunilateral) s->step.impacts = impacts + *made * tr_impact_length(s), s->step.impacts[0] = 0.0;
     const int code = tr_advance(s, target, 1, rows + *written * s->clock.width, capacity - *written, &count);
     *written += count, s->events.count = 0;
-    if (s->step.impacts && s->step.impacts[0] > 0.0 && !(s->clock.t > before)) return TR_FAIL_STALLED; /* two impacts at one instant */
+    const int twice = s->step.impacts && s->step.impacts[0] > 0.0 && !(s->clock.t > before); /* a second impact at one instant */
     if (s->clock.t > before) {
       t[*made] = s->clock.t;
       memcpy(y + (size_t)*made * width, TR_A(s, y), sizeof(double) * width);
@@ -30,6 +30,7 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
       ++*made;
     }
     s->step.stage_z = s->step.begin_x = s->step.impacts = 0;
+    if (twice) return TR_FAIL_STALLED;
     if (code != TR_MORE && code != TR_EVENTS_FULL && code != TR_OK) return code;
   }
   return TR_MORE;

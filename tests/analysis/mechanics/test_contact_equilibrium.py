@@ -22,7 +22,7 @@ def complementary(K: np.ndarray, f: np.ndarray, floor: np.ndarray) -> np.ndarray
     raise AssertionError("a positive definite K has a solution")
 
 
-@pytest.mark.default_cases(4)
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_coupled_blocks_press_on_their_floors_or_hang_free(seed: int) -> None:
     """Blocks on vertical rails hang on springs to the ground and to each other; each has a floor. Half of them start on it. Those
@@ -56,7 +56,7 @@ def test_coupled_blocks_press_on_their_floors_or_hang_free(seed: int) -> None:
     assert frequencies == pytest.approx(np.sort(np.sqrt(squares)) / (2 * np.pi), rel=1e-9)
 
 
-@pytest.mark.default_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_a_box_on_a_spring_rests_where_it_neither_slides_nor_tips(seed: int) -> None:
     """Two corners carry a box that a spring at its mass centre pulls: k x ≤ μ m g, and k x h ≤ m g b."""

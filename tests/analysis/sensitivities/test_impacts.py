@@ -89,7 +89,9 @@ FAMILIES = ((rod, "fly.q[*]", 0.5), (arms, "*er.q[1]", 0.6), (follower, "guide.q
 def test_derivatives_across_impacts_are_those_of_neighbouring_runs(seed: int) -> None:
     """Newton's and Poisson's law with friction of the contact and of joints, against differences of order four."""
     make, outputs, until = FAMILIES[seed % len(FAMILIES)]
-    made, names = make(np.random.default_rng(seed), ("newton", "poisson")[seed % 2])
+    rng = np.random.default_rng(seed)
+    made, names = make(rng, ("newton", "poisson")[seed % 2])
+    names = tuple(names[k] for k in rng.permutation(len(names))[:3])
     r = trunnion.sensitivity(made, list(names), [outputs], until=until, every=until, rtol=1e-11)
 
     def at(name: str, value: float) -> tuple[np.ndarray, list[str]]:
