@@ -130,6 +130,16 @@ CHOICES: dict[str, Choice] = {
         ),
         aside=(20.0, 14.0),
     ),
+    "trifilar": Choice(
+        0.0,
+        "The plate twists by 60° to both sides; its rods pull most as it passes the middle, where it is lowest",
+        (
+            Plot("Sine of half the twist", "quaternion", ("hang.q[7]",)),
+            Plot("Height of the plate", "position", ("hang.q[3]",)),
+            Plot("Force of a rod", "force", ("rod_a.axial_force",)),
+        ),
+        aside=(25.0, 15.0),
+    ),
     "n_four_bar": Choice(
         4.7,
         "Five turns in 10 s, ten times through the singular horizontal, and the cranks stay parallel",

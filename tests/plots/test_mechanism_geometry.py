@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive
 from trunnion.basics.problems import SceneError
 from trunnion.plots.geometry import meshes
 from trunnion.plots.geometry.mechanism_geometry import scenery
 from trunnion.plots.geometry.meshes import Mesh
 from trunnion.plots.geometry.motion_and_view import arrow_scale, motion, round_force
+from trunnion.plots.geometry.straps import THICK, WIDE, straps
 from trunnion.plots.mechanism_pictures.instant_picture import contact_places
 from trunnion.scene import load_scene, model_names
 from trunnion.scene.library.model_folders import design_names
@@ -132,3 +134,34 @@ def test_columns_that_a_picture_needs_are_named_when_missing(pendulum: Result) -
     few = replace(pendulum, data=pendulum.data[:, :2], columns=pendulum.columns[:1])
     with pytest.raises(SceneError, match=r"orientation"):
         motion(few, ["pendulum"])
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+@pytest.mark.parametrize("radii", [(0.05, 0.12), (0.1, 0.1), (0.15, 0.04)])
+def test_the_strap_of_a_belt_has_the_length_of_the_belt_and_touches_both_pulleys(crossed: bool, radii: tuple[float, float]) -> None:
+    """The volume of its plates gives the length; arcs of 12° are 0.2 % longer than their chords."""
+    r, apart = np.array(radii), 0.4
+    turn = np.arccos((r[0] + r[1] if crossed else r[0] - r[1]) / apart)
+    length = 2 * apart * np.sin(turn) + 2 * (np.pi - turn) * r[0] + 2 * ((np.pi - turn) if crossed else turn) * r[1]
+    ((_, body, mesh),) = straps(Drive(Band(0.3, 0.0, None, 200.0), radii, apart, (0.01, 0.05), (0.0, 0.0), crossed=crossed).scene())
+    wide, thick = WIDE * min(radii), THICK * min(radii)
+    assert body == "ground"
+    assert volume(mesh) / (wide * thick) == pytest.approx(length, rel=4e-3)
+    for radius, y in zip(radii, (0.0, apart), strict=True):
+        near = np.hypot(mesh.vertices[:, 1] - y, mesh.vertices[:, 2]).min()
+        assert radius * np.cos(np.deg2rad(6)) - thick < near < radius
+
+
+def test_a_band_brake_is_drawn_about_its_drum_over_its_angle_of_wrap() -> None:
+    ((_, body, mesh),) = straps(Brake(Band(0.3, 4.0, 100.0), 0.1, 0.2, 30.0, 5.0).scene())
+    near = np.hypot(mesh.vertices[:, 1], mesh.vertices[:, 2])
+    assert body == "ground"
+    assert (near.min(), near.max()) == pytest.approx((0.1, np.hypot(0.1, 0.1)), rel=0.1)
+
+
+def test_the_places_of_drag_fields_and_attraction_are_drawn_at_their_points() -> None:
+    marks = {m.name: m for m in scenery(load_scene("hatch")).joints}
+    for name, point in (("air", (0.0, 0.0, 0.0)), ("magnet", (0.5, 0.0, 0.0))):
+        ((part, mesh),) = marks[name].pins
+        assert part == 0
+        assert mesh.vertices.mean(axis=0) == pytest.approx(point, abs=1e-9)

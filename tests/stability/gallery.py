@@ -1,4 +1,4 @@
-"""The thirty-six places where methods fail (theory, "Where methods fail"). Each has a scene, as a function of the distance from
+"""The forty places where methods fail (theory, "Where methods fail"). Each has a scene, as a function of the distance from
 its threshold, and the correct verdicts on both sides. Each kind of mechanism has one module of rows."""
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from tests.stability.entries import (
     doors_on_hinges,
     gear_units_and_loads,
     journal_bearings,
+    loads_and_starts,
     mass_springs_spin,
     rest_and_dead_centres,
     self_tightening_brakes,
@@ -29,5 +30,6 @@ KINDS = (
     doors_on_hinges,
     mass_springs_spin,
     gear_units_and_loads,
+    loads_and_starts,
 )
 ROWS = tuple(sorted((row for kind in KINDS for row in kind.ROWS), key=lambda r: r.number))

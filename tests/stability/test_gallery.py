@@ -19,7 +19,7 @@ from trunnion.system.construction.system_builder import build as system_of
 FOLDER = models_dir() / "stability"
 
 
-@pytest.mark.default_cases(37)
+@pytest.mark.default_cases(41)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
@@ -36,7 +36,7 @@ def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.slow
-@pytest.mark.default_cases(37)
+@pytest.mark.default_cases(41)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", [r for r in ROWS if any(e.slow for e in r.edges)], ids=lambda r: f"{r.number}_{r.name}")
 def test_below_and_beyond_a_threshold_that_takes_long(row: Row, telling: str) -> None:
@@ -62,6 +62,6 @@ def test_numbers_that_are_none_are_refused_by_name() -> None:
         apply(massive(1.0), {"bodies.b.mass": math.nan})
 
 
-def test_there_are_all_thirty_six() -> None:
-    assert [r.number for r in ROWS] == list(range(1, 37))
-    assert len(list(FOLDER.glob("*.yaml"))) == 36
+def test_there_are_all_forty() -> None:
+    assert [r.number for r in ROWS] == list(range(1, 41))
+    assert len(list(FOLDER.glob("*.yaml"))) == 40

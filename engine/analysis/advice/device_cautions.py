@@ -1,4 +1,4 @@
-"""What can go wrong with the devices of a scene, and with which model or method (rows 29 to 36 of the stability gallery)."""
+"""What can go wrong with the devices of a scene, and with which model or method (rows 29 to 40 of the stability gallery)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from trunnion.scene.data_classes.scene import Scene
 LOCKS = "locks itself: without its friction it runs back, and with friction that grows from rest with the speed it creeps"
 CURVES = "springs or dampers by curves: at sharp points, errors of all methods exceed rtol many times; choose a smaller one"
 PASSAGE = "an attracting point: in a close passage, moreau and fixed steps have large errors"
+FIELDS = "a field: a step may pass a hill narrower than a hundredth of the way unseen; compare with fixed steps"
 JUMPS = "a load that jumps: with fixed steps, moreau lets parts slide on for a part of a step after the jump"
 
 
@@ -22,6 +23,7 @@ def device_cautions(scene: Scene) -> list[str]:
         ([n for n, j in scene.joints.items() if locks_itself(j)], LOCKS),
         (curves, CURVES),
         ([n for n, load in scene.forces.items() if load.type == "point_gravity"], PASSAGE),
+        ([n for n, load in scene.forces.items() if load.type == "field"], FIELDS),
         ([n for n, x in (*scene.joints.items(), *scene.forces.items()) if _jumps(x)], JUMPS),
     )
     return [f"{', '.join(names)}: {text}" for names, text in found if names]

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.friction_bands import Band, BandSearch
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
+from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts, remove_friction
 from trunnion.analysis.mechanics.other_rests import kind_of, other_rests
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.signals.registry import value_at
 from trunnion.simulation.run import simulate
 from trunnion.system.structure.bodies_and_joints import Joint, System, state_coordinates
@@ -60,7 +59,7 @@ class Equilibrium:
         around: ranges that contain the given pose; the other coordinates keep their given values. Empty if friction does not hold
             the given pose.
         others: further isolated poses of rest without friction, at most 8, found by Newton's method from poses with one coordinate
-            moved. Not searched for mechanisms with ball joints.
+            moved. Not searched for mechanisms with ball joints or with contacts that begin and end.
     """
 
     q: dict[str, tuple[float, ...]]
@@ -77,6 +76,7 @@ class Equilibrium:
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
     """The pose in which the mechanism without friction comes to rest from its start, and where friction holds the mechanism.
     Drives are held; loads are those of t = 0.
+    Contacts that begin and end press or are open.
 
     Args:
         scene: as for ``simulate``.
@@ -90,7 +90,6 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
             loops cannot be closed.
     """
     loaded = scene_given(scene, overrides)
-    refuse_unilateral(loaded, "the search of a pose of rest")
     wanted = (along,) if isinstance(along, str) else along
     if wrong := [n for n in wanted or () if n not in loaded.joints]:
         raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])
@@ -105,6 +104,7 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
         if not around:
             raise
         return Equilibrium(q, "none", (), around)
+    loaded = open_contacts(loaded, still.open_contacts())
     search = BandSearch(loaded, still.scene, still) if chosen else None
     bands = search.all_bands(chosen) if search else ()
     others = []
@@ -142,7 +142,8 @@ def find_rest(scene: sm.Scene) -> Still:
     slow, fast = still.model.built.numbers.rate, _fastest_rate(still)
     if _size(still, slow) <= STILL and still.settle():
         return still
-    watched = ("*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else []))
+    watched = ["*.q[*]", *(["*.latch.state[*]"] if any(j.latch for j in scene.joints.values()) else [])]
+    watched += [f"{j.name}.gap" for j in still.system.unilateral]
     damping = _damping(still, fast)
     for k in range(DOUBLINGS):
         duration = SHORTEST_RUN * 2**k / slow
@@ -150,7 +151,8 @@ def find_rest(scene: sm.Scene) -> Still:
         if not r.outcome.ok:
             raise SimulationError(f"the mechanism does not come to rest: {r.outcome}")
         q, down = ({n: [r[c][-1] for c in r.matching(f"{n}.{of}[*]")] for n in scene.joints} for of in ("q", "latch.state"))
-        scene = engage_latches(start_at(scene, q), down)
+        gaps = {j.name: float(r[f"{j.name}.gap"][-1]) for j in still.system.unilateral}
+        scene = engage_latches(open_contacts(start_at(scene, q), [n for n, gap in gaps.items() if gap]), down)
         still = Still(scene)
         if _size(still, fast) < SETTLED and still.settle():
             return still
@@ -181,8 +183,9 @@ def _damping(still: Still, rate: float) -> dict[str, np.ndarray]:
 
 
 def _damped(scene: sm.Scene, damping: Mapping[str, np.ndarray]) -> sm.Scene:
-    """The scene with further dampings of its joints."""
-    joints = dict(scene.joints)
+    """The scene with further dampings of its joints, and with impacts without restitution."""
+    plastic = {n: replace(j.unilateral, restitution=0.0) if j.unilateral else None for n, j in scene.joints.items()}
+    joints = {n: replace(j, unilateral=plastic[n]) for n, j in scene.joints.items()}
     for name, more in damping.items():
         own = joints[name].damping
         each = own if isinstance(own, tuple) else (own,) * len(more)

@@ -8,18 +8,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trunnion.analysis.mechanics.mechanism_at_rest import Still
-from trunnion.analysis.static_bounds.static_margin import hold_drives
+from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts
+from trunnion.analysis.static_bounds.static_margin import STILL, accelerating_joints, hold_drives
+from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
 from trunnion.simulation.runtime_interface.simulation_block import Settings
+from trunnion.system.construction.start_values_and_scales import GIVEN, Numbers
 from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
 
 FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
 """Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
 LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
 within three consecutive points."""
+TIPS = 1e-12
+"""As ``STILL``, of mechanisms with contacts that begin and end: where a contact opens, the acceleration begins with 0."""
 EXACT = 1e-14
 """The ends of bands are located to this distance, rad or relative to the scene's length."""
 
@@ -51,6 +55,8 @@ class BandSearch:
         held = copy_latches(hold_drives(scene)[0], latches)
         self.model, self.at = Model(held, ("energy.kinetic",)), still.pose()
         self.built, self.moves = self.model.built, ""
+        contacts = [j.name for j in self.model.system.unilateral]
+        self.models = [self.model, *([Model(open_contacts(held, contacts), ("energy.kinetic",))] if contacts else [])]
 
     def holds(self) -> bool:
         """Whether friction holds the pose."""
@@ -100,8 +106,9 @@ class BandSearch:
         return None, ""
 
     def _excess(self, j: Joint, k: int, way: float) -> float:
-        """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. An
-        impossible pose gives 1."""
+        """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. A pose that
+        is impossible, or in which a freedom without friction accelerates, gives 1. Contacts that only push stay as they are at the
+        start, or if they cannot, are open."""
         q, numbers = self.at.copy(), self.built.numbers
         at = state_coordinates(j)
         if j.kind.coordinate_of(k) >= 0:
@@ -109,23 +116,33 @@ class BandSearch:
         else:
             own = j.q0 + at.index(j.kind.quaternion)
             q[own : own + 4] = _rotate(q[own : own + 4], k - (j.kind.nv - 3), way)
-        given, by_rate = np.zeros_like(numbers.q_given), np.zeros_like(numbers.q_given_by_rate)
-        given[j.q0 : j.q0 + len(at)] = 1.0
-        by_rate[j.v0 : j.v0 + len(j.free)] = 1.0
-        block = self.model.block
-        moved = replace(numbers, q=q, q_given=given, q_given_by_rate=by_rate, v=0.0 * numbers.v)
+        by_rate = np.zeros_like(numbers.q_given_by_rate)
+        exact = [j.free.index(k)] if j.kind.coordinate_of(k) >= 0 else range(len(j.free))
+        by_rate[[j.v0 + i for i in exact]] = GIVEN["exact"]
+        moved = replace(numbers, q=q, q_given_by_rate=by_rate, v=0.0 * numbers.v)
+        excesses = (self._excess_of(model, moved) for model in self.models)
+        return next((x for x in excesses if x is not None), 1.0)
+
+    def _excess_of(self, model: Model, moved: Numbers) -> float | None:
+        """The result of ``_excess`` with the start values ``moved``; None if they are impossible."""
+        block = model.block
         block.take(moved, np.array(self.built.parameters.values))
         block.configure(Settings(rtol=1e-9))
         if block.assemble() != 1:
-            return 1.0
-        block.y[self.model.system.nq : block.ny] = 0.0
-        self.model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(block.width))
-        table = self.model.block.hold()
+            return None
+        block.y[model.system.nq : block.ny] = 0.0
+        status = model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(block.width))
+        if model.system.unilateral and status == Status.FAIL_CLOSURE:
+            return None
+        table = model.block.hold()
         if table is None:
             return 1.0
         shares = np.nan_to_num(table["share"], nan=0.0)
+        if loose := accelerating_joints(model, TIPS if model.system.unilateral else STILL):
+            self.moves = loose[0]
+            return 1.0
         if len(shares):
-            self.moves = slider_names(self.model.system)[int(np.argmax(shares))][0]
+            self.moves = slider_names(model.system)[int(np.argmax(shares))][0]
         return float(shares.max(initial=0.0) - 1.0)
 
 

@@ -3,7 +3,7 @@ constraints allow."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +28,15 @@ def remove_friction(scene: sm.Scene) -> sm.Scene:
     """The scene without friction, with its drives held at their start."""
     joints = {n: replace(j, friction=None, ends=None) for n, j in scene.joints.items()}
     return hold_drives(replace(scene, joints=joints))[0]
+
+
+def open_contacts(scene: sm.Scene, opened: Collection[str]) -> sm.Scene:
+    """The scene with the contacts of the joints ``opened`` open at the start, and all others closed."""
+    joints = dict(scene.joints)
+    for name, j in scene.joints.items():
+        if j.unilateral is not None:
+            joints[name] = replace(j, unilateral=replace(j.unilateral, starts="open" if name in opened else "touching"))
+    return replace(scene, joints=joints)
 
 
 class Still:
@@ -58,6 +67,11 @@ class Still:
         """A copy of the coordinates (nq)."""
         return self.block.y[: self.system.nq].copy()
 
+    def open_contacts(self) -> frozenset[str]:
+        """Names of the joints that only push and are open."""
+        at, x = self.system.external, self.block.x
+        return frozenset(j.name for j in self.system.unilateral if j.unilateral and x[at.stop(j.unilateral.flag)] < 0.5)
+
     def accelerations(self) -> np.ndarray:
         """Accelerations q̈ of all free rates (nv) at rest."""
         return self.block.evaluate()[0][self.system.nq : self.system.nq + self.system.nv].copy()
@@ -69,9 +83,12 @@ class Still:
         return D[nq : nq + nv, :nq] @ D[:nq, nq:], D[nq : nq + nv, nq:]
 
     def closing(self) -> np.ndarray:
-        """Jacobian of the loop constraints: rates of the constraint rows per unit of each rate (rows × nv)."""
+        """Jacobian of the loop constraints: rates of the constraint rows per unit of each rate (rows × nv). Rows of open contacts
+        are 0."""
         nv, probe = self.system.nv, Probe(self.block)
-        return np.array([probe.rates(e)[1] for e in np.eye(nv)]).reshape(nv, -1).T
+        rows = np.array([probe.rates(e)[1] for e in np.eye(nv)]).reshape(nv, -1).T
+        rows[[j.rows for j in self.system.unilateral if j.name in self.open_contacts()]] = 0.0
+        return rows
 
     def allowed(self, locked: Sequence[np.ndarray] = ()) -> np.ndarray:
         """An orthonormal basis of the rates that the loops allow (nv × freedoms). locked: further linear functions of the rates
@@ -108,7 +125,8 @@ class Still:
                 y[at : at + 4] /= np.linalg.norm(y[at : at + 4])
 
     def settle(self, rounds: int = 40) -> bool:
-        """Find a pose without accelerations and with closed loops by Newton's method. Returns whether it converged."""
+        """Find a pose without accelerations and with closed loops by Newton's method, with the contacts that are closed now.
+        Returns whether it converged to a pose in which the closed contacts press, and the open ones have gaps."""
         numbers, nq = self.model.built.numbers, self.system.nq
         scale = numbers.rate**2
         last = np.inf
@@ -122,7 +140,12 @@ class Still:
                 return False
             self.move(way)
             if size < CLOSE or (size < 1e-9 and size >= 0.5 * last):
-                self._begin()
+                try:
+                    self._begin()
+                except SimulationError:
+                    if not self.system.unilateral:
+                        raise
+                    return False  # parts of an open contact are inside each other
                 return bool(np.abs(self.accelerations()).max(initial=0.0) < 1e-9 * max(scale, 1e-300)) or nq == 0
             last = size
         return False

@@ -37,9 +37,9 @@ def kind_of(still: Still) -> tuple[str, bool]:
 def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
     """(coordinates (nq), kind) of further isolated poses of rest, at most MOST. Newton's method starts from the pose of ``still``,
     and from each pose found, with one coordinate moved. None for mechanisms with ball joints, whose poses of rest are rarely
-    isolated. ``still`` keeps its pose."""
+    isolated, or with contacts that begin and end. ``still`` keeps its pose."""
     system = still.system
-    if any(j.kind.quaternion >= 0 for j in system.tree) or not kind_of(still)[1]:
+    if system.unilateral or any(j.kind.quaternion >= 0 for j in system.tree) or not kind_of(still)[1]:
         return
     kinds = [j.kind.coordinates[c] for j in system.tree for c in state_coordinates(j)]
     turns, length, found = np.array(kinds) == "angle", still.model.built.numbers.length, [still.pose()]

@@ -11,11 +11,10 @@ import numpy as np
 
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
 from trunnion.analysis.mechanics.friction_bands import copy_latches
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, remove_friction
+from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 
 REST = 1e-7
 """A pose counts as a pose of rest if its largest acceleration, relative to the square of the scene's rate, is below this value."""
@@ -69,7 +68,8 @@ class VibrationModes:
 def modes(
     scene: Given, stick: bool = False, at_start: bool = False, overrides: Mapping[str, Any] | None = None
 ) -> VibrationModes:
-    """Vibration modes about a pose of rest without friction. Drives are held; loads are those of t = 0.
+    """Vibration modes about a pose of rest without friction. Drives are held; loads are those of t = 0. Contacts that begin and end
+    stay as they are in this pose, which is valid for vibrations too small to open or close them.
 
     Args:
         scene: as for ``simulate``.
@@ -83,7 +83,6 @@ def modes(
         SimulationError: if no pose of rest exists.
     """
     loaded = scene_given(scene, overrides)
-    refuse_unilateral(loaded, "vibration modes")
     bare = remove_friction(loaded)
     still = Still(bare) if at_start else find_rest(bare)
     scale = max(still.model.built.numbers.rate**2, 1e-300)
@@ -103,7 +102,8 @@ def modes(
         if value.imag >= 0.0 and not (creeps and idle % 2 == 0):
             found.append(_mode(value, basis @ vector[:n], still.freedoms, fastest))
     q = coordinates(still.system, still.pose())
-    return VibrationModes(q, tuple(found), held, copy_latches(start_at(loaded, q), still.scene))
+    pose = open_contacts(start_at(loaded, q), still.open_contacts())
+    return VibrationModes(q, tuple(found), held, copy_latches(pose, still.scene))
 
 
 def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: float) -> VibrationMode:

@@ -22,6 +22,8 @@ singular value."""
 REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
+OPENING = 1e-3
+"""Smaller multipliers, relative to the largest of the run, count as this size, because contacts open where all are 0."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""
 _kept: dict[tuple[Any, ...], Sensitivities] = {}
@@ -52,6 +54,7 @@ class SensitivityUnit:
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
         self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along _by_each
         self._factored: tuple[Any, ...] | None = None
+        self.least = 1e-300
         self._places = tuple(map(address_of, (self.c, self.w, self.f)))
         self.prepare(np.array(model.built.parameters.values, float))
 
@@ -85,7 +88,7 @@ class SensitivityUnit:
             self.Rz = self.multiplier_derivatives()
             step = self._solve(f[a : a + self.nz])
             most = np.maximum.reduce(np.abs(step))
-            size = max(np.maximum.reduce(np.abs(z)), most, 1e-300)
+            size = max(np.maximum.reduce(np.abs(z)), most, self.least)
             z = z - step
             if most <= 1e-13 * size or most < 1e-200:  # over so small a step, the Jacobian is constant
                 return f - self.Rz @ step, z
@@ -94,6 +97,10 @@ class SensitivityUnit:
         f = self.evaluate(x, y, z).copy()
         self.Rz = self.multiplier_derivatives()
         return f, z
+
+    def keep_size(self, z: np.ndarray) -> None:
+        """Count multipliers far smaller than z, those of contacts that open, by the size of z."""
+        self.least = max(self.least, OPENING * float(np.abs(z).max(initial=0.0)))
 
     def multiplier_derivatives(self) -> np.ndarray:
         """Derivatives of f by the multipliers (values × nz) at the point of the last ``evaluate``. The next call overwrites this

@@ -21,7 +21,6 @@ from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.overrides import apply, list_parameters
 from trunnion.scene.queries.number_units import bound_of, number_at
-from trunnion.scene.queries.unilateral_joints import unilateral_problems
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
@@ -78,7 +77,7 @@ def _number(scene: Scene, name: str) -> float | None:
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
     """A problem for every path that is not a number of the scene or by which a run has no derivative."""
     following = _following(scene, parameters)
-    problems = unilateral_problems(scene, "derivatives")
+    problems = []
     for name in parameters:
         known = _number(scene, name) is not None
         if not known:

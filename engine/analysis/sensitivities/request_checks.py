@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.kernel.interface.output_columns import Column, columns, select
+from trunnion.kernel.interface.output_columns import Column, columns, needs_quadratures, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import pattern_problems
 from trunnion.simulation.settings.memory_limits import row_problems
@@ -27,6 +27,10 @@ def check_request(
     everything = columns((built or build(scene)).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_column_problems(everything, chosen, outputs)]
+    if any(j.unilateral for j in scene.joints.values()):
+        hint = "choose columns of motion or forces"
+        works = [c.name for c in chosen if needs_quadratures([c])]
+        problems += [Problem("outputs", f"{n} has no derivative across impacts, where it jumps", hint) for n in works]
     end = float(scene.simulation.until if until is None else until)
     spacing = float(every or end / SAMPLES)
     if not (0 < end < math.inf and 0 < spacing <= end):

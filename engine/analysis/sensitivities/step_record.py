@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.basics.problems import SimulationError
+from trunnion.runtime.abi import EventKind
 from trunnion.runtime.integrators import RK8
 from trunnion.simulation.results.audit import audit_of, judged
 from trunnion.simulation.results.outcome import DONE, Outcome, from_status
@@ -35,7 +36,9 @@ class RecordedStep:
         y1: state at its end.
         x: external values during the step, with frozen modes.
         x1: external values after its end.
-        changes_mode: whether a flag or mode changes at the end of the step. Changes of signals do not count.
+        changes_mode: whether a flag or mode changes, or an impact occurs, at the end of the step. Changes of signals do not
+            count.
+        impact: record of the impact at its end (``tr_impact_length``); its first number is 0 without impact.
         sample: whether the step ends at a sample time.
     """
 
@@ -46,6 +49,7 @@ class RecordedStep:
     x1: np.ndarray
     changes_mode: bool
     sample: bool
+    impact: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ class StepRecord:
         x: external values during each step, with frozen modes (n rows).
         stages: multipliers of the first steps, at each row of K of the method (at most n rows).
         solved: whether ``stages`` has the step's multipliers, which requires that no event has cut the step (n).
-        changes_mode, sample: as in ``RecordedStep``, of each step (n).
+        changes_mode, sample, impact: as in ``RecordedStep``, of each step (n rows).
         samples: sample times, the start included, s.
         passed: number of samples before the first step, then up to the end of each step (n + 1).
         rows: one output row for each sample time.
@@ -71,6 +75,7 @@ class StepRecord:
     solved: np.ndarray
     changes_mode: np.ndarray
     sample: np.ndarray
+    impact: np.ndarray
     samples: np.ndarray
     passed: np.ndarray
     rows: np.ndarray
@@ -79,7 +84,7 @@ class StepRecord:
         """Step k."""
         return RecordedStep(
             float(self.time[k]), float(self.time[k + 1]), self.y[k + 1], self.x[k], self.after[k + 1],
-            bool(self.changes_mode[k]), bool(self.sample[k]),
+            bool(self.changes_mode[k]), bool(self.sample[k]), self.impact[k],
         )  # fmt: skip
 
 
@@ -93,6 +98,8 @@ def record_steps(model: Model, samples: np.ndarray, every: float, rtol: float, t
     if status != bl.OK:
         raise SimulationError(f"the run cannot start: {from_status(status, 0.0, '')}")
     block, recorder = model.block, _Recorder(model, rows)
+    if model.system.unilateral and (block.take_events()["kind"] == EventKind.CONTACT_CLOSED).any():
+        raise SimulationError("the run begins with an impact, across which derivatives are unknown: start before it")
     while status != bl.DONE:
         tick()
         status = recorder.advance(end)
@@ -122,10 +129,13 @@ class _Recorder:
         self.parts: list[tuple[np.ndarray, ...]] = [start]
         self.solutions: list[tuple[np.ndarray, np.ndarray]] = [(np.zeros((0, wide)), np.zeros(0, np.intc))]
         lengths = (block.y.size, block.x.size, block.x.size)
+        impact = block.lib.tr_impact_length(block.at) if model.system.unilateral else 1
+        self._impacts = np.zeros((STEPS_PER_CALL, impact))
         self._room: tuple[np.ndarray, ...] = (np.zeros(STEPS_PER_CALL), *(np.zeros((STEPS_PER_CALL, n)) for n in lengths))
         self._solved = np.zeros((STEPS_PER_CALL, wide)), np.zeros(STEPS_PER_CALL, np.intc)
         self._made, self._written = ctypes.c_int(0), ctypes.c_long(1)
-        arrays: tuple[np.ndarray, ...] = (*self._room, *self._solved)
+        self.impacts = [np.zeros((0, impact))]
+        arrays: tuple[np.ndarray, ...] = (*self._room, *self._solved, self._impacts)
         self._places = [a.ctypes.data for a in arrays]
 
     @property
@@ -143,6 +153,7 @@ class _Recorder:
         self.parts.append(tuple(a[:n].copy() for a in self._room))
         stages, whole = self._solved
         self.solutions.append((stages[: n if self.count < MOST_SOLVED else 0].copy(), whole[:n].copy()))
+        self.impacts.append(self._impacts[:n].copy())
         self.count += n
         return status
 
@@ -150,19 +161,21 @@ class _Recorder:
         """The record of the finished run."""
         time, y, begin, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
         stages, whole = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
+        impacts = np.concatenate(self.impacts)
         # Modes may change at the start of a step that begins at a break, because the signals may have jumped there.
         breaks, near = np.array(self.block.numbers.break_times(time[-1])), SAME_TIME * np.maximum(1.0, time)
         at_break = np.searchsorted(breaks, (time + near)[:-1], side="right") > np.searchsorted(breaks, (time - near)[:-1])
         first = np.where(at_break[:, None], begin[1:], after[:-1])
         # A whole step renews frozen directions of several components at its start, which is no event.
         turned = (np.sign(first[:, self.flags]) != np.sign(after[1:, self.flags])).any(axis=1) & (whole == 0)
+        turned |= impacts[:, 0] > 0.0
         x = after[1:].copy()
         x[turned] = first[turned]
         passed = np.searchsorted(samples, time + near, side="right")
         passed[-1] = len(samples)
         sample = passed[1:] > np.maximum(np.searchsorted(samples, (time - near)[1:]), passed[:-1])
         solved = whole * (np.arange(self.count) < len(stages))
-        return StepRecord(time, y, after, x, stages, solved, turned, sample, samples, passed, self.rows[: len(samples)])
+        return StepRecord(time, y, after, x, stages, solved, turned, sample, impacts, samples, passed, self.rows[: len(samples)])
 
 
 def _check_audit(model: Model, until: float) -> None:

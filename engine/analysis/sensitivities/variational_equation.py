@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
+from trunnion.analysis.sensitivities.impact_tangents import ImpactTangents
 from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
 from trunnion.analysis.sensitivities.tangent_march import TangentMarch
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
 from trunnion.simulation.runtime_interface.simulation_block import Block
-from trunnion.system.structure.bodies_and_joints import Slider, System
+from trunnion.system.structure.bodies_and_joints import Joint, Slider, System
 from trunnion.system.structure.external_value_layout import INSIDE
 
 COMPONENTS = 3
@@ -67,11 +68,15 @@ class SensitivityIntegrator:
         self.slow = SLIP_SPEED * block.numbers.rate
         self.turning = _directional_pairs(unit.system)
         self.march = TangentMarch(self, run)
+        if unit.system.unilateral:
+            unit.keep_size(run.stages)
 
     def complete(self, k: int, step: RecordedStep) -> None:
         """Change S by the event and the kinks at the end of step k."""
         kinks = np.flatnonzero(self._kinks_at(step.t1))
-        if len(kinks):
+        if step.impact[0]:
+            self._cross_impact(step)
+        elif len(kinks):
             self._cross_kinks(k, step, kinks)
         elif step.changes_mode:
             self._cross_event(k, step)
@@ -115,11 +120,32 @@ class SensitivityIntegrator:
         self.march.S += np.outer(change, shift)
         self.events.append(EventShift(step.t1, joint, shift))
 
+    def _cross_impact(self, step: RecordedStep) -> None:
+        """Change S by an impact of joints that only push."""
+        x, x1 = step.x.copy(), step.x1.copy()
+        x[INSIDE] = 0.5 * (step.t0 + step.t1)
+        x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6
+        for side in (x, x1):
+            self.block.signals(step.t1, side[: len(x)])
+        made = ImpactTangents(self.unit, step, self.march.S, self.start.p, self.block.numbers.rate).cross(self.march.z, x, x1)
+        self.march.S[:] = made.S
+        self.events.append(EventShift(step.t1, made.joint, made.shift))
+        if not made.unique:
+            self.notes.append(f"t = {step.t1:.6g} s: contacts close at one instant that parameters would separate")
+
     def _only_stops_change(self, step: RecordedStep) -> bool:
-        """Whether an event at the step's end belongs to end stops alone. The force of an end stop is continuous at its events. A
-        jump of ẏ there is only the error of the event's location times the stop's stiffness."""
-        others = np.r_[self.at.stop(self.unit.system.stops - self.unit.system.latches) : self.at.size]
-        return np.array_equal(step.x[others], step.x1[others])
+        """Whether an event at the step's end belongs to end stops and to contacts that open alone. Their forces are continuous at
+        these events. A jump of ẏ there is only the error of the event's location times a stop's stiffness."""
+        changed = step.x != step.x1
+        for j in self.unit.system.frictional:
+            assert j.friction is not None
+            for s in j.friction.sliders if self._is_open(j, step.x1) else ():
+                changed[self.at.mode(s.flag) : self.at.mode(s.flag + 1)] = False
+        return not changed[self.at.stop(self.unit.system.stops - self.unit.system.latches) :].any()
+
+    def _is_open(self, j: Joint, x: np.ndarray) -> bool:
+        """Whether a joint only pushes and is open."""
+        return j.unilateral is not None and x[self.at.stop(j.unilateral.flag)] < 0.5
 
     def _find_lifted_hook(self, step: RecordedStep, f: np.ndarray) -> tuple[int, str] | None:
         """(row of its event function, joint) of a hook that releases at the step's end."""
@@ -177,7 +203,7 @@ class SensitivityIntegrator:
         for j in u.system.frictional:
             assert j.friction is not None
             first = j.friction.eta[0]
-            for s in j.friction.sliders:
+            for s in j.friction.sliders if not self._is_open(j, step.x1) else ():
                 mode, new = self.at.mode_in(step.x, s.flag), self.at.mode_in(step.x1, s.flag)
                 rows = [rates + at + e - first for e in s.eta]
                 d = mode.direction[: len(rows)]

@@ -28,7 +28,7 @@ from trunnion.basics.interrupts import held
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.static_friction_capacity import Pair
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.scene.queries.unilateral_joints import refuse_unilateral
+from trunnion.scene.queries.unilateral_joints import unilateral_problems
 from trunnion.system.structure.loop_joints import USUAL
 
 FEW, CELLS, FEWER = 4, 1000, 100
@@ -70,10 +70,9 @@ def hold(
         SimulationError: if the pose cannot be assembled or the statics have no solution.
     """
     loaded = scene_given(scene, overrides)
-    refuse_unilateral(loaded, "statics")
     if not bounds:
         return one_answer(loaded)
-    problems = []
+    problems = unilateral_problems(loaded, "bounds: admissible states may differ in their contacts")
     if self_stress is not None and not 0.0 <= self_stress < float("inf"):
         problems.append(Problem("self_stress", f"{self_stress} is not a valid force", "give newtons, 0 or more"))
     if misfit is not None and not 0.0 <= misfit < float("inf"):

@@ -9,6 +9,7 @@ import numpy as np
 
 from trunnion.basics.problems import SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
+from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes.scene import Constant, Drive, Joint, Scene
 from trunnion.simulation.execution.drive_motion import positions
 from trunnion.simulation.execution.open_loop_report import open_loop
@@ -90,7 +91,7 @@ def hold(scene: Scene) -> HoldReport:
         raise SimulationError(f"the statics of this pose cannot be solved (runtime status {status})")
     open_reactions = redundancy(model.block)
     pairs = _pairs(model.system, asked, table, open_reactions.joints, started=status == bl.OK)
-    moves = _accelerating_joints(model)
+    moves = accelerating_joints(model)
     shares = [p.share for p in pairs if not math.isnan(p.share)]
     worst = max(shares, default=0.0)
     over = [p for p in pairs if p.share > 1.0 + EDGE]
@@ -140,7 +141,10 @@ def start_at_rest(model: Model) -> tuple[int, np.ndarray]:
         raise SimulationError(str(open_loop(model, code)))
     block.y[model.system.nq : block.ny] = 0.0
     row = np.zeros(block.width)
-    return model.begin(settings, 0.0, 1.0, 1.0, row), row
+    status = model.begin(settings, 0.0, 1.0, 1.0, row)
+    if model.system.unilateral and status == Status.FAIL_CLOSURE:
+        raise SimulationError("parts of an open contact are inside each other at the start")
+    return status, row
 
 
 def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[str, ...], started: bool) -> tuple[PairHold, ...]:
@@ -155,8 +159,8 @@ def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[s
     return tuple(out)
 
 
-def _accelerating_joints(model: Model) -> tuple[str, ...]:
-    """Tree joints with a freedom that accelerates although every pair is held."""
+def accelerating_joints(model: Model, still: float = STILL) -> tuple[str, ...]:
+    """Tree joints with a freedom that accelerates although every pair is held. still: as for ``STILL``."""
     block, system, numbers = model.block, model.system, model.built.numbers
     if not block.ny:
         return ()
@@ -165,7 +169,7 @@ def _accelerating_joints(model: Model) -> tuple[str, ...]:
     for j in system.tree:
         units = [(1.0 if j.kind.turns(k) else numbers.length) * numbers.rate**2 for k in j.free]
         part = rates[j.v0 : j.v0 + len(j.free)]
-        if any(not abs(a) <= STILL * u for a, u in zip(part, units, strict=True)):
+        if any(not abs(a) <= still * u for a, u in zip(part, units, strict=True)):
             out.append(j.name)
     return tuple(out)
 

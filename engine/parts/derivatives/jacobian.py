@@ -53,7 +53,9 @@ class JacobianProgram(AccelerationTangents):
                 self.law(friction.drift, e, N, out=Slot(Space.OUT, bristles, n))
                 bristles += n
             acc = self._acceleration(e) if e.sets else self.scene.zeros
-            self.law(friction.residual, e, N, eta=self.scene.eta(e.joint), acc=acc, out=Slot(Space.OUT, residual + e.eta[0], n))
+            out = Slot(Space.OUT, residual + e.eta[0], n)
+            self.law(friction.residual, e, N, eta=self.scene.eta(e.joint), acc=acc, out=out)
+            self.open_contact(e.joint, self.scene.eta(e.joint), out)
         self.size = residual + system.neta
         if self.redundant and self.elements:
             self._share(ScaledReactions(self.scene))
@@ -85,7 +87,12 @@ class JacobianProgram(AccelerationTangents):
                 self.program.call(Builtin.ADD_DOT, [less, force, out], [1, 1])
             for k in range(n):
                 if c.joint.rows + k in self.rows:
-                    self.program.copy(out.slice(k, 1), Slot(Space.OUT, at + self.rows[c.joint.rows + k], 1))
+                    i = self.rows[c.joint.rows + k]
+                    self.program.copy(out.slice(k, 1), Slot(Space.OUT, at + i, 1))
+                    self.open_contact(c.joint, Slot(Space.Z, i, 1), Slot(Space.OUT, at + i, 1))
+
+    def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
+        """Change the residuals of a joint while its contact is open. The runtime does so itself for the Jacobian."""
 
     def _add_accelerations(self, ends: list[tuple[int, str]], c: CutJointSlots, out: Slot) -> None:
         for b, which in ends:

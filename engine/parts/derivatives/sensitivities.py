@@ -17,7 +17,7 @@ from trunnion.parts.primitives.primitive_cache import friction, joint_devices, l
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.programs.column_programs import ColumnPrograms
 from trunnion.parts.programs.powers import write_powers
-from trunnion.system.structure.bodies_and_joints import Latch, System
+from trunnion.system.structure.bodies_and_joints import Joint, Latch, System
 from trunnion.system.structure.external_value_layout import TABLE
 from trunnion.system.structure.friction_joint_indices import Element
 
@@ -61,10 +61,11 @@ def _signals(system: System) -> list[Change]:
 
 
 def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
-    """Tangents of f = [F; R; V; H; L] along [y, z, p, inputs, t].
+    """Tangents of f = [F; R; V; H; L; G] along [y, z, p, inputs, t].
 
     F = [q̇; v̇; friction states; powers]. R: multiplier residuals. V: rates of all freedoms of frictional joints. H: friction ratio
-    minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release."""
+    minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. G: gap, rate of the gap
+    and restitution of each joint that only pushes. While such a joint is open, the residuals in R are its multipliers."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 
@@ -82,8 +83,8 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds to F and R: powers, rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, and the
-    distance of each hook from its release."""
+    """Adds to F and R: powers, rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, the distance
+    of each hook from its release, and the gaps of joints that only push."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -109,6 +110,28 @@ class _Motion(JacobianProgram):
                 if device.latch is not None:
                     self._hook(device.latch, self.motion(j).q.slice(j.kind.coordinate_of(k), 1))
         self.size += self.system.latches
+        for j in self.system.unilateral:
+            self._gap(j)
+
+    def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
+        if j.unilateral is None:
+            return
+        program, closed, n = self.program, Slot(Space.X, self.system.external.stop(j.unilateral.flag), 1), residuals.size
+        opened, own = program.scratch_slot(1), program.scratch_slot(n)
+        program.copy(self.scene.constant([1.0]), opened)
+        program.call(Builtin.ADD_DOT, [self.scene.against, closed, opened], [1, 1])
+        program.copy(residuals, own)
+        program.call(Builtin.SCALE, [own, closed, residuals], [n])
+        for k in range(n):
+            program.call(Builtin.ADD_DOT, [opened, multipliers.slice(k, 1), residuals.slice(k, 1)], [1, 1])
+
+    def _gap(self, j: Joint) -> None:
+        """Write gap, rate and restitution of a joint that only pushes."""
+        assert j.unilateral is not None
+        c = next(c for c in self.closed if c.joint.name == j.name)
+        for source in (c.blocks["phi"].slice(0, 1), c.blocks["rate"].slice(0, 1), self.scene.numbers([j.unilateral.restitution])):
+            self.program.copy(source, Slot(Space.OUT, self.size, 1))
+            self.size += 1
 
     def _hold(self, e: Element) -> None:
         """Write (friction ratio − 1) of each pair, computed as if the pair were at rest. For a law without static friction, write

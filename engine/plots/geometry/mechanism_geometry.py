@@ -18,6 +18,7 @@ from trunnion.plots.geometry.contact_marks import ContactMark, Patch
 from trunnion.plots.geometry.gear_wheels import wheels
 from trunnion.plots.geometry.meshes import SORTED, Grain, Mesh
 from trunnion.plots.geometry.slots import slots
+from trunnion.plots.geometry.straps import cage, straps
 from trunnion.plots.style.palette import BODIES
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
@@ -30,9 +31,13 @@ from trunnion.system.construction.load_builder import as_joint
 ON_GROUND = -1
 RUBBER = 0.05
 """Radius of a drawn bushing, divided by the mechanism's length."""
+CAGE, THIN = 0.07, 0.008
+"""Radius of the circles that show the place of a load, and thickness of their lines, divided by the mechanism's length."""
 STOUT = 12.0
 """The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
 
+Place = sm.Drag | sm.Field | sm.PointGravity
+"""Loads of which the place is drawn."""
 RODS = tuple(k.name for k in REGISTRY.values() if k.keeps_distance)
 """Types of joints that are drawn as rods."""
 
@@ -89,7 +94,10 @@ def scenery(scene: sm.Scene, grain: Grain = SORTED) -> Scenery:
     parts = tuple(_part(scene, name, i, size, rims[i], grain) for i, name in enumerate(scene.bodies))
     marks = [_joint(scene, name, j, index, size, grain) for name, j in scene.joints.items()]
     marks += [_bushing(scene, name, f, index, size, grain) for name, f in scene.forces.items() if isinstance(f, sm.Bushing)]
+    marks += [_place(scene, name, f, index, size) for name, f in scene.forces.items() if isinstance(f, Place)]
     fixed = {m.name: tuple((ON_GROUND, w.mesh) for w in rolling if w.body == GROUND and w.pair == m.name) for m in marks}
+    for name, body, mesh in straps(scene):
+        fixed[name] += ((index[body], meshes.placed(mesh, np.eye(3), _from_center(scene, body, (0.0, 0.0, 0.0)))),)
     joints = tuple(replace(m, pins=m.pins + fixed[m.name]) for m in marks)
     g = np.array(scene.gravity, float)
     up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
@@ -199,6 +207,14 @@ def _bushing(scene: sm.Scene, name: str, f: sm.Bushing, index: dict[str, int], s
     thick = RUBBER * _symbol(scene, (body_of(f.between[0]), body_of(f.between[1])), size)
     sleeve = meshes.placed(meshes.cylinder(thick, 2 * thick, 0, grain), free.frames[0], free.points[0])
     return replace(free, type=f.type, pins=((free.parts[0], sleeve),))
+
+
+def _place(scene: sm.Scene, name: str, f: Place, index: dict[str, int], size: float) -> JointMark:
+    """The place of a load by speed or by place, as circles. A point of attraction has circles, too."""
+    ends = [(index[body_of(e)], _point(scene, e)) for e in ([f.on, f.towards] if isinstance(f, sm.PointGravity) else [f.on])]
+    pins = tuple((part, meshes.placed(cage(CAGE * size, THIN * size), np.eye(3), p)) for part, p in ends)
+    (part, p), (last, q) = ends[0], ends[-1]
+    return JointMark(name, f.type, (part, last), (p, q), (np.eye(3), np.eye(3)), 0, pins)
 
 
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:

@@ -63,6 +63,7 @@ typedef struct tr_stepping {
   int stiff_count, nonstiff_count, kink_count; /* consecutive steps that favour a change of method (tr_choose_method) */
   double *stage_z;     /* array of the host (TR_STAGES × nz) that receives the multipliers at each row of K; null pointer: none */
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
+  double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
   double stiffness;    /* h |λ| of the accepted step; 0: its rows are accurate; NaN: unknown (tr_is_limited_by_stability) */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */

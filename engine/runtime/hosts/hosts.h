@@ -127,12 +127,17 @@ int tr_hold_all(tr_sim *s, tr_held *out);
  * consists of inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
+/* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external values,
+ * impulses of all multipliers, for each contact: 0 (no impulse), 1 (given rate) or 2 (given impulse), restitution]. */
+size_t tr_impact_length(const tr_sim *s);
+
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start (begin)
  * and its end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, whether these multipliers
  * belong to it; they do not if an event has cut the step. made: number of recorded steps. rows: room for `capacity` rows, of which
- * *written are filled. Discards events. Returns a status, as tr_advance does. */
+ * *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards events.
+ * Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
-                    double *stages, int *solved, int *made);
+                    double *stages, int *solved, double *impacts, int *made);
 
 /* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);

@@ -2,8 +2,13 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
+size_t tr_impact_length(const tr_sim *s) {
+  const tr_kernel *k = s->k;
+  return 1 + s->ny + s->nworks + 2 * ((size_t)k->nx + k->active + k->neta + 2 * k->nunilateral);
+}
+
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
-                    double *stages, int *solved, int *made) {
+                    double *stages, int *solved, double *impacts, int *made) {
   const int width = s->ny + s->nworks, nz = s->k->active + s->k->neta;
   *made = 0;
   for (int i = 0; i < most; ++i) {
@@ -12,8 +17,10 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
     long count;
     s->step.stage_z = stages + (size_t)*made * TR_STAGES * nz;
     s->step.begin_x = begin + (size_t)*made * s->k->nx;
+    if (s->k->nunilateral) s->step.impacts = impacts + *made * tr_impact_length(s), s->step.impacts[0] = 0.0;
     const int code = tr_advance(s, target, 1, rows + *written * s->clock.width, capacity - *written, &count);
     *written += count, s->events.count = 0;
+    const int twice = s->step.impacts && s->step.impacts[0] > 0.0 && !(s->clock.t > before); /* a second impact at one instant */
     if (s->clock.t > before) {
       t[*made] = s->clock.t;
       memcpy(y + (size_t)*made * width, TR_A(s, y), sizeof(double) * width);
@@ -22,7 +29,8 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
       solved[*made] = s->stats.of_method[s->step.method] > whole;
       ++*made;
     }
-    s->step.stage_z = s->step.begin_x = 0;
+    s->step.stage_z = s->step.begin_x = s->step.impacts = 0;
+    if (twice) return TR_FAIL_STALLED;
     if (code != TR_MORE && code != TR_EVENTS_FULL && code != TR_OK) return code;
   }
   return TR_MORE;

@@ -97,6 +97,23 @@ static int tr_make_phase(tr_sim *s, double t, double *y, const tr_phase *p) {
   return 0;
 }
 
+/* Begin the record of an impact from the state y (tr_impact_length). */
+static void tr_record_impact(tr_sim *s, const double *y) {
+  double *out = s->step.impacts;
+  if (out) out[0] = 0.0, memcpy(out + 1, y, sizeof(double) * (s->ny + s->nworks));
+}
+
+static void tr_record_phase(tr_sim *s, const tr_phase *p, const double *restitution) {
+  const tr_kernel *k = s->k;
+  const int nz = k->active + k->neta, n = k->nunilateral;
+  double *out = s->step.impacts;
+  if (!out) return;
+  double *phase = out + 1 + s->ny + s->nworks + (size_t)out[0]++ * (k->nx + nz + 2 * n), *of = phase + k->nx + nz;
+  memcpy(phase, TR_A(s, x), sizeof(double) * k->nx);
+  for (int i = 0; i < nz; ++i) phase[k->nx + i] = s->impact.h * TR_A(s, z)[i];
+  for (int c = 0; c < n; ++c) of[2 * c] = p->at[c] && p->closed[c] ? 1.0 : p->least[c] > 0.0 ? 2.0 : 0.0, of[2 * c + 1] = restitution[c];
+}
+
 static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution) {
   const int n = s->k->nunilateral, poisson = tr_unilateral_of(s, 0)->poisson;
   double target[n + 1], least[n + 1], impulse[n + 1], gap[n + 1], rate[n + 1];
@@ -105,11 +122,16 @@ static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const 
   tr_evaluate_gaps(s, y, gap, rate);
   for (int c = 0; c < n; ++c) target[c] = poisson ? 0.0 : -restitution[c] * fmin(rate[c], 0.0), least[c] = 0.0, closed[c] = at[c];
   const tr_phase p = {at, target, least, closed, impulse};
+  tr_record_impact(s, y);
   if (!tr_make_phase(s, t, y, &p)) return 0;
+  tr_record_phase(s, &p, restitution);
   double most = 0.0;
   for (int c = 0; c < n && poisson; ++c) {
     least[c] = at[c] ? restitution[c] * fmax(impulse[c], 0.0) : 0.0, closed[c] = at[c] && least[c] == 0.0;
     most = fmax(most, least[c]);
   }
-  return most > 0.0 ? tr_make_phase(s, t, y, &p) : 1;
+  if (!(most > 0.0)) return 1;
+  if (!tr_make_phase(s, t, y, &p)) return 0;
+  tr_record_phase(s, &p, restitution);
+  return 1;
 }

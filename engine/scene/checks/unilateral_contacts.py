@@ -31,5 +31,5 @@ def check(scene: Scene) -> Iterator[Finding]:
             sets = ", ".join(n for n, x in LAWS.items() if x.sets)
             yield Finding(("joints", name, "friction"), f"an impact has no friction by the law {law}", f"choose one of: {sets}")
     if found and scene.simulation.method == "moreau":
-        what = "time stepping does not locate the beginning and end of a contact"
+        what = "time stepping does not locate the beginning and end of a contact, so parts would enter each other by speed × step"
         yield Finding(("simulation", "method"), what, "choose auto, or leave out the key unilateral")

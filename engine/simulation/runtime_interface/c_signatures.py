@@ -18,7 +18,7 @@ SIGNATURES = {
     "tr_ask": "-pp", "tr_watch_pulls": "-pippp", "tr_time": "dp", "tr_statistics": "pp", "tr_integrate_rows": "-ipipippp",
     "tr_bin_around": "-ilppdpip", "tr_events_take": "ip", "tr_batch_run": "ipl", "tr_batch_end": "-pi", "tr_batch_size": "z",
     "tr_ensemble_begin": "-p",
-    "tr_record_steps": "ipdiplpppppppp", "tr_tangents_work": "zp", "tr_evaluate_tangents": "ippdpppp",
+    "tr_record_steps": "ipdiplppppppppp", "tr_impact_length": "zp", "tr_tangents_work": "zp", "tr_evaluate_tangents": "ippdpppp",
     "tr_march_tangents": "ippippzppppppp", "tr_cross_event": "ippdpppppppp",
     "tr_ensemble_run": "ipl", "tr_ensemble_drop": "-pi", "tr_ensemble_resume": "-p",
 }  # fmt: skip

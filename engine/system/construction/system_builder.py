@@ -78,7 +78,7 @@ class _Maker(Points):
     def system(self) -> System:
         """The structure of the whole mechanism."""
         if self.scene.simulation.realtime is not None:
-            refuse_unilateral(self.scene, "fixed steps for real time")
+            refuse_unilateral(self.scene, "fixed steps for real time: the number of impacts in a step has no bound")
         gravity = self.table.vector("gravity", self.scene.gravity, "m/s^2")
         bodies = tuple(self.body(i, name, child) for i, (name, child, _) in enumerate(self.spanning.tree))
         names = [name for name, _, _ in self.spanning.tree] + list(self.spanning.cut)

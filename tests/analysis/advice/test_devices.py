@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.stability.entries.gear_units_and_loads import coils, elbow, flyby, pulse, winch, worm
-from trunnion.analysis.advice.device_cautions import CURVES, JUMPS, LOCKS, PASSAGE, device_cautions
+from tests.stability.entries.loads_and_starts import hill, valve
+from trunnion.analysis.advice.device_cautions import CURVES, FIELDS, JUMPS, LOCKS, PASSAGE, device_cautions
 from trunnion.analysis.advice.friction_influence import rank_influences
 from trunnion.analysis.work_precision.error_measure import make_error_measure
 from trunnion.scene.data_classes import scene as sm
@@ -21,6 +22,8 @@ from trunnion.scene.data_classes import scene as sm
         (worm(-1e-6), []),
         (coils(0.0), [f"guide: {CURVES}"]),
         (flyby(0.0), [f"sun: {PASSAGE}"]),
+        (hill(0.0), [f"hill: {FIELDS}"]),
+        (valve(0.0), [f"guide: {CURVES}"]),
         (pulse(0.0), [f"guide: {JUMPS}"]),
         (elbow(40.0), []),
     ],

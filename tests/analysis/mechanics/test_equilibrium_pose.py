@@ -135,6 +135,17 @@ def test_blocks_on_rails_rest_against_stiff_stops_by_hooke(seed: int) -> None:
         assert found.q[f"r{i}"] == pytest.approx([expected], abs=1e-9)
 
 
+def test_friction_does_not_hold_a_pose_in_which_a_frictionless_joint_falls() -> None:
+    """A pendulum on a slider: friction holds the slider only where the pendulum hangs."""
+    bob = sm.Body(mass=1.0, center=(0.0, -0.1, 0.0), inertia=(0.01, 0.01, 0.01))
+    guide = sm.Joint("prismatic", "ground", "slider", axis="x", friction=sm.Friction(force=20.0))
+    pin = sm.Joint("revolute", "slider", "bob", axis="z", start=sm.Start(q=0.5))
+    bodies = {"slider": sm.Body(mass=1.0, inertia=(0.1, 0.1, 0.1)), "bob": bob}
+    found = equilibrium(sm.Scene(bodies, {"guide": guide, "pin": pin}, gravity=(0.0, -9.81, 0.0)))
+    assert found.around == ()
+    assert found.bands[0].low is None
+
+
 def test_what_falls_has_no_rest() -> None:
     free = sm.Scene({"b": sm.Body(sphere=0.1, mass=1.0)}, {"j": sm.Joint("free", "ground", "b")}, "falls")
     with pytest.raises(SimulationError, match="no pose of rest"):

@@ -15,7 +15,7 @@ from tests.stability.gallery_entry import EDGE, Edge, Row
 from trunnion.scene import models_dir
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 
-COUNT = "Thirty-six"
+COUNT = "Forty"
 PEERS = {"SciPy": "scipy", "MuJoCo": "mujoco"}
 HEAD = """# Stability gallery
 

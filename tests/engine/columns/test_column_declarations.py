@@ -31,9 +31,9 @@ def every_column() -> list[Column]:
 
 
 def test_every_quantity_is_a_column_of_some_model() -> None:
-    # LuGre's law, a joint that follows another, a rod, a gearbox, a band, a contact that opens, bounded steps
+    # LuGre's law, a joint that follows another, a gearbox, a band, a contact that opens, bounded steps
     units = {"input_torque", "output_torque", "tension"}
-    no_model = {"bristle", "tie", "axial_force", "gap", "extra.overrun", "extra.overruns", *units}
+    no_model = {"bristle", "tie", "gap", "extra.overrun", "extra.overruns", *units}
     assert {c.quantity.name for c in every_column()} == {q.name for k in REGISTRY.values() for q in k.quantities} - no_model
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -141,7 +142,7 @@ def _joint(scene, j: sm.Joint, travel, u: Units) -> sm.Joint:
         pitch=_times(j.pitch, u.L),
         module=_times(j.module, u.L),
         length=_times(j.length, u.L),
-        nonlinear=each(j.nonlinear, lambda x, k: _nonlinear(x, float(travel[k]), float(effort[k]))),
+        nonlinear=each(j.nonlinear, lambda x, k: _nonlinear(x, float(travel[k]), float(effort[k]), u.T)),
         stiffness=_times(j.stiffness, u(0, 1, -2)),
         friction=j.friction and _friction(j.friction, u),
         spring=each(j.spring, lambda x, k: sm.Spring(x.stiffness * effort[k] / travel[k], x.rest * travel[k])),
@@ -160,12 +161,24 @@ def _friction(g: sm.Friction, u: Units) -> sm.Friction:
     return replace(g, **new, viscosity=_times(g.viscosity, u(-1, 0, 1)), v_eps=_times(g.v_eps, u(1, 0, -1)))
 
 
-def _nonlinear(group: sm.Nonlinear, f: float, effort: float) -> sm.Nonlinear:
-    """A spring by a curve in the new units; f: factor of the coordinate."""
-    if group.damping_curve is not None or group.quadratic_damping is not None or group.spring_curve is None:
-        raise NotImplementedError("dampers by curves in other units")
-    curve = group.spring_curve
-    return sm.Nonlinear(spring_curve=sm.SpringCurve(_times(curve.at, f), _times(curve.effort, effort)))
+def _nonlinear(group: sm.Nonlinear, f: float, effort: float, time: float) -> sm.Nonlinear:
+    """A spring or damper by curves in the new units; f: factor of the coordinate; time: of times."""
+    if group.quadratic_damping is not None:
+        raise NotImplementedError("quadratic dampers in other units")
+    spring, damper = group.spring_curve, group.damping_curve
+    return sm.Nonlinear(
+        spring_curve=spring and replace(spring, at=_times(spring.at, f), effort=_times(spring.effort, effort)),
+        damping_curve=damper and replace(damper, speed=_times(damper.speed, f / time), effort=_times(damper.effort, effort)),
+    )
+
+
+def _formula(x, u: Units):
+    """A formula of position in the new units; its numbers are in SI units."""
+    if x is None:
+        return None
+    places = re.sub(r"\b([xyz])\b", rf"(\1/{u.L})", x.formula)
+    text = f"{u.force}*({places})"
+    return replace(x, formula=text, numbers=tuple(float(n.strip("{}").split()[0]) for n in type(x).__separate__(text)[1]))
 
 
 def _ramp(r: sm.Ramp, f: float, origin: float, u: Units) -> sm.Ramp:
@@ -211,5 +224,9 @@ def _applied(scene, load, u: Units):
         return replace(load, stiffness=stiff, damping=damp, length=load.length * u.L)
     if load.type == "point_gravity":
         return replace(load, gm=load.gm * u(3, 0, -2))
+    if load.type == "drag":
+        return replace(load, area=load.area * u(2), density=load.density * u(-3, 1))
+    if load.type == "field":
+        return replace(load, **{f"f{x}": _formula(getattr(load, f"f{x}"), u) for x in "xyz"})
     f = u.force if load.type == "force" else u.torque
     return replace(load, **{load.type: tuple(_load(scene, x, f, u) for x in getattr(load, load.type))})

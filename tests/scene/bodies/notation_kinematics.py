@@ -58,6 +58,8 @@ def motion(j: Joint, q: np.ndarray, qd: np.ndarray, t: float) -> tuple[np.ndarra
             return rot(0, q[1]), np.array([q[0], 0, 0])
         case "universal":
             return rot(0, q[0]) @ rot(1, q[1]), np.zeros(3)
+        case "fixed":
+            return np.eye(3), np.zeros(3)
         case "spherical":
             w, *v = q / np.linalg.norm(q)
             v = np.array(v)
@@ -75,6 +77,8 @@ def start(j: Joint) -> tuple[np.ndarray, np.ndarray] | None:
     """Start coordinates and rates, those of a drive where it prescribes them; None when the scene gives none."""
     if j.drive is not None:
         return np.array([j.drive.constant.start]), np.array([j.drive.constant.rate])
+    if j.type == "fixed":
+        return np.zeros(0), np.zeros(0)
     if j.start is None:
         return None
     assert not isinstance(j.start.q, AxisAngle)
@@ -125,13 +129,16 @@ class Poses:
 
 
 def gaps(poses: Poses) -> dict[str, np.ndarray]:
-    """Gaps of every joint without start values: offset of the points, and for a revolute also the tilt of the axes."""
+    """Gaps of every joint without start values: offset of the points (of a rod, its error of length), and for a revolute also the
+    tilt of the axes."""
     out = {}
     for name, j in poses.scene.joints.items():
         if start(j) is not None:
             continue
         (a, p, A), (b, o, B) = poses.side(j, j.inboard), poses.side(j, j.outboard)
         gap = poses.r[a] + poses.R[a] @ p - poses.r[b] - poses.R[b] @ o
+        if j.type == "rod":
+            gap = np.array([np.linalg.norm(gap) - j.length])
         if j.type == "revolute":
             gap = np.concatenate([gap, np.cross(poses.R[a] @ A[:, 0], poses.R[b] @ B[:, 0])])
         out[name] = gap

@@ -1,0 +1,141 @@
+"""Derivatives across an impact of joints that only push (theory, "Batches and hosts").
+
+The instant of the impact is g(y, p) = 0, with g the gap, so a unit change of the parameters shifts it by dt = −(g_y S + g_p)/ġ.
+With h the map of the impact, S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The map is one or two problems of impulses, which the run has
+recorded. Each is a step of negligible length. Its multipliers are the impulses divided by this length, so forces do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.step_record import RecordedStep
+from trunnion.basics.problems import SimulationError
+from trunnion.runtime.abi import PairState
+from trunnion.system.structure.external_value_layout import INSIDE
+
+SHORT = 1e-12
+"""Length of the step of an impact, relative to the time scale of the mechanism."""
+TOGETHER = 1e-6
+"""Contacts close at one instant for all parameters if the derivatives of their instants differ by less, relative to their size."""
+FREE, RATE, IMPULSE = range(3)
+"""What an impact gives of a contact: nothing (no impulse), its rate after the impact, or its impulse."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A recorded phase of an impact. x: external values; impulses: of all multipliers; given, restitution: for each contact."""
+
+    x: np.ndarray
+    impulses: np.ndarray
+    given: np.ndarray
+    restitution: np.ndarray
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The result of an impact: change of S, first contact that closes, derivative of the instant, whether it is unique."""
+
+    S: np.ndarray
+    joint: str
+    shift: np.ndarray
+    unique: bool
+
+
+class ImpactTangents:
+    """Derivatives across the impact at the end of a step. S: before it (states and integrals × m). dp: of the parameters (np × m).
+    rate: rate scale of the mechanism, 1/s."""
+
+    def __init__(self, unit: SensitivityUnit, step: RecordedStep, S: np.ndarray, dp: np.ndarray, rate: float):
+        self.unit, self.step, self.S, self.dp, self.h = unit, step, S, dp, SHORT / rate
+        self.n, self.contacts = unit.ny + unit.nquad, unit.system.unilateral
+        self.gap = unit.n["values"] - 3 * len(self.contacts)
+        self.before = step.impact[1 : 1 + len(step.y1)]
+
+    def cross(self, z: np.ndarray, x0: np.ndarray, x1: np.ndarray) -> Crossing:
+        """z: multipliers before the impact; x0, x1: external values before and after it."""
+        u, n = self.unit, self.n
+        f, _ = u.solve(x0, self.before[: u.ny], z)
+        df, _ = u.total_derivatives(self.S, self.dp)
+        flow = u.total_derivatives(f[:n, None], np.zeros((u.np, 1)), 1.0)[0][:, 0]
+        phases = list(self._phases())
+        at = [c for c in range(len(self.contacts)) if self._closes(c, phases[0], f)]
+        shifts = [-df[self.gap + 3 * c] / flow[self.gap + 3 * c] for c in at]
+        shift, spread = shifts[0], max(float(np.abs(s - shifts[0]).max(initial=0.0)) for s in shifts)
+        dy, y, last = self.S + np.outer(f[:n], shift), self.before.copy(), None
+        for phase in phases:
+            y, dy, last = self._phase(phase, y, dy, shift, last)
+        after, _ = u.solve(x1, self.step.y1[: u.ny], np.zeros(u.nz))
+        size = max(float(np.abs(shift).max(initial=0.0)), 1e-300)
+        return Crossing(dy - np.outer(after[:n], shift), self.contacts[at[0]].name, shift, spread <= TOGETHER * size)
+
+    def _closes(self, c: int, phase: Phase, f: np.ndarray) -> bool:
+        """Whether contact c was open before the impact and takes part in it with a rate of approach."""
+        contact = self.contacts[c].unilateral
+        assert contact is not None
+        was_open = self.step.x[self.unit.system.external.stop(contact.flag)] < 0.5
+        return bool(was_open and phase.given[c] == RATE and f[self.gap + 3 * c + 1] < 0.0)
+
+    def _phases(self) -> Iterator[Phase]:
+        u, log = self.unit, self.step.impact
+        nx, count = len(self.step.x), len(self.contacts)
+        at, size = 1 + len(self.step.y1), nx + u.nz + 2 * count
+        for k in range(int(log[0])):
+            part = log[at + k * size : at + (k + 1) * size]
+            given = part[nx + u.nz :].reshape(-1, 2)
+            yield Phase(part[:nx].copy(), part[nx : nx + u.nz].copy(), given[:, 0], given[:, 1])
+
+    def _phase(
+        self, phase: Phase, y: np.ndarray, dy: np.ndarray, shift: np.ndarray, last: tuple[np.ndarray, np.ndarray] | None
+    ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """(state, its derivatives, (impulses, their derivatives)) after a phase. last: those of the phase before it."""
+        u, h, a = self.unit, self.h, self.n
+        poisson = bool(self.contacts[0].unilateral and self.contacts[0].unilateral.poisson)
+        z = phase.impulses / h
+        phase.x[INSIDE] = self.step.x[INSIDE]
+        f = u.evaluate(phase.x, y[: u.ny], z)
+        seeds = np.zeros((len(shift), u.width))
+        seeds[:, : u.ny], seeds[:, u.ny + u.nz : -1], seeds[:, -1] = dy[: u.ny].T, self.dp.T, shift
+        df = u.directional_derivatives(seeds)
+        residual = df[a : a + u.nz].copy()
+        u.Rz = u.multiplier_derivatives()
+        for row, k in self._stuck_rows(phase.x):
+            residual[row] += df[k] / h
+        for c, j in enumerate(self.contacts):
+            gap, row = self.gap + 3 * c, u.active.index(j.rows)
+            e, de = phase.restitution[c], df[gap + 2] if phase.restitution[c] else 0.0
+            if phase.given[c] == RATE:
+                residual[row] += df[gap + 1] / h
+                if not poisson and f[gap + 1] < 0.0:
+                    residual[row] += (de * f[gap + 1] + e * df[gap + 1]) / h
+            elif phase.given[c] == IMPULSE and last is not None:
+                u.Rz[a + row] = np.eye(u.nz)[row]
+                residual[row] = -(de * last[0][row] + e * last[1][row]) / h
+        dz = -u._solve(residual)
+        change = df[:a] + u.Rz[:a] @ dz
+        v = slice(u.system.nq, u.system.nq + u.system.nv)
+        y, dy = y.copy(), dy.copy()
+        y[v], dy[v] = y[v] + h * f[v], dy[v] + h * change[v]
+        return y, dy, (phase.impulses, h * dz)
+
+    def _stuck_rows(self, x: np.ndarray) -> Iterator[tuple[int, int]]:
+        """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. SimulationError for a
+        pair of several components that slides, because the impact turns the direction of its friction."""
+        u, at = self.unit, self.n + self.unit.n["residuals"]
+        for j in u.system.frictional:
+            assert j.friction is not None
+            first = j.friction.eta[0]
+            contact = j.unilateral
+            for s in j.friction.sliders:
+                mode = u.system.external.mode_in(x, s.flag)
+                if contact is not None and x[u.system.external.stop(contact.flag)] < 0.5:
+                    continue
+                if mode.flag == PairState.STUCK:
+                    yield from ((u.na + e, at + e - first) for e in s.eta)
+                elif len(s.eta) > 1:
+                    raise SimulationError(f"no derivative: the friction of {j.name} changes its direction in an impact")
+            at += j.kind.nv
