@@ -242,8 +242,8 @@ async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIt
 
 @router.post("/{job}/rerun", **NEW_JOB, openapi_extra=body_schema(plans.RerunRequest, AGAIN))
 async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Run the failed cases of a job again as a new job, with changed settings. The answer for an unknown job is 404, even if the body
-    is wrong. The new job has the tag ``of:ID``, where ID is the id of the first job."""
+    """Run the failed cases of a job again as a new job, with changed settings. The answer for an unknown job is 404, even if the
+    body is wrong. The new job has the tag ``of:ID``, where ID is the id of the first job."""
     there = await run_in_threadpool(find_job, s, job)
     if there.state not in ENDED:
         raise Refusal(409, "the job has not ended")
