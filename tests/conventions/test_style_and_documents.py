@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.conventions.source_syntax import syntax_of
 from trunnion.cli.command_registry import COMMANDS
 from trunnion.elements import contact, joints
 from trunnion.elements.joints.joint_kind import JointKind
@@ -287,8 +288,8 @@ def test_nothing_outside_its_folder_asks_for_a_joint_type_by_name() -> None:
         for file in (ROOT / top).rglob("*.py"):
             where = file.relative_to(ROOT).as_posix()
             text = file.read_text(encoding="utf-8")
-            strings = (n.value for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Constant)) if named.search(text) else ()
-            if not where.startswith("engine/elements/joints/") and names & {s for s in strings if isinstance(s, str)}:
+            strings = syntax_of(file).texts if named.search(text) else ()
+            if not where.startswith("engine/elements/joints/") and names & set(strings):
                 found.add(where)
     assert found <= set(TYPES_BY_NAME)
     assert set(TYPES_BY_NAME) <= found, "some of these are gone: take them off the list"

@@ -63,6 +63,14 @@ def moved(which: BodyKey) -> Primitive:
 
 
 @cache
+def carry(which: BodyKey) -> Primitive:
+    """Inputs: work, reaction on the body (6). Adds to the output the wrench of this reaction on the inboard body."""
+    all_of, lever, _, _ = _kept(which)
+    N = SX.sym("N", 6)
+    return expression_primitive(_named(which, "carry"), {"work": all_of, "N": N}, {"up": GammaT(lever, N)}, ["up"])
+
+
+@cache
 def turned(which: BodyKey) -> Primitive:
     """Inputs: work, reaction on the body (6). Subtracts from the outputs the wrench of this reaction on the inboard body, and the
     forces of this reaction along the free freedoms."""
