@@ -150,14 +150,15 @@ def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> t
 
 def _find_root(f: Callable[[float], float], inside: tuple[float, float], beyond: tuple[float, float], near: float) -> float:
     """The root of f, to within ``near``, between two points (x, f(x)) of opposite signs."""
-    (a, fa), (b, fb) = inside, beyond
-    x, search = a, bracketed_root(fa, fb, 0.0, near / (b - a), MOST_STEPS)
+    (a, fa), (b, fb) = met = [inside, beyond]
+    search = bracketed_root(fa, fb, 0.0, near / (b - a), MOST_STEPS)
     with suppress(StopIteration):
         share = next(search)
         while True:
             x = a + share * (b - a)
-            share = search.send(f(x))
-    return x
+            met.append((x, f(x)))
+            share = search.send(met[-1][1])
+    return min((p for p in met if abs(p[0] - met[-1][0]) <= near), key=lambda p: abs(p[1]))[0]
 
 
 def _rotate(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:

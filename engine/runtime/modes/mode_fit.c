@@ -5,7 +5,7 @@
 /* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
 #define NO_SPEED 1e-15
 
-int tr_is_at_rest_across(const tr_sim *s, int i, const double *rate, double *d, double *along) {
+static int tr_is_at_rest_across(const tr_sim *s, int i, const double *rate, double *d, double *along) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *lever = TR_A(s, lever) + pair->eta0;
   double across = *along = 0.0;
