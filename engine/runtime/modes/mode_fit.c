@@ -5,28 +5,21 @@
 /* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
 #define NO_SPEED 1e-15
 
-static int tr_is_at_rest_across(const tr_sim *s, int i, const double *rate, double *d, double *along) {
-  const tr_pair *pair = tr_pair_of(s, i);
-  const double *lever = TR_A(s, lever) + pair->eta0;
-  double across = *along = 0.0;
-  if (!(tr_make_unit(pair->nrates, d) > 0.0)) return 0;
-  for (int j = 0; j < pair->nrates; ++j) *along += rate[j] * lever[j] * d[j];
-  for (int j = 0; j < pair->nrates; ++j) across += pow(rate[j] * lever[j] - *along * d[j], 2.0);
-  return sqrt(across) <= tr_rest_speed(tr_speed_unit(s));
-}
-
 /* In an impulse step, replace the direction in which pair i is let slip by the direction that it would have from rest, if both lie on
  * the line of its rates. Rates across this line are round-off. Divided by a short step, they would turn the direction away from a line
  * that repels. */
 static void tr_straighten_direction(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
-  const double h = s->moreau.h, *lever = TR_A(s, lever) + pair->eta0;
-  double d[3], e[3], along;
+  const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
+  double d[3], e[3], along = 0.0, across = 0.0;
   s->moreau.h = INFINITY;
   const int found = tr_solve_in_modes(s);
   s->moreau.h = h;
   for (int j = 0; j < pair->nrates; ++j) d[j] = TR_A(s, z)[s->k->active + pair->eta0 + j] / lever[j], e[j] = d[j] / lever[j];
-  if (found && tr_is_at_rest_across(s, i, tr_pair_rates(s, i), d, &along)) memcpy(tr_mode_of(s, i)->direction, e, sizeof(double) * pair->nrates);
+  if (!found || !(tr_make_unit(pair->nrates, d) > 0.0)) return;
+  for (int j = 0; j < pair->nrates; ++j) along += rate[j] * lever[j] * d[j];
+  for (int j = 0; j < pair->nrates; ++j) across += pow(rate[j] * lever[j] - along * d[j], 2.0);
+  if (sqrt(across) <= tr_rest_speed(tr_speed_unit(s))) memcpy(tr_mode_of(s, i)->direction, e, sizeof(double) * pair->nrates);
 }
 
 static void tr_let_slip(tr_sim *s, int i) {

@@ -73,10 +73,6 @@ static int tr_is_direction_frozen(const tr_sim *s, int i, double speed);
  * direction of the acceleration. Requires a solution in the modes in force. */
 static void tr_let_slip(tr_sim *s, int i);
 
-/* Whether the surface speed of pair i across the direction d (made a unit vector) is round-off. rate: the pair's rates. *along
- * receives the speed along d. */
-static int tr_is_at_rest_across(const tr_sim *s, int i, const double *rate, double *d, double *along);
-
 /* Misfit of pair i, which is at rest: by how much its mode violates the law. If it is negative, the mode fits. Requires
  * tr_solve_in_modes. */
 static double tr_mode_misfit(tr_sim *s, int i);

@@ -136,10 +136,12 @@ static void tr_remove_speed_across(const tr_sim *s, double *y) {
     const tr_pair *pair = tr_pair_of(s, i);
     if (pair->nrates == 1 || pair->v0 < 0 || !(tr_frozen_length(s, i) > TR_LINE)) continue;
     const double *lever = TR_A(s, lever) + pair->eta0;
-    double d[3], along, *rate = y + s->k->nq + pair->v0;
+    double d[3], along = 0.0, across = 0.0, *rate = y + s->k->nq + pair->v0;
     for (int j = 0; j < pair->nrates; ++j) d[j] = tr_mode_of(s, i)->direction[j] / ON_LINE * lever[j];
-    if (!tr_is_at_rest_across(s, i, rate, d, &along)) continue;
-    for (int j = 0; j < pair->nrates; ++j) rate[j] = along * d[j] / lever[j];
+    tr_make_unit(pair->nrates, d);
+    for (int j = 0; j < pair->nrates; ++j) along += rate[j] * lever[j] * d[j];
+    for (int j = 0; j < pair->nrates; ++j) across += pow(rate[j] * lever[j] - along * d[j], 2.0);
+    for (int j = 0; j < pair->nrates && sqrt(across) <= tr_rest_speed(tr_speed_unit(s)); ++j) rate[j] = along * d[j] / lever[j];
   }
 }
 
