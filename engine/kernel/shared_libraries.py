@@ -213,7 +213,7 @@ def _build_linear(folder: Path, structure: tuple[System, int, bool, bool], chose
 
 
 def kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> Kernel:
-    """The kernel of a system with these columns. Also builds the runtime if this is missing."""
+    """The kernel of a system with these columns. Builds the runtime, too, if it is missing."""
     started = time.perf_counter()
     key = kernel_key(system, parameters, chosen, quadratures, redundant)
 

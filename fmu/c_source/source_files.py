@@ -58,12 +58,17 @@ def _unit(text: str) -> str:
     return finished(text.replace(MATH, "#include <math.h>\n").replace("__attribute__((noinline)) ", ""))
 
 
+@lru_cache(maxsize=1)
+def _given() -> dict[str, str]:
+    """Texts of the headers that are not files of the project, or are empty in exported sources."""
+    return {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
+
+
 @lru_cache(maxsize=8)
 def finished(start: str, shell: str = "", checked: bool = False) -> str:
     """A C text with its project includes expanded, as C99 for any compiler. shell: the macro that selects the parts of
     ``native/shell.c`` (a value of SHELL_NAMES)."""
-    given = {"base/compiler.h": "", "mechanism.h": "", "tr_abi.h": header(), "tr_tables.h": tables(), **dict.fromkeys(UNUSED, "")}
-    text = one_file(start, [RUNTIME, NATIVE], given, LEFT, shell)
+    text = one_file(start, [RUNTIME, NATIVE], _given(), LEFT, shell)
     text = re.sub(r"\brestrict\b", "TR_RESTRICT", text)
     return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))
 

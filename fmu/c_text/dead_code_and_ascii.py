@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -61,22 +61,25 @@ def _closing(text: str, at: int) -> int:
 
 def used_only(text: str) -> str:
     """The text without unused static functions, their prototypes, and tables that only unused functions use."""
-    while True:
-        count = Counter(WORD.findall(STRING.sub("", text)))
-        told = Counter(m[1] for m in PROTOTYPE.finditer(text))
-        idle = {d.name: d for d in definitions(text) if d.static and count[d.name] == 1 + told[d.name]}
-        tables = {m[1] for m in CONSTANT.finditer(text) if count[m[1]] == 1}
-        if not idle and not tables:
-            return text
-        for d in reversed(idle.values()):
-            text = text[: d.start] + text[d.end :]
-        for kind, names in ((PROTOTYPE, set(idle)), (CONSTANT, tables)):
-            text = _dropped(text, kind, names)
+    counts, gone = _words(text), list[tuple[int, int]]()
+    told = defaultdict(list)
+    for m in PROTOTYPE.finditer(text):
+        told[m[1]].append(m.span())
+    pieces = {m[1]: [m.span()] for m in CONSTANT.finditer(text)}
+    pieces |= {d.name: [(d.start, d.end), *told[d.name]] for d in definitions(text) if d.static}
+    while idle := [name for name, spans in pieces.items() if counts[name] == len(spans)]:
+        cut = [span for name in idle for span in pieces.pop(name)]
+        for start, end in cut:
+            counts.subtract(_words(text[start:end]))
+        gone += cut
+    for start, end in sorted(gone, reverse=True):
+        text = text[:start] + text[end:]
+    return text
 
 
-def _dropped(text: str, kind: re.Pattern[str], names: set[str]) -> str:
-    """The text without those matches of the pattern ``kind`` whose name is in ``names``."""
-    return kind.sub(lambda found: "" if found[1] in names else found[0], text)
+def _words(text: str) -> Counter[str]:
+    """How often each word occurs outside of strings and comments."""
+    return Counter(WORD.findall(STRING.sub("", text)))
 
 
 def nothing_unused(text: str) -> str:

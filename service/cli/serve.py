@@ -72,7 +72,7 @@ KeyFile = Annotated[Path | None, pem("private key of this server's certificate",
 LimitWords = Annotated[
     list[str], typer.Option("--limit", metavar="NAME=N", help=f"Set a limit: {', '.join(limit_names())}.", default_factory=list)
 ]
-Keep = Annotated[str, from_environment("KEEP", "TIME", "Delete a job this long after its end: 30d, 12h.", "never")]
+Keep = Annotated[str, from_environment("KEEP", "TIME", "Time after its end at which a job is deleted: 30d, 12h.", "never")]
 Webhooks = Annotated[
     list[str],
     typer.Option(

@@ -3,13 +3,13 @@ no commands and no web packages."""
 
 from __future__ import annotations
 
-import ast
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
+from tests.conventions.source_syntax import Syntax, syntax, syntax_of
 from trunnion.packaging.commands import PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -31,14 +31,11 @@ def modules() -> dict[str, Path]:
     return found
 
 
-def imports_of(text: str, known: set[str]) -> set[str]:
-    """Known modules that a source imports: at its top, in a function, or only for types."""
-    out: set[str] = set()
-    for n in ast.walk(ast.parse(text)):
-        if isinstance(n, ast.Import):
-            out |= {a.name for a in n.names}
-        elif isinstance(n, ast.ImportFrom) and n.module:
-            out |= {f"{n.module}.{a.name}" if f"{n.module}.{a.name}" in known else n.module for a in n.names}
+def imports_of(source: Syntax, known: set[str]) -> set[str]:
+    """Known modules that a source imports; a package from which it imports only modules does not count."""
+    out = set(source.modules)
+    for module, names in source.names:
+        out |= {f"{module}.{n}" if f"{module}.{n}" in known else module for n in names}
     return out & known
 
 
@@ -46,7 +43,7 @@ def imports_of(text: str, known: set[str]) -> set[str]:
 def graph() -> dict[str, set[str]]:
     """Module → the modules it imports."""
     known = set(modules())
-    return {m: imports_of(f.read_text(encoding="utf-8"), known) - {m} for m, f in modules().items()}
+    return {m: imports_of(syntax_of(f), known) - {m} for m, f in modules().items()}
 
 
 def reached(start: str) -> set[str]:
@@ -69,7 +66,7 @@ def test_no_module_imports_itself_by_a_detour() -> None:
 
 def test_imports_inside_functions_and_for_types_count() -> None:
     text = "if TYPE_CHECKING:\n    import a\nelse:\n    import b\ndef f():\n    from c.d import e\n    from c import g\n"
-    assert imports_of(text, {"a", "b", "c", "c.d", "c.d.e"}) == {"a", "b", "c", "c.d.e"}
+    assert imports_of(syntax(text), {"a", "b", "c", "c.d", "c.d.e"}) == {"a", "b", "c", "c.d.e"}
 
 
 @pytest.mark.parametrize("worker", WORKERS)

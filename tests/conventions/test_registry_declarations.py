@@ -3,7 +3,6 @@ imported."""
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -13,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests.conventions.source_syntax import syntax_of
 from tests.documentation.reference_generators.result_pages import DETAILS
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound, Number, merged
 from trunnion.elements import contact, friction, joints
@@ -39,15 +39,8 @@ def texts(file: Path) -> Iterator[str]:
         bare = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
         yield from (line for line in bare.splitlines() if not line.startswith("#include"))
         return
-    if not NAMED.search(text):
-        return
-    tree = ast.parse(text)
-    skipped = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}  # docstrings
-    for n in ast.walk(tree):
-        if isinstance(n, ast.Assign) and isinstance(n.targets[0], ast.Name) and n.targets[0].id == "__all__":
-            skipped |= {id(x) for x in ast.walk(n)}  # Python's own names
-    constants = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in skipped)
-    yield from (n.value for n in constants if isinstance(n.value, str))
+    if NAMED.search(text):
+        yield from syntax_of(file).shown
 
 
 @cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 import tomllib
 from functools import cache
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 from setuptools import Distribution
 
+from tests.conventions.source_syntax import syntax_of
 from trunnion.packaging.commands import MODEL_FILE, PACKAGES, ROOT, BuildPy
 from trunnion.scene.library.model_folders import bundled_names
 
@@ -36,30 +36,15 @@ def wheel_files() -> tuple[dict[str, Path], list[Path]]:
 
 
 @cache
-def syntax(module: str) -> tuple[list[str], list[ast.Import], list[ast.ImportFrom]]:
-    """Texts and imports in a module of a wheel."""
-    texts, plain, froms = [], [], []
-    for n in ast.walk(ast.parse(wheel_files()[0][module].read_text(encoding="utf-8"))):
-        if isinstance(n, ast.Constant) and isinstance(n.value, str):
-            texts.append(n.value)
-        elif isinstance(n, ast.Import):
-            plain.append(n)
-        elif isinstance(n, ast.ImportFrom) and n.module:
-            froms.append(n)
-    return texts, plain, froms
-
-
-@cache
 def imports(module: str) -> frozenset[str]:
     """Modules of a wheel that a module imports, with their parents, or that a text names: ``a.b``, ``a.b:c``, or ``b`` where the
     module is in the package of ``b`` or names this package in a text."""
     modules, found = wheel_files()[0], {module.rpartition(".")[0]}
-    texts, plain, froms = syntax(module)
+    parts = syntax_of(modules[module])
     package = module if modules[module].name == "__init__.py" else module.rpartition(".")[0]
-    starts = ["", "trunnion.", f"{package}.", *(t.removesuffix(".") + "." for t in texts if t.startswith("trunnion."))]
-    found |= {a.name for n in plain for a in n.names}
-    found |= {name for n in froms for name in (n.module, *(f"{n.module}.{a.name}" for a in n.names))}
-    found |= {start + re.split("[:.]", text)[0] if start else text.partition(":")[0] for start in starts for text in texts}
+    starts = ["", "trunnion.", f"{package}.", *(t.removesuffix(".") + "." for t in parts.texts if t.startswith("trunnion."))]
+    found |= parts.imported()
+    found |= {start + re.split("[:.]", text)[0] if start else text.partition(":")[0] for start in starts for text in parts.texts}
     return frozenset(found & set(modules))
 
 
@@ -79,7 +64,7 @@ def test_every_module_is_reached_from_an_entry_point() -> None:
 
 def test_installed_code_imports_no_module_of_the_checkout_alone() -> None:
     modules = wheel_files()[0]
-    named = [(module, n.module or "") for module in modules for n in syntax(module)[2]]
+    named = [(module, name) for module, file in modules.items() for name, _ in syntax_of(file).names]
     assert [f"{m}: {name}" for m, name in named if name.partition(".")[0] in ("trunnion", "tests") and name not in modules] == []
 
 

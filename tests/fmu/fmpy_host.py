@@ -117,6 +117,12 @@ class Host:
 
 REFERENCE = """
 import json, sys, numpy, trunnion
+from trunnion.kernel.compilation import c_compiler
+from trunnion.kernel.shared_libraries import runtime
+flags = c_compiler.FLAGS
+c_compiler.FLAGS += c_compiler.QUICK  # for the runtime alone; without fused operations it gives the same bits
+runtime()
+c_compiler.FLAGS = flags
 for line in sys.stdin:
     name, until, every, changes, kernel, file = json.loads(line)
     r = trunnion.simulate(name, until=until, every=every, overrides=changes, kernel=kernel)  # as in the FMU
@@ -127,8 +133,8 @@ for line in sys.stdin:
 
 @cache
 def reference() -> subprocess.Popen[str]:
-    """A process that simulates for the processors for which FMUs are compiled, with the same optimisation; it ends with this
-    process. (In this process, fused operations of newer processors round differently.)"""
+    """A process that simulates for the processors for which FMUs are compiled, with optimised kernels; it ends with this process.
+    (In this process, fused operations of newer processors round differently.)"""
     env = dict(os.environ, TRUNNION_CPU="x86_64", TRUNNION_QUICK_BUILD="0")
     made = subprocess.Popen([sys.executable, "-c", REFERENCE], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(made.communicate)

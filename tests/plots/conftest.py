@@ -76,15 +76,15 @@ def double() -> Result:
     return simulate("double_pendulum", until=2.0, every=0.01, overrides=PAPER)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def starts() -> Iterator[Callable[..., Any]]:
-    """Starts a browser with flags of its own. While the browser exists no other event loop can run, so that it ends with its
-    module."""
+    """Starts a browser with flags of its own. While the browser exists no other event loop can run, so that it ends with the tests
+    of this folder."""
     with browsers() as start:
         yield start
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def chrome(starts: Callable[..., Any]) -> Iterator[Any]:
     """A browser that draws in three dimensions."""
     made = starts(*SOFTWARE)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts
 from trunnion.analysis.static_bounds.static_margin import STILL, accelerating_joints, hold_drives
+from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import Model
@@ -24,8 +26,8 @@ LONGEST: longest step; FAR: largest distance. The steps are so short that the la
 within three consecutive points."""
 TIPS = 1e-12
 """As ``STILL``, of mechanisms with contacts that begin and end: where a contact opens, the acceleration begins with 0."""
-EXACT = 1e-14
-"""The ends of bands are located to this distance, rad or relative to the scene's length."""
+EXACT, MOST_STEPS = 1e-14, 200
+"""The ends of bands are located to this distance, rad or relative to the scene's length, in at most so many steps."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class BandSearch:
             if beyond[1] <= 0.0 and len(points) == 3 and points[1][1] > max(points[0][1], beyond[1]):
                 inside, beyond = points[0], _find_top(excess, points[0][0], beyond[0], EXACT**0.5 * unit)
             if beyond[1] > 0.0:
-                return side * _find_root(excess, inside[0], beyond[0], EXACT * unit), self.moves
+                return side * _find_root(excess, inside, beyond, EXACT * unit), self.moves
             step = min(GROWS * step, LONGEST * unit)
         return None, ""
 
@@ -163,23 +165,17 @@ def _find_top(f: Callable[[float], float], a: float, b: float, near: float) -> t
     return max((x, fx), (y, fy), key=lambda found: found[1])
 
 
-def _find_root(f: Callable[[float], float], a: float, b: float, near: float) -> float:
-    """The root of f between a and b, where f has opposite signs, to within ``near``. Uses the Illinois method with bisections.
-
-    SciPy's root finders are not part of the plain installation.
-    """
-    fa, fb = f(a), f(b)
-    for n in range(200):
-        x = 0.5 * (a + b) if n % 3 == 2 or fb == fa else b - fb * (b - a) / (fb - fa)
-        fx = f(x)
-        if fx * fb <= 0.0:
-            a, fa = b, fb
-        else:
-            fa *= 0.5
-        b, fb = x, fx
-        if fb == 0.0 or abs(b - a) <= near:
-            break
-    return b
+def _find_root(f: Callable[[float], float], inside: tuple[float, float], beyond: tuple[float, float], near: float) -> float:
+    """The root of f, to within ``near``, between two points (x, f(x)) of opposite signs."""
+    (a, fa), (b, fb) = met = [inside, beyond]
+    search = bracketed_root(fa, fb, 0.0, near / (b - a), MOST_STEPS)
+    with suppress(StopIteration):
+        share = next(search)
+        while True:
+            x = a + share * (b - a)
+            met.append((x, f(x)))
+            share = search.send(met[-1][1])
+    return min((p for p in met if abs(p[0] - met[-1][0]) <= near), key=lambda p: abs(p[1]))[0]
 
 
 def _rotate(quaternion: np.ndarray, axis: int, angle: float) -> np.ndarray:

@@ -49,18 +49,6 @@ def rotation_at(r: Result, name: str, row: int) -> np.ndarray:
     return np.array(REGISTRY[r.scene.joints[name].type].rotation(q, Numeric), float)
 
 
-def mobility(r: Result, name: str, play: int = 0) -> Callable[[int], np.ndarray]:
-    """A function that returns the mobility of a joint's point for the row with a given index, m/s² per N (3 × 3, inboard joint
-    frame). It maps a force between the two points to their relative acceleration in the directions of the clearance ``play``, in
-    the mechanism in which the joint locks only the other directions of travel and rotation that it locks without clearance."""
-    free, own = free_mobility(r, name), plays_of(r.scene.joints[name])[play]
-
-    def at(row: int) -> np.ndarray:
-        return restricted(free(row), own, rotation_at(r, name, row))
-
-    return at
-
-
 def restricted(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
     """The mobility in the directions of a clearance (3×3, inboard joint frame). B: of the free joint (6×6)."""
     axes = frame_of(play, R)[:, list(play.axes)]

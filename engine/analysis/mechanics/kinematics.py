@@ -12,7 +12,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.scene.queries.bare_mechanism import without_forces
+from trunnion.scene.queries.mechanism_without_forces import without_forces
 from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.results.result import Result

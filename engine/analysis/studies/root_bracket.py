@@ -6,20 +6,23 @@ from __future__ import annotations
 from collections.abc import Generator
 
 NARROW = 4e-16
-"""Width of the bracket, relative to the segment, at which the search ends."""
+"""Width of the bracket, relative to the segment, at which a search for a best case ends."""
 MOST_STEPS = 20
 CONTINUOUS = 1e-6
 """Largest remaining residual of a continuous result, relative to the residuals at the ends of the segment."""
 
 
-def bracketed_root(first: float, second: float, enough: float) -> Generator[float, float, bool]:
+def bracketed_root(
+    first: float, second: float, enough: float, narrow: float = NARROW, most: int = MOST_STEPS
+) -> Generator[float, float, bool]:
     """Search a root of a residual on a segment. first, second: residuals at its ends (0 and 1), of opposite signs. enough: residual
-    that counts as 0. The generator yields places on the segment, receives their residuals (NaN for a failed case, which ends the
-    search), and returns whether it has found a root. At a jump across the target, there is none."""
+    that counts as 0. narrow, most: width of the bracket and number of steps at which the search ends. The generator yields places
+    on the segment, receives their residuals (NaN for a failed case, which ends the search), and returns whether it has found a
+    root. At a jump across the target, there is none."""
     a, b, c = 1.0, 0.0, 0.0  # the root lies between a and b; c is the point before
     fa, fb, fc = second, first, first
     share = 0.5
-    for _ in range(MOST_STEPS):
+    for _ in range(most):
         x = a + share * (b - a)
         fx = yield x
         if fx != fx:
@@ -30,7 +33,7 @@ def bracketed_root(first: float, second: float, enough: float) -> Generator[floa
             c, fc, b, fb = b, fb, a, fa
         a, fa = x, fx
         least = min(abs(fa), abs(fb))
-        width = NARROW / max(abs(b - a), NARROW)
+        width = narrow / max(abs(b - a), narrow)
         if least <= enough or width > 0.5:
             return least <= max(enough, CONTINUOUS * (abs(first) + abs(second)))
         share = 0.5

@@ -8,17 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
-from trunnion.cli.options.option_declarations import (
-    Changes,
-    Json,
-    Plot,
-    Reduce,
-    Scene,
-    SettingWords,
-    Table,
-    Workers,
-    repeatable,
-)
+from trunnion.cli.options.option_declarations import Changes, Json, Plot, Reduce, Scene, SettingWords, Table, Workers, repeatable
 from trunnion.cli.requests.study_request import MostCases, VaryWithin, run_and_report_study
 from trunnion.cli.requests.varied_numbers import Seed
 

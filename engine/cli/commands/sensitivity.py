@@ -8,15 +8,7 @@ import typer
 
 from trunnion.cli.options import completion
 from trunnion.cli.options.argument_reader import ArgumentReader
-from trunnion.cli.options.option_declarations import (
-    Changes,
-    CsvTable,
-    Json,
-    Scene,
-    SettingWords,
-    columns_option,
-    repeatable,
-)
+from trunnion.cli.options.option_declarations import Changes, CsvTable, Json, Scene, SettingWords, columns_option, repeatable
 from trunnion.cli.output.exit_codes import DONE
 from trunnion.cli.output.printed_output import number, print_result, table
 

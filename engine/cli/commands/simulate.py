@@ -7,16 +7,7 @@ from typing import Annotated
 import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
-from trunnion.cli.options.option_declarations import (
-    Animation,
-    Changes,
-    Json,
-    Outputs,
-    Plot,
-    Scene,
-    SettingWords,
-    Table,
-)
+from trunnion.cli.options.option_declarations import Animation, Changes, Json, Outputs, Plot, Scene, SettingWords, Table
 from trunnion.cli.requests.run_request import RunRequest, destinations, names_columns, run_and_report
 
 ACCURACY = "Choose rtol so that errors stay below this: 1e-6 (positions in m, angles in rad), or '1 mN' (columns in N)."

@@ -12,14 +12,7 @@ import numpy as np
 from trunnion.plots.animation.depth_raster import Sheet, Solid, halved, over
 from trunnion.plots.geometry.mechanism_geometry import scenery
 from trunnion.plots.geometry.meshes import Grain, Mesh, cylinder, placed, rotation_to
-from trunnion.plots.geometry.motion_and_view import (
-    arrow_scale,
-    frame_motion,
-    motion,
-    pressure_scale,
-    rails,
-    round_force,
-)
+from trunnion.plots.geometry.motion_and_view import arrow_scale, frame_motion, motion, pressure_scale, rails, round_force
 from trunnion.plots.mechanism_pictures.instant_picture import contact_places
 from trunnion.plots.style.palette import GRID, INK, JOINT, OPEN, PRESSURE, STATES
 from trunnion.simulation.results.result import Result

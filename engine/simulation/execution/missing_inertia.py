@@ -118,7 +118,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
     turned, travel = np.array(kind.rotation(q, Numeric), float), np.array(kind.travel(q), float) * pitch
     near, far = (j.inb_frame, j.inb_point), (j.out_frame, j.out_point)
     (E, p), (own, there) = ((np.reshape(f, (3, 3)), _numbers(x, values)) for f, x in ((near, far) if j.forward else (far, near)))
-    base = R @ E if j.forward else R @ E @ turned.T  # the inboard frame in the world
+    base = R @ E if j.forward else R @ E @ turned.T  # orientation of the inboard frame
     Rc = (base @ turned if j.forward else base) @ own.T
     at = r + R @ p
     spot = at + sign * base @ travel

@@ -242,9 +242,8 @@ async def _followed(s: Service, caller: Caller, job: str, after: int) -> AsyncIt
 
 @router.post("/{job}/rerun", **NEW_JOB, openapi_extra=body_schema(plans.RerunRequest, AGAIN))
 async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Run the failed cases of a job again as a new job, with changed settings. The job is looked up before the body is read: the
-    answer for an unknown job is 404, also with a wrong body. The new job has the tag ``of:ID``, where ID is the
-    id of the first job."""
+    """Run the failed cases of a job again as a new job, with changed settings. The answer for an unknown job is 404, even if the
+    body is wrong. The new job has the tag ``of:ID``, where ID is the id of the first job."""
     there = await run_in_threadpool(find_job, s, job)
     if there.state not in ENDED:
         raise Refusal(409, "the job has not ended")
@@ -257,9 +256,8 @@ async def rerun_job(job: str, request: Request, caller: Submitter, s: ServerStat
 
 @router.post("/{job}/extend", **NEW_JOB, openapi_extra=body_schema(plans.ExtendRequest, MORE))
 async def extend_job(job: str, request: Request, caller: Submitter, s: ServerState) -> Response:
-    """Run more cases of the same scene as a new job with the same settings. The job is looked up before the body is read, as for a
-    rerun. Cases of the first job are skipped. The new job has the
-    tag ``of:ID``, where ID is the id of the first job."""
+    """Run more cases of the same scene as a new job with the same settings. Cases of the first job are skipped. The answer for an
+    unknown job is 404, even if the body is wrong. The new job has the tag ``of:ID``, where ID is the id of the first job."""
     there = await run_in_threadpool(find_job, s, job)
     document = await run_in_threadpool(s.store.document, job)
     made = await check_body(s, request, caller, plans.plan_extension, document)

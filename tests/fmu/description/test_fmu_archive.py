@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -157,7 +157,9 @@ def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkey
     assert compiled[3:] == ["model.c"]
 
 
-def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(
+    delivered_flags: Callable[[str, str], tuple[str, ...]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """A delivered FMU runs for long; a kernel of a structure that is tried once need not be optimised. A library compiled with the
     switch is also used without it."""
     calls: list[Sequence[str]] = []
@@ -167,6 +169,7 @@ def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(monkeypatc
         calls.append(arguments)
         run(arguments, folder)
 
+    monkeypatch.setattr(c_compiler, "optimised_flags", delivered_flags)
     monkeypatch.setattr(c_compiler, "run", watched)
     sources = {"model": f"/* {tmp_path} */ double trice(double x) {{ return 3 * x; }}\n"}
     made = {}

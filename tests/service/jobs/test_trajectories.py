@@ -4,7 +4,6 @@ damaged."""
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import trunnion
-from tests.service.http_servers import MU, PATIENCE, SMALL, InProcess, Served
-from trunnion.service.basics.server_settings import Settings
+from tests.service.http_servers import MU, PATIENCE, SMALL, Served
 from trunnion.service.client.remote_jobs import Job, connect
 
 ASKED: dict[str, Any] = {
@@ -41,13 +39,6 @@ def job(served: Served) -> Job:
     return there.submit("spherical_pendulum", ASKED["vary"], **more).wait(timeout=PATIENCE)
 
 
-@pytest.fixture(scope="module")
-def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
-    """A server whose files the test damages."""
-    with InProcess(Settings(tmp_path_factory.mktemp("rows"), workers=1)) as s:
-        yield s
-
-
 def test_the_rows_are_fetched_in_every_form_and_none_is_run_again(job: Job, expected: Any, served: Served, tmp_path: Path) -> None:
     assert job.trajectories().to_pylist() == expected.trajectories.to_pylist()
     assert job.trajectories("ball.qd[2]", every=0.1).column_names == ["case", "time", "ball.qd[2]"]
@@ -67,39 +58,39 @@ def test_other_columns_are_run_again_as_before(job: Job) -> None:
 
 
 @pytest.mark.slow
-def test_kept_rows_count_as_bytes_and_go_with_their_job(own: InProcess) -> None:
-    plain, kept = (own.submit(ASKED | {"trajectories": t, "spacing": None}) for t in ([], ["ball.*"]))
-    sizes = [own.ended(j)["bytes"] for j in (plain, kept)]
-    folder = Path(own.service.parts.root) / kept
+def test_kept_rows_count_as_bytes_and_go_with_their_job(served: Served) -> None:
+    plain, kept = (served.submit(ASKED | {"trajectories": t, "spacing": None}) for t in ([], ["ball.*"]))
+    sizes = [served.ended(j)["bytes"] for j in (plain, kept)]
+    folder = served.data / "results" / kept
     there = sum(f.stat().st_size for f in folder.glob("*.parquet"))
     assert sizes[1] == there > 3 * sizes[0]
-    assert own.get("/v1/usage").json()["bytes"] >= sum(sizes)
-    assert own.client.delete(f"/v1/jobs/{kept}", params={"purge": "true"}).status_code == 204
+    assert served.get("/v1/usage").json()["bytes"] >= sum(sizes)
+    assert served.client.delete(f"/v1/jobs/{kept}", params={"purge": "true"}).status_code == 204
     assert not folder.exists()
 
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("how", ["flipped", "removed", "exchanged"])
-def test_rows_that_were_spoilt_are_found_and_computed_again(own: InProcess, expected: Any, how: str) -> None:
-    job = own.submit(ASKED | {"label": how})
-    own.ended(job)
-    files = sorted((Path(own.service.parts.root) / job).glob("rows-*"))
+def test_rows_that_were_spoilt_are_found_and_computed_again(served: Served, expected: Any, how: str) -> None:
+    job = served.submit(ASKED | {"label": how})
+    served.ended(job)
+    files = sorted(((served.data / "results") / job).glob("rows-*"))
     data = bytearray(files[0].read_bytes())
     data[len(data) // 2] ^= 4
     {"flipped": lambda: files[0].write_bytes(data), "removed": files[0].unlink,
      "exchanged": lambda: files[0].write_bytes(files[-1].read_bytes())}[how]()  # fmt: skip
-    rows = own.get(f"/v1/jobs/{job}/trajectories").json()["rows"]
+    rows = served.get(f"/v1/jobs/{job}/trajectories").json()["rows"]
     assert rows == [list(r.values()) for r in expected.trajectories.to_pylist()]
-    assert own.ended(job)["done"] == 30
+    assert served.ended(job)["done"] == 30
 
 
-def test_what_is_not_kept_is_not_there(own: InProcess) -> None:
-    job = own.submit(SMALL)
-    assert own.get(f"/v1/jobs/{job}/trajectories").status_code == 409
+def test_what_is_not_kept_is_not_there(served: Served) -> None:
+    job = served.submit(SMALL)
+    assert served.get(f"/v1/jobs/{job}/trajectories").status_code == 409
     for wrong, where in (({"trajectories": ["nothing"]}, "trajectories"), ({"spacing": 0.1}, "spacing")):
-        told = own.post("/v1/jobs/check", SMALL | wrong)
+        told = served.post("/v1/jobs/check", SMALL | wrong)
         assert (told.status_code, where in [p["where"] for p in told.json()["problems"]]) == (422, True)
     large = SMALL | {"trajectories": ["*"], "vary": {MU: "0.1:0.6:100000"}, "until": 1000.0, "every": 0.01}
-    assert "trajectories" in [p["where"] for p in own.post("/v1/jobs/check", large).json()["problems"]]
+    assert "trajectories" in [p["where"] for p in served.post("/v1/jobs/check", large).json()["problems"]]
     study = {"scene": "spherical_pendulum", "refine": {"bounds": {MU: [0.1, 0.6]}}, "trajectories": ["ball.qd[2]"]}
-    assert "trajectories" in [p["where"] for p in own.post("/v1/jobs/check", study).json()["problems"]]
+    assert "trajectories" in [p["where"] for p in served.post("/v1/jobs/check", study).json()["problems"]]

@@ -1,4 +1,5 @@
-"""The page in headless Chromium, for tests: one browser and one tab in each module, and their frequent actions."""
+"""The page in headless Chromium, for tests: one browser and one tab for the tests of the page, and for each other module that
+imports them; and their frequent actions."""
 
 from __future__ import annotations
 
@@ -17,8 +18,8 @@ PICTURES = os.environ.get("TRUNNION_PICTURES", "")
 """A folder for screenshots that a person inspects."""
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+def launched() -> Iterator[Any]:
+    """A browser. While it exists, no other event loop can run in this thread."""
     try:
         from playwright.sync_api import Error, sync_playwright
     except ImportError as e:
@@ -33,8 +34,10 @@ def browser() -> Iterator[Any]:
         b.close()
 
 
-@pytest.fixture(scope="module")
-def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
+browser = pytest.fixture(launched, scope="module", name="browser")
+
+
+def opened(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
     """A tab, and its pages' logged errors and requests to other servers. All tests share it, because a new one compiles all scripts
     again."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000})
@@ -47,6 +50,9 @@ def tab(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
     p.on("request", lambda r: None if r.url.startswith((home, "data:", "blob:")) else errors.append(f"asked for {r.url}"))
     yield p, errors
     context.close()
+
+
+tab = pytest.fixture(opened, scope="module", name="tab")
 
 
 @pytest.fixture

@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from tests.service.http_servers import MU, SMALL, Served, eventually
-from tests.service.page.chromium_tab import browser, page, picture, show, tab, until
+from tests.service.page.chromium_tab import picture, show, until
 from tests.service.page.job_states import report_stages
 from tests.service.page.page_states import There
 from tests.service.page.test_result_views import FORCE, GUIDE, HALF, grid, submitted
 from trunnion.service.client.remote_jobs import Job
 
-__all__ = ["browser", "grid", "page", "tab"]
+__all__ = ["grid"]
 DATA = "document.getElementById('sweepplot').data"
 AMBER = "getComputedStyle(document.documentElement).getPropertyValue('--amber').trim()"
 CHIPS = """() => {

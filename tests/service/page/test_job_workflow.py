@@ -11,12 +11,11 @@ import pytest
 
 import trunnion
 from tests.service.http_servers import MU, ROOT, SMALL, Served, eventually
-from tests.service.page.chromium_tab import PICTURES, browser, page, picture, run, tab, told, until
+from tests.service.page.chromium_tab import PICTURES, picture, run, told, until
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene import load_scene
 from trunnion.system.construction.system_builder import build
 
-__all__ = ["browser", "page", "tab"]
 FORCE = "max:ball.contact[1].normal_force"
 
 

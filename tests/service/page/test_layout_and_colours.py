@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.service.http_servers import Served
-from tests.service.page.chromium_tab import browser, page, show, tab, until
+from tests.service.page.chromium_tab import show, until
 from tests.service.page.page_states import GUIDE
 from tests.service.page.test_result_views import grid, submitted, three
 from trunnion.service.client.remote_jobs import Job
 
-__all__ = ["browser", "grid", "page", "tab", "three"]
+__all__ = ["grid", "three"]
 DATA = "document.getElementById('{}').data"
 
 

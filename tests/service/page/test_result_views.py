@@ -10,11 +10,10 @@ import pytest
 import trunnion
 from tests.service.conftest import missing
 from tests.service.http_servers import MU, Served, eventually
-from tests.service.page.chromium_tab import browser, page, picture, run, show, tab, told, until
+from tests.service.page.chromium_tab import picture, run, show, told, until
 from trunnion.scene.library.model_folders import bundled_names
 from trunnion.service.client.remote_jobs import Job, connect
 
-__all__ = ["browser", "page", "tab"]
 GUIDE, HALF, RADIUS = (f"joints.guide.friction.{n}" for n in ("mu", "half_length", "radius"))
 FORCE = "max:guide.contact[1].normal_force"
 

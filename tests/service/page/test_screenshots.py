@@ -11,12 +11,11 @@ from typing import Any
 import pytest
 
 from tests.service.http_servers import Served
-from tests.service.page.chromium_tab import PICTURES, browser
+from tests.service.page.chromium_tab import PICTURES
 from tests.service.page.job_states import STATES
 from tests.service.page.page_states import There
 from tests.service.page.test_result_views import BEYOND, violations
 
-__all__ = ["browser"]
 pytestmark = pytest.mark.slow
 SIZES: dict[str, dict[str, Any]] = {
     "desktop": {"viewport": {"width": 1400, "height": 900}},
