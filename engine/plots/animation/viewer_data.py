@@ -22,7 +22,7 @@ from trunnion.plots.geometry.motion_and_view import (
     round_force,
 )
 from trunnion.plots.style import palette
-from trunnion.plots.style.captions import caption, event_text
+from trunnion.plots.style.captions import caption, event_text, outcome_text
 from trunnion.simulation.results.result import Result
 
 MOST_BYTES = 1_800_000
@@ -174,7 +174,7 @@ def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
     framing, scale = frame_motion(scene, moved), arrow_scale(result, scene)
     events = result.events[:: max(1, -(-len(result.events) // MOST_EVENTS))]
     return {
-        "title": result.scene.title or result.scene.name, "caption": caption(result),
+        "title": result.scene.title or result.scene.name, "caption": caption(result), "outcome": outcome_text(result),
         "up": scene.up.tolist(), "view": framing.view.tolist(), "center": framing.centre.tolist(),
         "extent": {"all": framing.wide.tolist(), "near": framing.near.tolist()}, "follow": framing.follows,
         "size": scene.size, "arrow": scale, "force": round_force(scale, scene.size),

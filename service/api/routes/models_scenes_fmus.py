@@ -64,6 +64,7 @@ class ParameterItem(BaseModel):
     path: str
     value: float
     unit: str
+    at: tuple[int, int] | None = Field(description="First character and end of the number in the scene's text; null without one.")
 
 
 class ColumnItem(BaseModel):
@@ -147,6 +148,20 @@ async def view_scene(
     """Return an interactive view of the assembled start of a scene (bodies, pins, contact points, forces), or (422) all
     problems."""
     return HTMLResponse(await check_body(s, request, caller, worker_tasks.draw_scene, shown))
+
+
+@router.post(
+    "/scenes/run",
+    responses={
+        200: {"description": "Rows, meshes and events, as the animation's viewer reads them.", **content_schema("application/json")},
+        **error_responses(413),
+    },
+    openapi_extra=body_schema(SceneSource, SCENES),
+)
+async def run_scene(request: Request, caller: Reader, s: ServerState) -> Response:
+    """Run a scene at once, without a job, and return its motion, or (422) all problems. A run of more than 2 s of processor time
+    ends early."""
+    return Response(await check_body(s, request, caller, worker_tasks.run_scene, pool=s.runs), media_type="application/json")
 
 
 @router.post(

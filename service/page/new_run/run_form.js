@@ -4,15 +4,20 @@ import { $, ask, askText, few, later, make, notice, number, problemList, wrong }
 import * as asked from "./request_fields.js";
 import * as editor from "./scene_editor.js";
 import * as jobs from "../jobs/job_lists.js";
+import * as points from "./point_drag.js";
 import * as preview from "./mechanism_preview.js";
 import * as router from "../basics/router.js";
+import * as sliders from "./number_sliders.js";
 import { onReturn } from "../basics/server_status.js";
 
 const DRAFT = "draft", BUSY = 3000;
 const FIRST = [".friction.mu", ".friction.", ".start."];
-let facts = null, models = null, ready = false, sendKey = "";
+let facts = null, shown = null, models = null, ready = false, sendKey = "";
 
 export function begin() {
+  const follow = () => preview.follow(editor.text()), release = () => { editor.settle(); typed(); };
+  sliders.begin(follow, release);
+  points.begin(follow, release);
   $("model").addEventListener("change", () => load().catch(wrong));
   $("addaxis").addEventListener("click", () => { asked.axis("", "", suggested, changed).focus(); changed(); });
   for (const input of [$("sweep"), $("reductions"), $("until"), $("label")]) input.addEventListener("input", changed);
@@ -68,6 +73,12 @@ async function take(id) {
   notice("");
 }
 
+// Called with the data of a run that is shown.
+export function moved(data) {
+  shown = data;
+  if (facts) points.put(facts.parameters, data);
+}
+
 export const typed = () => { keep(); checkScene(); };
 
 function changed() { keep(); checkJob(); }
@@ -112,7 +123,9 @@ async function check(signal) {
   box.replaceChildren(facts.notes.length ? make("ul", {}, ...facts.notes.map((n) => make("li", {}, n))) : "No problems.");
   $("facts").className = "";
   $("facts").textContent = [few(facts.bodies.length, "body", "bodies"), few(Object.keys(facts.joints).length, "joint"), facts.loops ? few(facts.loops, "loop") : ""].filter(Boolean).join(" · ");
-  preview.draw(editor.text(), $("model").value);
+  preview.run(editor.text(), $("model").value);
+  sliders.put(facts.parameters);
+  points.put(facts.parameters, shown);
   $("paths").replaceChildren(...facts.parameters.map((p) => make("option", { value: p.path }, `${number(p.value)} ${p.unit === "1" ? "" : p.unit}`)));
   $("results").replaceChildren(...["outcome", ...facts.reductions].map((r) => make("option", { value: r })));
   if (!$("axes").children.length) {
