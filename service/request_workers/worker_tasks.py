@@ -112,8 +112,9 @@ RUN_SECONDS, RUN_ROWS = 2.0, 1000
 """Longest processor time, s, and largest number of rows of a run that is shown at once."""
 
 
-def run_scene(body: bytes, media: str, limits: Limits) -> bytes:
-    """JSON of the motion of a scene, as the animation's viewer draws it. A run that uses RUN_SECONDS ends early as ``cancelled``."""
+def run_scene(body: bytes, media: str, limits: Limits, held: bool) -> bytes:
+    """JSON of the motion of a scene, as the animation's viewer draws it. A run that uses RUN_SECONDS ends early as ``cancelled``.
+    held: as for ``content``."""
     from trunnion.plots.animation.viewer_data import content
     from trunnion.plots.mechanism_pictures.instant_picture import needed, started
     from trunnion.simulation.run import simulate
@@ -130,7 +131,7 @@ def run_scene(body: bytes, media: str, limits: Limits) -> bytes:
             result = simulate(scene, every=max(every, until / RUN_ROWS), outputs=needed(scene), kernel="parts")
     except KeyboardInterrupt:
         raise SceneError([Problem("scene", f"no row was computed within {RUN_SECONDS:g} s", "submit it as a job")]) from None
-    return text_of(content(started(result, "scene")))
+    return text_of(content(started(result, "scene"), held))
 
 
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:

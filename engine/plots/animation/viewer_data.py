@@ -54,8 +54,8 @@ class _Channels:
         return self.places[names[0]]
 
 
-def content(result: Result) -> dict[str, Any]:
-    """All data that the viewer draws, as plain data."""
+def content(result: Result, held: bool = False) -> dict[str, Any]:
+    """All data that the viewer draws, as plain data. held: without the view and the scales, for a viewer that keeps its own."""
     scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()
@@ -75,7 +75,7 @@ def content(result: Result) -> dict[str, Any]:
         j["panel"] = j in rubbing[:MOST_PANELS]
     rows = thinned(result, len(channels.columns))
     block = np.column_stack(channels.columns)[rows].astype("<f4")
-    return _frame(result, scene, moved) | {
+    return _described(result, scene) | ({} if held else _frame(result, scene, moved)) | {
         "parts": parts, "joints": joints, "meshes": meshes.data, "width": block.shape[1],
         "times": base64.b64encode(result.time[rows].astype("<f8").tobytes()).decode(),
         "rows": base64.b64encode(np.ascontiguousarray(block).tobytes()).decode(),
@@ -169,22 +169,29 @@ def thinned(result: Result, width: int) -> np.ndarray:
     return np.unique(np.clip(np.concatenate([even, near]), 0, len(result) - 1))
 
 
-def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
-    """Data that all rows share: names, first view, scales, events."""
-    framing, scale = frame_motion(scene, moved), arrow_scale(result, scene)
+def _described(result: Result, scene: Scenery) -> dict[str, Any]:
+    """Data that all rows share: names, lines, events, colours."""
     events = result.events[:: max(1, -(-len(result.events) // MOST_EVENTS))]
     return {
         "title": result.scene.title or result.scene.name, "caption": caption(result), "outcome": outcome_text(result),
+        "events": [{"t": e.time, "text": event_text(e)} for e in events],
+        "springs": _ends(scene.springs), "rods": _ends(scene.rods),
+        "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
+        "colors": {"joint": palette.JOINT, "ramp": palette.PRESSURE},
+    }  # fmt: skip
+
+
+def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
+    """The first view and the scales."""
+    framing, scale = frame_motion(scene, moved), arrow_scale(result, scene)
+    return {
         "up": scene.up.tolist(), "view": framing.view.tolist(), "center": framing.centre.tolist(),
         "extent": {"all": framing.wide.tolist(), "near": framing.near.tolist()}, "follow": framing.follows,
         "size": scene.size, "arrow": scale, "force": round_force(scale, scene.size),
         "floor": framing.floor,
         "grid": float(10.0 ** np.floor(np.log10(2 * scene.size)) / 2),
-        "events": [{"t": e.time, "text": event_text(e)} for e in events],
-        "springs": _ends(scene.springs), "rods": _ends(scene.rods),
         "rails": [{"part": p, "from": a.tolist(), "to": b.tolist()} for p, a, b in rails(result, scene)],
-        "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
-        "colors": {"joint": palette.JOINT, "ramp": palette.PRESSURE}, "pressure": pressure_scale(result, scene), **_speeds(result),
+        "pressure": pressure_scale(result, scene), **_speeds(result),
     }  # fmt: skip
 
 

@@ -158,10 +158,15 @@ async def view_scene(
     },
     openapi_extra=body_schema(SceneSource, SCENES),
 )
-async def run_scene(request: Request, caller: Reader, s: ServerState) -> Response:
+async def run_scene(
+    request: Request,
+    caller: Reader,
+    s: ServerState,
+    held: Annotated[bool, Query(description="Whether view and scales are omitted, because the viewer keeps its own.")] = False,
+) -> Response:
     """Run a scene at once, without a job, and return its motion, or (422) all problems. A run of more than 2 s of processor time
     ends early."""
-    return Response(await check_body(s, request, caller, worker_tasks.run_scene, pool=s.runs), media_type="application/json")
+    return Response(await check_body(s, request, caller, worker_tasks.run_scene, held, pool=s.runs), media_type="application/json")
 
 
 @router.post(

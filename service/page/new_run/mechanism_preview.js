@@ -37,7 +37,7 @@ async function work() {
     wanted = null;
     try {
       if (!frame) await open(await askText("POST", `/v1/scenes/view?shown=${encodeURIComponent(SHOWN)}`, { scene_text: next.text }));
-      show(await ask("POST", "/v1/scenes/run", { scene_text: next.text }), next);
+      show(await ask("POST", `/v1/scenes/run?held=${next.held}`, { scene_text: next.text }), next);
       $("previewnote").textContent = "";
     } catch (e) {
       stale(e.problems?.length ? e.problems : [{ where: "picture", what: e.message }]);

@@ -31,12 +31,13 @@ export function put(parameters, data) {
     if (factor) point.numbers[k - 1] = Object.assign(n, { factor });
     found.set(`${part}.${name}`, point);
   }
+  const names = (all) => all.map((p) => `${p.part}.${p.name}`).join(), was = names(points), before = on();
   points = [...found.values()].filter((p) => p.numbers.some(Boolean));
   const flat = data ? preview.view().planeOf() >= 0 : !$("drag").disabled;
   $("drag").disabled = !points.length || !flat;
   $("drag").title = $("drag").disabled ? (points.length ? "the mechanism does not move in a plane" : "the scene gives no points as numbers") : "show the plane of the motion, and drag the points in it";
-  if ($("drag").disabled && on()) $("drag").setAttribute("aria-pressed", "false");
-  offer();
+  if ($("drag").disabled || names(points) !== was) $("drag").setAttribute("aria-pressed", "false");
+  if (before) offer();
 }
 
 function offer() { preview.view()?.offer?.(on() ? points.map(({ part, name, at, grid }) => ({ part, name, at: [...at], grid })) : [], pulled); }

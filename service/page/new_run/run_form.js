@@ -101,9 +101,11 @@ function suggested(path) {
 const checkScene = later((signal) => check(signal));
 
 async function check(signal) {
-  const box = $("verdict");
+  const box = $("verdict"), text = editor.text();
   try {
-    facts = await awaited(ask("POST", "/v1/scenes/check", { scene_text: editor.text() }, signal), signal, $("verdict"), $("jobverdict"));
+    const found = await awaited(ask("POST", "/v1/scenes/check", { scene_text: text }, signal), signal, $("verdict"), $("jobverdict"));
+    if (text !== editor.text()) return; // a later check follows
+    facts = found;
   } catch (e) {
     if (e.name === "AbortError") throw e;
     if (e.status === 0) return unanswered(GONE, $("verdict"), $("jobverdict"));

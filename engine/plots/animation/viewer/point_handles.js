@@ -34,6 +34,19 @@ function offer(given, tell) {
   view.right = cross(view.up, view.toward);
   play(false);
   seek(start);
+  reveal();
+}
+
+// Zooms and moves the picture so that all points are in the free part of the window.
+function reveal() {
+  const m = moment(start), f = free();
+  for (const last of [false, true]) {
+    const places = handles.map((h) => handleAt(h, m)).filter(Boolean).map((there) => camera(m).project(there.world));
+    const [x, y] = [0, 1].map((k) => places.map((p) => p[k])), [a, b] = [x, y].map((v) => [Math.min(...v), Math.max(...v)]);
+    if (!places.length || (a[0] > f.x + REACH && a[1] < f.x + f.w - REACH && b[0] > f.y + REACH && b[1] < f.y + f.h - REACH)) return;
+    if (last) shift(f.x + f.w / 2 - (a[0] + a[1]) / 2, f.y + f.h / 2 - (b[0] + b[1]) / 2);
+    else zoom(Math.min(1, (0.8 * f.w) / (a[1] - a[0] || 1), (0.8 * f.h) / (b[1] - b[0] || 1)));
+  }
 }
 
 // The place of a point on its part, and in the world; null when the part has no such point.

@@ -166,7 +166,7 @@ function describe() {
   legend();
 }
 
-const HELD = ["arrow", "force", "pressure", "extent", "floor", "grid", "size", "view", "follow", "speeds", "speed", "rails"];
+const HELD = ["up", "center", "arrow", "force", "pressure", "extent", "floor", "grid", "size", "view", "follow", "speeds", "speed", "rails"];
 
 // Shows another run, at the same time and from the same view. held: the scales and the fit into the window stay, too, because the user
 // drags a number of the scene.
