@@ -4,7 +4,10 @@
 import { $, choices, number } from "../basics/requests_and_dom.js";
 
 const PAD = 6, LABELS = 15; // pixels around the curve; height of the line of labels
-let inside = null, offered = new Map(), now = null, before = null, at = 0;
+let inside = null, offered = new Map(), now = null, before = null, at = 0, wish = "";
+
+// The value that is chosen when a run has it.
+export const prefer = (name) => { wish = name; };
 
 export function begin() {
   $("curveof").addEventListener("change", () => { before = null; read(); draw(); });
@@ -20,6 +23,7 @@ export function put(view, data, held) {
   offered = new Map(data.joints.flatMap((j) => j.values.map((v) => [`${j.name} ${v.label}`, v])));
   const names = [...offered.keys()], first = names.find((n) => n.endsWith("normal_force")) ?? names[0];
   choices($("curveof"), names.map((n) => [n, offered.get(n).unit ? `${n} (${offered.get(n).unit})` : n]), first);
+  if (offered.has(wish)) { $("curveof").value = wish; wish = ""; }
   $("curvebox").hidden = !names.length;
   if (held) before ??= now; else before = null;
   read();

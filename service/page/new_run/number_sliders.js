@@ -55,7 +55,7 @@ function ranged(n) {
 function tell(n) {
   if (n.value < n.low || n.value > n.high) { ranged(n); return; }
   n.input.value = n.value;
-  n.output.textContent = `${n.digits} ${n.unit}`.trim();
+  n.output.textContent = `${n.digits} ${n.unit.replaceAll("*", "·")}`.trim();
   n.input.setAttribute("aria-valuetext", n.output.textContent);
 }
 

@@ -2,6 +2,7 @@
 
 import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
 import * as asked from "./request_fields.js";
+import * as curve from "./motion_curve.js";
 import * as editor from "./scene_editor.js";
 import * as jobs from "../jobs/job_lists.js";
 import * as points from "./point_drag.js";
@@ -19,6 +20,7 @@ export function begin() {
   sliders.begin(follow, release);
   points.begin(follow, release);
   $("model").addEventListener("change", () => load().catch(wrong));
+  for (const button of document.querySelectorAll("#tour button")) button.addEventListener("click", () => touch(button.dataset).catch(wrong));
   $("addaxis").addEventListener("click", () => { asked.axis("", "", suggested, changed).focus(); changed(); });
   for (const input of [$("sweep"), $("reductions"), $("until"), $("label")]) input.addEventListener("input", changed);
   for (const way of [...document.getElementsByName("way"), $("goal")]) way.addEventListener("change", () => { asked.switched(facts); changed(); });
@@ -60,6 +62,14 @@ async function load() {
   asked.clear();
   ready = true;
   await check();
+}
+
+// Shows a mechanism of the first minute, with the slider to drag in focus.
+async function touch({ model, number: path, curve: name }) {
+  $("model").value = model;
+  curve.prefer(name);
+  await load();
+  $(`slide-${path}`)?.focus();
 }
 
 // Fills the form from the request of a job.
