@@ -3,6 +3,7 @@ request, its media type, and the limits. This module imports no web framework.""
 
 from __future__ import annotations
 
+import base64
 import json
 from importlib import import_module
 from pathlib import Path
@@ -164,6 +165,23 @@ def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
 def plan_sensitivity(body: bytes, media: str, limits: Limits) -> tuple[dict[str, Any], float]:
     """The arguments of ``run_sensitivity`` for a worker: the request as plain data, and the time budget, s."""
     return plain(read_request(SensitivityRequest, body, media), limits)
+
+
+def export_module(body: bytes, media: str, limits: Limits) -> bytes:
+    """JSON of the WebAssembly module of a scene: its code in base64, and the numbers of its parameters and columns by name."""
+    from trunnion.plots.mechanism_pictures.instant_picture import needed
+
+    scene = scene_of(read_request(SceneSource, body, media), limits)
+    try:
+        library = import_module("trunnion.fmu.c_library.library_files").library
+        wasm = import_module("trunnion.fmu.c_library.wasm_page").wasm
+    except (ImportError, AttributeError) as e:
+        raise ImportError(f"cannot be loaded: {e}") from None
+    made = library(scene, None, needed(scene))
+    numbered: dict[str, dict[str, int]] = {"parameters": {}, "columns": {}}
+    for i, v in enumerate(made.called.values()):
+        numbered["parameters" if v.causality == "parameter" else "columns"][v.name] = i
+    return text_of({"wasm": base64.b64encode(wasm(made)).decode(), **numbered})
 
 
 def export_fmu(body: bytes, media: str, limits: Limits, file: str) -> str:

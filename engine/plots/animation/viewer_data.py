@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -32,17 +33,24 @@ MOST_EVENTS = 300
 MOST_PANELS = 4
 
 
+POSE = (("position", 3), ("orientation", 4))
+"""Columns of a body's pose, and their counts."""
+
+
 class _Channels:
     """Columns of the page's rows, without repetition."""
 
     def __init__(self, result: Result):
         self.result = result
         self.columns: list[np.ndarray] = []
+        self.sources: list[str] = []
         self.places: dict[str, int] = {}
 
-    def add(self, *values: np.ndarray) -> int:
-        """Append columns. Returns the index of the first appended column."""
+    def add(self, *values: np.ndarray, sources: Sequence[str] = ()) -> int:
+        """Append columns. sources: the columns of the result from which a host of the scene's C library can fill them: a name, "0",
+        or once for three columns ``rotation:`` and the name of a quaternion. Returns the index of the first appended column."""
         self.columns += values
+        self.sources += [*sources, *[""] * (len(values) - len(sources))]
         return len(self.columns) - len(values)
 
     def named(self, *names: str) -> int | None:
@@ -50,7 +58,7 @@ class _Channels:
         if any(n not in self.result for n in names):
             return None
         if names[0] not in self.places:
-            self.places[names[0]] = self.add(*(self.result[n] for n in names))
+            self.places[names[0]] = self.add(*(self.result[n] for n in names), sources=names)
         return self.places[names[0]]
 
 
@@ -64,7 +72,7 @@ def content(result: Result, held: bool = False) -> dict[str, Any]:
             "name": p.name,
             "color": _hex(p.color),
             "mesh": meshes.place(p.mesh),
-            "channel": channels.add(*_pose(moved, i)),
+            "channel": channels.add(*_pose(moved, i), sources=[f"{p.name}.{of}[{k}]" for of, n in POSE for k in range(1, n + 1)]),
             "traced": [{"name": n, "at": x.tolist()} for n, x in (p.points or {p.name: np.zeros(3)}).items()],
         }
         for i, p in enumerate(scene.parts)
@@ -76,7 +84,7 @@ def content(result: Result, held: bool = False) -> dict[str, Any]:
     rows = thinned(result, len(channels.columns))
     block = np.column_stack(channels.columns)[rows].astype("<f4")
     return _described(result, scene) | ({} if held else _frame(result, scene, moved)) | {
-        "parts": parts, "joints": joints, "meshes": meshes.data, "width": block.shape[1],
+        "parts": parts, "joints": joints, "meshes": meshes.data, "width": block.shape[1], "sources": channels.sources,
         "times": base64.b64encode(result.time[rows].astype("<f8").tobytes()).decode(),
         "rows": base64.b64encode(np.ascontiguousarray(block).tobytes()).decode(),
     }  # fmt: skip
@@ -123,7 +131,7 @@ def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -
         normal = channels.named(*(f"{c.columns}.normal[{k}]" for k in (1, 2, 3)))
         state = channels.named(c.state)
         if force is not None and normal is not None:
-            state = channels.add(np.zeros(len(result))) if state is None else state
+            state = channels.add(np.zeros(len(result)), sources=["0"]) if state is None else state
             where: dict[str, Any] = {"part": c.part, "base": c.base.tolist(), "arm": c.arm, "axis": c.axis.tolist()}
             where |= asdict(c.patch)
             if c.follows is not None:
@@ -148,7 +156,7 @@ def _values(j: JointMark, result: Result, channels: _Channels) -> list[dict[str,
     quaternion = [f"{j.name}.q[{k}]" for k in (1, 2, 3, 4)]
     if j.type in REGISTRY and REGISTRY[j.type].quaternion == 0 and all(n in result for n in quaternion):
         turn = rotation_vector(np.column_stack([result[n] for n in quaternion]))
-        first = channels.add(*turn.T)
+        first = channels.add(*turn.T, sources=[f"rotation:{j.name}.q"])
         out = [{"label": f"angle e{k + 1}", "unit": "°", "factor": 180 / np.pi, "channel": first + k} for k in range(3)]
     for n in names:
         degrees = result.units[n] == "rad"
@@ -174,6 +182,7 @@ def _described(result: Result, scene: Scenery) -> dict[str, Any]:
     events = result.events[:: max(1, -(-len(result.events) // MOST_EVENTS))]
     return {
         "title": result.scene.title or result.scene.name, "caption": caption(result), "outcome": outcome_text(result),
+        "until": result.settings["until"], "every": result.settings["every"],
         "events": [{"t": e.time, "text": event_text(e)} for e in events],
         "springs": _ends(scene.springs), "rods": _ends(scene.rods),
         "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},

@@ -1,12 +1,14 @@
 // The motion of the scene beside the editor. A changed scene runs at once; while a number is dragged, the newest text runs next.
 
 import { $, ask, askText, make, problemList } from "../basics/requests_and_dom.js";
+import * as browser from "./browser_runs.js";
 import * as curve from "./motion_curve.js";
 
 const SLOW = 600; // time until the picture of an earlier scene is marked as outdated, ms
 const SHOWN = "values=0&bare=1&names=1";
 const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 let frame = null, of = null, wanted = null, busy = false, told = () => {};
+let latest = null, turn = 0, shownTurn = 0, due = false; // the last data from the server; turns of texts
 
 // shown: called with the data of each run, but for those during a drag.
 export function begin(shown) {
@@ -20,11 +22,21 @@ export const view = () => frame?.contentWindow;
 // Runs a scene next. model: the bundled model that it belongs to; a run of another model begins with a new view.
 export function run(text, model) { want({ text, model, held: false }); }
 
-// Runs a scene next, while a number or a point of it is dragged: view and scales stay.
-export function follow(text) { want({ text, model: of, held: true }); }
+// Runs a scene next, while a number or a point of it is dragged: view and scales stay. The browser runs it if it can. text: returns
+// the newest text.
+export function follow(text) {
+  if (due) return;
+  due = true;
+  requestAnimationFrame(() => {
+    due = false;
+    const data = browser.run(latest);
+    if (data) show(data, { model: of, held: true, turn: ++turn });
+    else want({ text: text(), model: of, held: true });
+  });
+}
 
 function want(next) {
-  wanted = next;
+  wanted = { ...next, turn: ++turn };
   if (!busy) work();
 }
 
@@ -37,7 +49,8 @@ async function work() {
     wanted = null;
     try {
       if (!frame) await open(await askText("POST", `/v1/scenes/view?shown=${encodeURIComponent(SHOWN)}`, { scene_text: next.text }));
-      show(await ask("POST", `/v1/scenes/run?held=${next.held}`, { scene_text: next.text }), next);
+      latest = await ask("POST", `/v1/scenes/run?held=${next.held}`, { scene_text: next.text });
+      show({ ...latest }, next);
       $("previewnote").textContent = "";
     } catch (e) {
       stale(e.problems?.length ? e.problems : [{ where: "picture", what: e.message }]);
@@ -49,7 +62,9 @@ async function work() {
   $("preview").setAttribute("aria-busy", "false");
 }
 
-function show(data, { model, held }) {
+function show(data, { model, held, turn: mine }) {
+  if (mine < shownTurn) return; // the browser has run a newer text
+  shownTurn = mine;
   const inside = view(), other = model !== of;
   if (!inside?.load) throw new Error("the page could not be loaded"); // the server was lost in the meantime
   frame.classList.remove("stale");

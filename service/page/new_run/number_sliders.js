@@ -17,7 +17,7 @@ const nice = (x) => { const p = 10 ** Math.floor(Math.log10(x)); return (x < 2 *
 function written(parameters) {
   return parameters.flatMap((p) => {
     const [, value, rest] = (p.at && editor.text().slice(...p.at).match(WRITTEN)) ?? [];
-    return value === undefined ? [] : [{ path: p.path, at: [...p.at], value: +value, digits: value, unit: rest.replace(/["']$/, "").trim() || (p.unit === "1" ? "" : p.unit), factor: +value ? p.value / +value : null, si: p.value }];
+    return value === undefined ? [] : [{ path: p.path, at: [...p.at], value: +value, digits: value, unit: rest.replace(/["']$/, "").trim() || (p.unit === "1" ? "" : p.unit), factor: +value ? p.value / +value : null, si_unit: p.unit }];
   });
 }
 

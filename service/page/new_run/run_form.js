@@ -2,6 +2,7 @@
 
 import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
 import * as asked from "./request_fields.js";
+import * as browser from "./browser_runs.js";
 import * as curve from "./motion_curve.js";
 import * as editor from "./scene_editor.js";
 import * as jobs from "../jobs/job_lists.js";
@@ -16,8 +17,8 @@ const FIRST = [".friction.mu", ".friction.", ".start."];
 let facts = null, shown = null, models = null, ready = false, sendKey = "";
 
 export function begin() {
-  const follow = () => preview.follow(editor.text()), release = () => { editor.settle(); typed(); };
-  sliders.begin(follow, release);
+  const follow = () => preview.follow(editor.text), release = () => { editor.settle(); typed(); };
+  sliders.begin(follow, () => { release(); browser.prepare().catch(wrong); });
   points.begin(follow, release);
   $("model").addEventListener("change", () => load().catch(wrong));
   for (const button of document.querySelectorAll("#tour button")) button.addEventListener("click", () => touch(button.dataset).catch(wrong));

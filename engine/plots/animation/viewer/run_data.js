@@ -21,7 +21,7 @@ const shapeOf = (data) => JSON.stringify([data.meshes, data.parts, data.joints])
 function take(data) {
   run = data;
   shape = shapeOf(data);
-  [times, rows] = [decoded(run.times, Float64Array), decoded(run.rows, Float32Array)];
+  [times, rows] = typeof run.rows === "string" ? [decoded(run.times, Float64Array), decoded(run.rows, Float32Array)] : [run.times, run.rows];
   [width, last] = [run.width, times.length - 1];
   [start, end] = [times[0], times[last]];
 }
