@@ -154,7 +154,7 @@ async def view_scene(
 @router.post(
     "/scenes/run",
     responses={
-        200: {"description": "Rows, meshes and events, as the animation's viewer reads them.", **content_schema("application/json")},
+        200: {"description": "Rows, meshes and events for the animation's viewer.", **content_schema("application/json")},
         **error_responses(413),
     },
     openapi_extra=body_schema(SceneSource, SCENES),

@@ -1,7 +1,8 @@
 """Rate, lag and processor time of runs while a number is dragged on the page: ``python -m tests.benchmarks.service.drag_rate``.
 
 A mouse drags a slider of four scenes for some seconds, 60 times a second. A run counts when its picture is drawn. The lag of a
-movement is the time until the picture of a text at least as new."""
+movement is the time until the picture of a text at least as new. The first drag is run by the server; after it, the browser gets
+the scene's WebAssembly module, and runs the second drag itself."""
 
 from __future__ import annotations
 
@@ -62,15 +63,22 @@ def dragged(page: Any, path: str, server: psutil.Process, browser: psutil.Proces
         time.sleep(max(0.0, began + (k + 1) / RATE - time.monotonic()))
     spent, taken = (processor([server]) - before[0], processor([browser]) - before[1]), time.monotonic() - began
     page.mouse.up()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(3000)
     seen = page.evaluate("window.measured")
-    sent, drawn = seen["sent"], seen["drawn"]
+    drawn = seen["drawn"]
+    sent = seen["sent"] if len(seen["sent"]) > 1 else drawn  # the browser runs a text and draws it without a pause
     lags = [min((d for s, d in zip(sent, drawn, strict=False) if s >= m), default=m) - m for m in seen["moved"]]
     runs = sum(d < sent[0] + 1e3 * taken for d in drawn)
     return {
-        "movements": len(seen["moved"]), "runs a second": runs / taken, "longest lag ms": max(lags), "median lag ms": sorted(lags)[len(lags) // 2],
+        "movements": len(seen["moved"]), "runs a second": runs / taken,
+        "longest lag ms": max(lags), "median lag ms": sorted(lags)[len(lags) // 2],
         "server ms a run": 1e3 * spent[0] / runs, "browser ms a picture": 1e3 * spent[1] / runs,
     }  # fmt: skip
+
+
+def report(scene: str, where: str, figures: dict[str, float]) -> None:
+    """Print the figures of a drag."""
+    print(scene, where, ", ".join(f"{name} {value:.1f}" for name, value in figures.items()), flush=True)
 
 
 def main() -> None:
@@ -85,11 +93,13 @@ def main() -> None:
         for scene in sys.argv[1:] or SCENES:
             page = browser.new_page(viewport={"width": 1500, "height": 1500}, reduced_motion="reduce")
             page.goto(f"http://127.0.0.1:{served.port}")
-            page.wait_for_selector("#preview iframe:not(.behind)")
+            page.wait_for_selector("#preview iframe:not(.behind)", timeout=300_000)
             page.select_option("#model", scene)
             page.wait_for_timeout(3000)
-            figures = dragged(page, SCENES[scene], psutil.Process(served.process.pid), chromium)
-            print(scene, ", ".join(f"{name} {value:.1f}" for name, value in figures.items()), flush=True)
+            with page.expect_response(lambda r: "scenes/module" in r.url, timeout=300_000):
+                report(scene, "server", dragged(page, SCENES[scene], psutil.Process(served.process.pid), chromium))
+            page.wait_for_timeout(2000)
+            report(scene, "browser", dragged(page, SCENES[scene], psutil.Process(served.process.pid), chromium))
             page.close()
         browser.close()
 

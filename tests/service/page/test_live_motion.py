@@ -122,7 +122,7 @@ def test_a_point_dragged_on_the_grid_changes_its_coordinates_only_and_the_motion
     page.mouse.up()
     settled(page)
     (old, new), = changed_words(text, page.input_value("#scene"))
-    body, name = PLANAR[model].split(".")
+    name = PLANAR[model].split(".")[1]
     place = old.index("[", old.index(f"{name}:")), old.index("]", old.index(f"{name}:"))
     assert old[: place[0]] == new[: place[0]]
     assert new.endswith(old[place[1] :])
@@ -132,3 +132,29 @@ def test_a_point_dragged_on_the_grid_changes_its_coordinates_only_and_the_motion
     page.click("#undo")
     assert page.input_value("#scene") == text
     assert page.is_disabled("#undo")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("model", "path"), [("spherical_pendulum", "joints.ball.friction.mu"), ("drawer", "parameters.mu")])
+def test_the_browser_runs_a_drag_by_webassembly_as_the_server_would(page: Any, model: str, path: str) -> None:
+    opened(page, model)
+    slider = page.locator(f"[id='slide-{path}']")
+    with page.expect_response(lambda r: "scenes/module" in r.url, timeout=600_000) as answer:
+        slider.press("ArrowRight")
+    assert answer.value.status == 200
+    settled(page)
+    asked: list[str] = []
+    page.on("request", lambda r: asked.append(r.url) if r.url.endswith("held=true") else None)
+    box = slider.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2)
+    page.wait_for_timeout(500)
+    times, rows = shown(page)
+    assert asked == []
+    right = computed(page.input_value("#scene"))
+    np.testing.assert_allclose(times, right[0], atol=1e-12)
+    assert np.abs(rows - right[1]).max(axis=0) == pytest.approx(0.0, abs=1e-4 * np.abs(right[1]).max())
+    page.mouse.up()
+    settled(page)
+    agrees(page)
