@@ -115,8 +115,8 @@ function typed(e) {
 }
 
 // Apply the options in the page, then those in the address after ?, then those after #. Later options override earlier options. The
-// options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title, no
-// legend) and flat (no WebGL).
+// options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title; on
+// narrow screens no legend) and flat (no WebGL).
 function parameters() {
   const given = new URLSearchParams(run.shown);
   for (const part of [window.location.search, window.location.hash]) new URLSearchParams(part.slice(1)).forEach((x, key) => given.set(key, x));
