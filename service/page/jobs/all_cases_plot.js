@@ -3,6 +3,7 @@
 
 import { $, choices, few, later, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as cases from "./case_curves.js";
+import * as caseTable from "./case_table.js";
 import * as charts from "../plots/plotly.js";
 import * as heat from "../plots/heat_map.js";
 import * as outcomes from "../basics/outcome_colours.js";
@@ -15,10 +16,12 @@ let table = null, selection = new Map(), turn = 0;
 export function begin() {
   for (const id of ["across", "up", "by", "kind"]) $(id).addEventListener("change", () => drawn().catch(wrong));
   charts.onScheme(drawn);
+  caseTable.begin();
 }
 
 export function clear() {
   table = null;
+  caseTable.changed(null);
   selection = new Map();
   turn++;
   charts.clear($("sweepplot"));
@@ -37,6 +40,7 @@ export async function changed(now) {
   choices($("across"), [...paths, ["case", "case", "number of the case"]]);
   choices($("by"), paths, paths[1]?.[0]);
   choices($("up"), table.results.map((c) => [c.name, c.name, words(c)]));
+  caseTable.changed(now);
   await drawn();
 }
 

@@ -64,10 +64,18 @@ export function choose(n, more) {
   const now = more ? [...wanted().filter((k) => k !== n), n] : [n];
   $("cases").value = now.slice(-MOST_CASES).join(", ");
   motion.prefer(n);
+  $("cases").dispatchEvent(new Event("change"));
   drawn().catch(wrong);
 }
 
-function wanted() {
+// Hides the curves of a case.
+export function drop(n) {
+  $("cases").value = wanted().filter((k) => k !== n).join(", ");
+  drawn().catch(wrong);
+}
+
+export function wanted() {
+  if (!job) return [];
   const out = [];
   for (const part of $("cases").value.split(/[,;\s]+/).filter(Boolean)) {
     const [a, b] = part.split("-").map(Number);

@@ -47,6 +47,15 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     until(page, "document.getElementById('moving').value === '9'")  # the case of a point that is clicked is played
     assert page.evaluate("document.getElementById('sweepplot').layout.annotations.length") == 1
     assert float(page.input_value("#at")) == pytest.approx(1.2, abs=0.01)
+    page.click("#casetable summary")
+    page.locator("#caserows thead button", has_text="largest").first.dblclick()  # the largest force first
+    page.fill("#filter", "done")
+    until(page, "document.getElementById('caserowsnote').textContent === '26 cases'")
+    first = page.locator("#caserows tbody input").first
+    best = expected.table[FORCE].to_numpy().argmax()
+    assert page.locator("#caserows tbody label").first.inner_text().strip() == str(best)
+    first.check()
+    until(page, f"document.getElementById('casevalues').textContent.includes('case {best}')")
     offered = page.eval_on_selector_all(".modebar-btn", "x => x.map((b) => b.dataset.title)")
     assert offered  # and no button sends a plot to Plotly
     assert not [t for t in offered if "hare" in t or "loud" in t or "Studio" in t]
