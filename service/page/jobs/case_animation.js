@@ -2,7 +2,7 @@
 
 import { $, choices } from "../basics/requests_and_dom.js";
 
-let job = null, tell = () => {}, wide = false, ready = false, from = 0, wish = null;
+let job = null, tell = () => {}, wide = false, ready = false, from = 0, asked = 0, wish = null;
 
 export function begin(onTime) {
   tell = onTime;
@@ -43,6 +43,7 @@ export function prefer(n) { wish = n; }
 function load(play) {
   const address = `/v1/jobs/${job.id}/cases/${$("moving").value}/animation`;
   ready = false;
+  asked = from;
   $("motionnote").textContent = "Loading the motion …";
   $("motionnote").hidden = false;
   $("animation").src = `${address}?values=0&t=${from}${play ? "&play=1" : ""}`;
@@ -62,6 +63,7 @@ function loaded() {
     if (Math.abs(e.detail.t - from) > 1e-12) { from = e.detail.t; tell(from); }
   });
   inside.addEventListener("keydown", (e) => { if (e.key === "Escape" && wide) { spread(false); $("wide").focus(); } });
+  if (from !== asked) $("animation").contentWindow.seek(from); // the cursor was moved in the meantime
 }
 
 // Shows the error that the server returned instead of an animation.
