@@ -10,4 +10,11 @@ from trunnion.simulation.results.csv_and_parquet import finite
 
 def text_of(data: Any) -> bytes:
     """ASCII JSON of the data; non-finite numbers become null."""
-    return json.dumps(finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
+    try:
+        return _encoded(data)
+    except (TypeError, ValueError):  # NumPy numbers, or non-finite numbers
+        return _encoded(finite(data))
+
+
+def _encoded(data: Any) -> bytes:
+    return json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()

@@ -14,7 +14,7 @@ async function begin() {
   notice("");
   server.begin();
   editor.begin(form.typed);
-  preview.begin();
+  preview.begin(form.moved);
   job.begin();
   jobs.begin();
   compare.begin();

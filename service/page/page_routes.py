@@ -12,8 +12,8 @@ HERE = Path(__file__).parent
 KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 FILES = {f.relative_to(HERE).as_posix(): f for f in sorted(HERE.rglob("*")) if f.suffix in KINDS}
 POLICY = (
-    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-src 'self'; base-uri 'none'; "
-    "frame-ancestors 'none'"
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "frame-src 'self'; base-uri 'none'; frame-ancestors 'none'"
 )
 router = APIRouter(include_in_schema=False)
 

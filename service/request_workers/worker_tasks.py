@@ -3,16 +3,21 @@ request, its media type, and the limits. This module imports no web framework.""
 
 from __future__ import annotations
 
+import base64
 import json
 from importlib import import_module
 from pathlib import Path
+from time import thread_time
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from trunnion.basics.interrupts import watched
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import deprecation_notes
 from trunnion.basics.shown_text import visible
+from trunnion.scene.file_format.yaml_reader import read
+from trunnion.scene.findings.findings_and_paths import dotted
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.executor.part_versions import with_version
@@ -56,8 +61,10 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
     from trunnion.scene.overrides import list_parameters
     from trunnion.system.construction.system_builder import build
 
+    asked = read_request(SceneSource, body, media)
     with deprecation_notes() as deprecated:
-        scene = scene_of(read_request(SceneSource, body, media), limits)
+        scene = scene_of(asked, limits)
+    places = number_places(asked.scene_text) if asked.scene_text and not asked.overrides else {}
     built = build(scene)
     everything = columns(built.system)
     try:
@@ -71,12 +78,27 @@ def check_scene(body: bytes, media: str, limits: Limits) -> bytes:
         "joints": {n: j.type for n, j in scene.joints.items()},
         "loops": len(built.system.cuts) - len(built.system.light),
         "until": float(scene.simulation.until),
-        "parameters": [{"path": p.path, "value": p.value, "unit": p.unit} for p in list_parameters(scene)],
+        "parameters": [
+            {"path": p.path, "value": p.value, "unit": p.unit, "at": places.get(p.path)} for p in list_parameters(scene)
+        ],
         "columns": [{"name": c.name, "unit": c.unit, "description": c.description} for c in everything],
         "reductions": kept,
         "notes": [*deprecated, *magnitude_notes(scene), *unused_notes(scene)],
     }
     return text_of(facts)
+
+
+def number_places(text: str) -> dict[str, tuple[int, int]]:
+    """The first and last character of each number or other scalar of a scene's text, by dotted path. An entry without a list is
+    also the first entry of a list. Characters are counted in UTF-16, as browsers do."""
+    found = {dotted(path): ends for path, ends in read(text).places.items()}
+    if any(ord(c) > 0xFFFF for c in text):
+        found = {p: (_utf16(text[:a]), _utf16(text[:b])) for p, (a, b) in found.items()}
+    return {f"{p}[1]": ends for p, ends in found.items()} | found
+
+
+def _utf16(text: str) -> int:
+    return len(text.encode("utf-16-le", "surrogatepass")) // 2
 
 
 def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
@@ -85,6 +107,32 @@ def draw_scene(body: bytes, media: str, limits: Limits, shown: str) -> bytes:
     from trunnion.plots.mechanism_pictures.instant_picture import assemble_start
 
     return page(assemble_start(scene_of(read_request(SceneSource, body, media), limits), "scene"), shown).encode()
+
+
+RUN_SECONDS, RUN_ROWS = 2.0, 1000
+"""Longest processor time, s, and largest number of rows of a run that is shown at once."""
+
+
+def run_scene(body: bytes, media: str, limits: Limits, held: bool) -> bytes:
+    """JSON of the motion of a scene, as the animation's viewer draws it. A run that uses RUN_SECONDS ends early as ``cancelled``.
+    held: as for ``content``."""
+    from trunnion.plots.animation.viewer_data import content
+    from trunnion.plots.mechanism_pictures.instant_picture import needed, started
+    from trunnion.simulation.run import simulate
+
+    scene = scene_of(read_request(SceneSource, body, media), limits)
+    until, every, end = float(scene.simulation.until), float(scene.simulation.every or 0.0), thread_time() + RUN_SECONDS
+
+    def check() -> None:
+        if thread_time() > end:
+            raise KeyboardInterrupt
+
+    try:
+        with watched(check):
+            result = simulate(scene, every=max(every, until / RUN_ROWS), outputs=needed(scene), kernel="parts")
+    except KeyboardInterrupt:
+        raise SceneError([Problem("scene", f"no row was computed within {RUN_SECONDS:g} s", "submit it as a job")]) from None
+    return text_of(content(started(result, "scene"), held))
 
 
 def check_job(body: bytes, media: str, limits: Limits) -> bytes:
@@ -117,6 +165,23 @@ def stored_fields(request: JobRequest, limits: Limits) -> dict[str, Any]:
 def plan_sensitivity(body: bytes, media: str, limits: Limits) -> tuple[dict[str, Any], float]:
     """The arguments of ``run_sensitivity`` for a worker: the request as plain data, and the time budget, s."""
     return plain(read_request(SensitivityRequest, body, media), limits)
+
+
+def export_module(body: bytes, media: str, limits: Limits) -> bytes:
+    """JSON of the WebAssembly module of a scene: its code in base64, and the numbers of its parameters and columns by name."""
+    from trunnion.plots.mechanism_pictures.instant_picture import needed
+
+    scene = scene_of(read_request(SceneSource, body, media), limits)
+    try:
+        library = import_module("trunnion.fmu.c_library.library_files").library
+        wasm = import_module("trunnion.fmu.c_library.wasm_page").wasm
+    except (ImportError, AttributeError) as e:
+        raise ImportError(f"cannot be loaded: {e}") from None
+    made = library(scene, None, needed(scene))
+    numbered: dict[str, dict[str, int]] = {"parameters": {}, "columns": {}}
+    for i, v in enumerate(made.called.values()):
+        numbered["parameters" if v.causality == "parameter" else "columns"][v.name] = i
+    return text_of({"wasm": base64.b64encode(wasm(made)).decode(), **numbered})
 
 
 def export_fmu(body: bytes, media: str, limits: Limits, file: str) -> str:

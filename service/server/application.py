@@ -37,6 +37,7 @@ def build_application(service: Service) -> FastAPI:
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         service.dispatcher.start()
         service.checks.start()
+        service.runs.start()
         service.retention.start()
         service.webhook_sender.start()
         yield

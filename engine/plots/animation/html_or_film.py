@@ -18,7 +18,7 @@ SUFFIXES = (*PAGES, *FILMS)
 VIEWER = Path(__file__).with_name("viewer")
 SCRIPTS = (
     "run_data.js", "camera.js", "triangles_and_edges.js", "shaders.js", "webgl.js", "webgl_scene.js", "point_paths.js",
-    "canvas_fallback.js", "picture_drawing.js", "value_panel.js", "playback_clock.js", "user_controls.js",
+    "canvas_fallback.js", "point_handles.js", "picture_drawing.js", "value_panel.js", "playback_clock.js", "user_controls.js",
 )  # fmt: skip
 """Scripts in order: each script uses names that earlier scripts define."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -22,7 +23,7 @@ from trunnion.plots.geometry.motion_and_view import (
     round_force,
 )
 from trunnion.plots.style import palette
-from trunnion.plots.style.captions import caption, event_text
+from trunnion.plots.style.captions import caption, event_text, outcome_text
 from trunnion.simulation.results.result import Result
 
 MOST_BYTES = 1_800_000
@@ -32,17 +33,24 @@ MOST_EVENTS = 300
 MOST_PANELS = 4
 
 
+POSE = (("position", 3), ("orientation", 4))
+"""Columns of a body's pose, and their counts."""
+
+
 class _Channels:
     """Columns of the page's rows, without repetition."""
 
     def __init__(self, result: Result):
         self.result = result
         self.columns: list[np.ndarray] = []
+        self.sources: list[str] = []
         self.places: dict[str, int] = {}
 
-    def add(self, *values: np.ndarray) -> int:
-        """Append columns. Returns the index of the first appended column."""
+    def add(self, *values: np.ndarray, sources: Sequence[str] = ()) -> int:
+        """Append columns. sources: the columns of the result from which a host of the scene's C library can fill them: a name, "0",
+        or once for three columns ``rotation:`` and the name of a quaternion. Returns the index of the first appended column."""
         self.columns += values
+        self.sources += [*sources, *[""] * (len(values) - len(sources))]
         return len(self.columns) - len(values)
 
     def named(self, *names: str) -> int | None:
@@ -50,12 +58,12 @@ class _Channels:
         if any(n not in self.result for n in names):
             return None
         if names[0] not in self.places:
-            self.places[names[0]] = self.add(*(self.result[n] for n in names))
+            self.places[names[0]] = self.add(*(self.result[n] for n in names), sources=names)
         return self.places[names[0]]
 
 
-def content(result: Result) -> dict[str, Any]:
-    """All data that the viewer draws, as plain data."""
+def content(result: Result, held: bool = False) -> dict[str, Any]:
+    """All data that the viewer draws, as plain data. held: without the view and the scales, for a viewer that keeps its own."""
     scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()
@@ -64,7 +72,7 @@ def content(result: Result) -> dict[str, Any]:
             "name": p.name,
             "color": _hex(p.color),
             "mesh": meshes.place(p.mesh),
-            "channel": channels.add(*_pose(moved, i)),
+            "channel": channels.add(*_pose(moved, i), sources=[f"{p.name}.{of}[{k}]" for of, n in POSE for k in range(1, n + 1)]),
             "traced": [{"name": n, "at": x.tolist()} for n, x in (p.points or {p.name: np.zeros(3)}).items()],
         }
         for i, p in enumerate(scene.parts)
@@ -75,8 +83,8 @@ def content(result: Result) -> dict[str, Any]:
         j["panel"] = j in rubbing[:MOST_PANELS]
     rows = thinned(result, len(channels.columns))
     block = np.column_stack(channels.columns)[rows].astype("<f4")
-    return _frame(result, scene, moved) | {
-        "parts": parts, "joints": joints, "meshes": meshes.data, "width": block.shape[1],
+    return _described(result, scene) | ({} if held else _frame(result, scene, moved)) | {
+        "parts": parts, "joints": joints, "meshes": meshes.data, "width": block.shape[1], "sources": channels.sources,
         "times": base64.b64encode(result.time[rows].astype("<f8").tobytes()).decode(),
         "rows": base64.b64encode(np.ascontiguousarray(block).tobytes()).decode(),
     }  # fmt: skip
@@ -123,7 +131,7 @@ def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -
         normal = channels.named(*(f"{c.columns}.normal[{k}]" for k in (1, 2, 3)))
         state = channels.named(c.state)
         if force is not None and normal is not None:
-            state = channels.add(np.zeros(len(result))) if state is None else state
+            state = channels.add(np.zeros(len(result)), sources=["0"]) if state is None else state
             where: dict[str, Any] = {"part": c.part, "base": c.base.tolist(), "arm": c.arm, "axis": c.axis.tolist()}
             where |= asdict(c.patch)
             if c.follows is not None:
@@ -148,7 +156,7 @@ def _values(j: JointMark, result: Result, channels: _Channels) -> list[dict[str,
     quaternion = [f"{j.name}.q[{k}]" for k in (1, 2, 3, 4)]
     if j.type in REGISTRY and REGISTRY[j.type].quaternion == 0 and all(n in result for n in quaternion):
         turn = rotation_vector(np.column_stack([result[n] for n in quaternion]))
-        first = channels.add(*turn.T)
+        first = channels.add(*turn.T, sources=[f"rotation:{j.name}.q"])
         out = [{"label": f"angle e{k + 1}", "unit": "°", "factor": 180 / np.pi, "channel": first + k} for k in range(3)]
     for n in names:
         degrees = result.units[n] == "rad"
@@ -169,22 +177,30 @@ def thinned(result: Result, width: int) -> np.ndarray:
     return np.unique(np.clip(np.concatenate([even, near]), 0, len(result) - 1))
 
 
-def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
-    """Data that all rows share: names, first view, scales, events."""
-    framing, scale = frame_motion(scene, moved), arrow_scale(result, scene)
+def _described(result: Result, scene: Scenery) -> dict[str, Any]:
+    """Data that all rows share: names, lines, events, colours."""
     events = result.events[:: max(1, -(-len(result.events) // MOST_EVENTS))]
     return {
-        "title": result.scene.title or result.scene.name, "caption": caption(result),
+        "title": result.scene.title or result.scene.name, "caption": caption(result), "outcome": outcome_text(result),
+        "until": result.settings["until"], "every": result.settings["every"],
+        "events": [{"t": e.time, "text": event_text(e)} for e in events],
+        "springs": _ends(scene.springs), "rods": _ends(scene.rods),
+        "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
+        "colors": {"joint": palette.JOINT, "ramp": palette.PRESSURE},
+    }  # fmt: skip
+
+
+def _frame(result: Result, scene: Scenery, moved: Motion) -> dict[str, Any]:
+    """The first view and the scales."""
+    framing, scale = frame_motion(scene, moved), arrow_scale(result, scene)
+    return {
         "up": scene.up.tolist(), "view": framing.view.tolist(), "center": framing.centre.tolist(),
         "extent": {"all": framing.wide.tolist(), "near": framing.near.tolist()}, "follow": framing.follows,
         "size": scene.size, "arrow": scale, "force": round_force(scale, scene.size),
         "floor": framing.floor,
         "grid": float(10.0 ** np.floor(np.log10(2 * scene.size)) / 2),
-        "events": [{"t": e.time, "text": event_text(e)} for e in events],
-        "springs": _ends(scene.springs), "rods": _ends(scene.rods),
         "rails": [{"part": p, "from": a.tolist(), "to": b.tolist()} for p, a, b in rails(result, scene)],
-        "states": {str(k): v for k, v in palette.STATES.items()} | {"other": palette.OPEN},
-        "colors": {"joint": palette.JOINT, "ramp": palette.PRESSURE}, "pressure": pressure_scale(result, scene), **_speeds(result),
+        "pressure": pressure_scale(result, scene), **_speeds(result),
     }  # fmt: skip
 
 

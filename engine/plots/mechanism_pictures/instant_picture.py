@@ -73,15 +73,21 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
 def assemble_start(scene: Scene, where: str) -> Result:
     """A result with one row, the start, and all columns that pictures need. where: place named in problems. SceneError if the scene
     cannot be assembled."""
-    from trunnion.simulation.results.summary import has_motion
     from trunnion.simulation.run import simulate
 
     soon = ASSEMBLY_TIME * float(scene.simulation.until)
-    result = simulate(scene, until=soon, every=soon, outputs=needed(scene))
+    result = started(simulate(scene, until=soon, every=soon, outputs=needed(scene)), where)
+    return replace(result, data=result.data[:1], events=())
+
+
+def started(result: Result, where: str) -> Result:
+    """The result, if it has a row that can be drawn; else SceneError with the outcome, at the place ``where``."""
+    from trunnion.simulation.results.summary import has_motion
+
     if not has_motion(result):
         what = f"the mechanism cannot be drawn, because its run failed at the start: {result.outcome.name}"
         raise SceneError([Problem(where, what, result.outcome.advice)])
-    return replace(result, data=result.data[:1], events=())
+    return result
 
 
 def _result(source: Scene | Result, time: float) -> Result:

@@ -21,12 +21,16 @@ def caption(result: Result) -> str:
         words.append(f"{n.name} {', '.join(f'{v:g}' for v in sorted(values))} {n.unit}")
     words.append(f"method {used.get('method', '?')}")
     words.append(f"fixed step {used['step']:g} s" if used.get("step") else f"rtol {used.get('rtol', 0):g}")
-    name = result.outcome.name.replace("_", " ")
-    where = f" in {result.outcome.joint}" if result.outcome.joint else ""
-    words.append(f"{name}{where} at t = {result.outcome.time:.6g} s")
+    words.append(outcome_text(result))
     if result.certainty is not None and not result.certainty.promise.whole:
         words.append(f"no error is promised from t = {result.certainty.promise.until:.6g} s (shaded)")
     return " · ".join(words)
+
+
+def outcome_text(result: Result) -> str:
+    """How the run ended: outcome, joint and time."""
+    where = f" in {result.outcome.joint}" if result.outcome.joint else ""
+    return f"{result.outcome.name.replace('_', ' ')}{where} at t = {result.outcome.time:.6g} s"
 
 
 def event_text(event: Event) -> str:

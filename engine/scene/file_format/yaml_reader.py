@@ -28,10 +28,12 @@ MOST = 200_000
 @dataclass
 class Document:
     """The result of reading. ``data`` holds nested dicts, lists and scalars, or None when there is no usable content. ``lines``
-    maps each path to its line, counted from 1. ``findings`` are the mistakes."""
+    maps each path to its line, counted from 1. ``places`` maps the path of each scalar to its first character and the end, with
+    the quotes. ``findings`` are the mistakes."""
 
     data: Any = None
     lines: dict[Path, int] = field(default_factory=dict)
+    places: dict[Path, tuple[int, int]] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
 
 
@@ -123,6 +125,7 @@ class _Builder:
         if top is not None and isinstance(top.value, dict) and top.key is None:
             self.key(top, text, line)
             return
+        self.doc.places[self.place(line)] = event.start_mark.index, event.end_mark.index
         self.put(text if event.style else plain(text), 1, line, event.anchor)
 
     def key(self, top: _Open, text: str, line: int) -> None:

@@ -40,6 +40,7 @@ SCENES: Any = {
     },
     "yaml": {"summary": "A scene as YAML text", "value": {"scene_text": YAML}},
 }
+EXPORTS = "pip install 'trunnion[fmu]' on the server"
 FMUS: Any = {
     "native": {"summary": "An FMU for the platform of the server", "value": {"scene": "crank_slider", "flavour": "native"}}
 }
@@ -64,6 +65,7 @@ class ParameterItem(BaseModel):
     path: str
     value: float
     unit: str
+    at: tuple[int, int] | None = Field(description="First character and end of the number in the scene's text; null without one.")
 
 
 class ColumnItem(BaseModel):
@@ -150,6 +152,44 @@ async def view_scene(
 
 
 @router.post(
+    "/scenes/run",
+    responses={
+        200: {"description": "Rows, meshes and events for the animation's viewer.", **content_schema("application/json")},
+        **error_responses(413),
+    },
+    openapi_extra=body_schema(SceneSource, SCENES),
+)
+async def run_scene(
+    request: Request,
+    caller: Reader,
+    s: ServerState,
+    held: Annotated[bool, Query(description="Whether view and scales are omitted, because the viewer keeps its own.")] = False,
+) -> Response:
+    """Run a scene at once, without a job, and return its motion, or (422) all problems. A run of more than 2 s of processor time
+    ends early."""
+    return Response(await check_body(s, request, caller, worker_tasks.run_scene, held, pool=s.runs), media_type="application/json")
+
+
+@router.post(
+    "/scenes/module",
+    responses={
+        200: {"description": "Code in base64, and the numbers of variables by name.", **content_schema("application/json")},
+        **error_responses(413, 501),
+    },
+    openapi_extra=body_schema(SceneSource, SCENES),
+)
+async def export_module(request: Request, caller: Submitter, s: ServerState) -> Response:
+    """Export a scene as a WebAssembly module with the functions of `trunnion export web`. The first export of a scene compiles for
+    up to a minute."""
+    seconds = s.settings.limits.answer_seconds
+    try:
+        made = await check_body(s, request, caller, worker_tasks.export_module, pool=s.exports, seconds=seconds)
+    except ImportError as e:
+        raise Refusal(501, "the export is not installed", [Problem("scene", str(e), EXPORTS)]) from e
+    return Response(made, media_type="application/json")
+
+
+@router.post(
     "/fmus",
     response_class=Response,
     responses={
@@ -166,7 +206,6 @@ async def export_fmu(request: Request, caller: Submitter, s: ServerState) -> Res
         try:
             name = await check_body(s, request, caller, worker_tasks.export_fmu, str(file), pool=s.exports, seconds=seconds)
         except ImportError as e:
-            hint = "pip install 'trunnion[fmu]' on the server"
-            raise Refusal(501, "FMU export is not installed", [Problem("fmu", str(e), hint)]) from e
+            raise Refusal(501, "FMU export is not installed", [Problem("fmu", str(e), EXPORTS)]) from e
         data = await run_in_threadpool(file.read_bytes)
     return Response(data, 200, {"Content-Disposition": f'attachment; filename="{name}.fmu"'}, "application/vnd.fmi.fmu")

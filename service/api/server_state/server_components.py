@@ -44,8 +44,8 @@ CACHED_TALLIES = 4
 """Largest number of jobs whose tallies are cached. The tallies of one job need up to some hundred megabytes."""
 Make = Callable[[], Iterator[bytes]]
 """A function that creates the bytes of a response."""
-CHECK_PROCESSES, EXPORT_PROCESSES = 2, 2
-"""Numbers of processes that check requests and that export FMUs."""
+CHECK_PROCESSES, RUN_PROCESSES, EXPORT_PROCESSES = 2, 2, 2
+"""Numbers of processes that check requests, that run scenes at once, and that export FMUs."""
 PROBE_SECONDS = 5.0
 """The database counts as not ready if it needs more time than this for a probe, s."""
 
@@ -90,6 +90,7 @@ class Service:
     metrics: Metrics
     dispatcher: Dispatcher
     checks: WorkerPool
+    runs: WorkerPool
     exports: WorkerPool
     retention: JobRetention
     webhook_sender: WebhookSender
@@ -116,6 +117,7 @@ class Service:
     def close(self) -> None:
         """End all components. Each component ends before the components that it uses."""
         self.checks.close()
+        self.runs.close()
         self.exports.close()
         self.retention.stop()
         self.webhook_sender.stop()
@@ -178,9 +180,10 @@ def create_service(settings: Settings) -> Service:
     cluster = Cluster(settings.scheduler, settings.workers, settings.data / "scratch", settings.tls)
     dispatcher = Dispatcher(store, cluster, parts, settings, metrics)
     memory = settings.limits.memory
-    checks, exports = WorkerPool(CHECK_PROCESSES, memory), WorkerPool(EXPORT_PROCESSES, 2 * memory, lasting=False)
+    checks, runs = WorkerPool(CHECK_PROCESSES, memory), WorkerPool(RUN_PROCESSES, memory)
+    exports = WorkerPool(EXPORT_PROCESSES, 2 * memory, lasting=False)
     retention, sender = JobRetention(store, parts, settings), WebhookSender(store, settings, job_document)
-    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, exports, retention, sender)
+    return Service(settings, store, cluster, parts, metrics, dispatcher, checks, runs, exports, retention, sender)
 
 
 async def service(request: Request) -> Service:

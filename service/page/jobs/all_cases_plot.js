@@ -3,6 +3,7 @@
 
 import { $, choices, few, later, make, many, number, wrong } from "../basics/requests_and_dom.js";
 import * as cases from "./case_curves.js";
+import * as caseTable from "./case_table.js";
 import * as charts from "../plots/plotly.js";
 import * as heat from "../plots/heat_map.js";
 import * as outcomes from "../basics/outcome_colours.js";
@@ -15,10 +16,12 @@ let table = null, selection = new Map(), turn = 0;
 export function begin() {
   for (const id of ["across", "up", "by", "kind"]) $(id).addEventListener("change", () => drawn().catch(wrong));
   charts.onScheme(drawn);
+  caseTable.begin();
 }
 
 export function clear() {
   table = null;
+  caseTable.changed(null);
   selection = new Map();
   turn++;
   charts.clear($("sweepplot"));
@@ -37,6 +40,7 @@ export async function changed(now) {
   choices($("across"), [...paths, ["case", "case", "number of the case"]]);
   choices($("by"), paths, paths[1]?.[0]);
   choices($("up"), table.results.map((c) => [c.name, c.name, words(c)]));
+  caseTable.changed(now);
   await drawn();
 }
 
@@ -52,9 +56,14 @@ async function drawn() {
   const notes = flat && of.x !== of.y && of.x !== "case" ? await heat.field($("sweepplot"), of, kind) : table.large ? await heat.density($("sweepplot"), of) : await scatter(of);
   if (!still() || !notes) return;
   $("sweepnote").textContent = notes.filter(Boolean).join(" ");
-  charts.on($("sweepplot"), "plotly_click", (e) => { const n = e.points[0].customdata; if (n != null) cases.choose(n, e.event?.shiftKey); });
+  charts.on($("sweepplot"), "plotly_click", (e) => { const n = e.points[0].customdata; if (n != null) { cases.choose(n, e.event?.shiftKey); marked(e.points[0]); } });
   charts.on($("sweepplot"), "plotly_selected", (e) => { if (e?.range) boxed(of, e.range); });
   await told();
+}
+
+// Marks the point that was clicked.
+function marked({ x, y }) {
+  window.Plotly.relayout($("sweepplot"), { annotations: [{ x, y, text: "◯", showarrow: false, font: { size: 22, color: charts.inks().ink } }] });
 }
 
 async function scatter({ x, up }) {
@@ -62,7 +71,7 @@ async function scatter({ x, up }) {
   const traces = charts.points(table.rows, at, (r) => r[i], (r) => r[k], (r) => charts.hover(table.columns, r), selection.size ? inside : null);
   const said = `${words(table.column(up))} against ${words(table.column(x))}, ${few(table.rows.length, "case")}, outcomes by colour and shape`;
   await charts.draw($("sweepplot"), traces, { ...charts.legend, showlegend: traces.length > 1, xaxis: charts.axis(title(table.column(x))), yaxis: charts.axis(title(table.column(up))) }, said);
-  return [outcomes.early(table.job) ? "Hollow marks: cases that ended early; their results cover the time until then." : "", lost ? `${few(lost, "case")} of ${many(table.rows.length)} without this result: drawn below the others.` : "", "Click a case to show its curves; shift-click to add another case."];
+  return [outcomes.early(table.job) ? "Hollow marks: cases that ended early; their results cover the time until then." : "", lost ? `${few(lost, "case")} of ${many(table.rows.length)} without this result: drawn below the others.` : "", "Click a case to play it and to show its curves; shift-click to add another case."];
 }
 
 // Whether a row satisfies the selection.

@@ -2,12 +2,11 @@
 
 import { $, choices } from "../basics/requests_and_dom.js";
 
-let job = null, tell = () => {}, wide = false, ready = false, from = 0;
+let job = null, tell = () => {}, wide = false, ready = false, from = 0, asked = 0, wish = null;
 
 export function begin(onTime) {
   tell = onTime;
-  $("moving").addEventListener("change", load);
-  $("animate").addEventListener("click", () => { const frame = $("animation").contentWindow; if (frame?.play) frame.play($("animate").dataset.playing !== "true"); });
+  $("moving").addEventListener("change", () => load(true));
   $("wide").addEventListener("click", () => spread(!wide));
   document.addEventListener("keydown", (e) => { if (e.key === "Escape" && wide) spread(false); });
   $("animation").addEventListener("load", loaded);
@@ -19,7 +18,6 @@ export function clear() {
   ready = false;
   $("animation").removeAttribute("src");
   for (const id of ["animation", "animationlink", "wide"]) $(id).hidden = true;
-  $("animate").disabled = true;
   $("motionnote").hidden = false;
   $("moving").replaceChildren();
   job = null;
@@ -30,16 +28,25 @@ export function offer(now, numbers) {
   const before = job?.id === now.id ? $("moving").value : "";
   job = now;
   choices($("moving"), numbers.map((n) => [String(n), `case ${n}`]));
-  if (!numbers.length) { $("animation").hidden = true; $("motionnote").textContent = "No case is selected for the animation."; $("motionnote").hidden = false; $("animate").disabled = true; return; }
-  if ($("moving").value !== before) load();
+  if (!numbers.length) { $("animation").hidden = true; $("motionnote").textContent = "No case is selected for the animation."; $("motionnote").hidden = false; return; }
+  const chosen = numbers.includes(wish) ? String(wish) : $("moving").value;
+  wish = null;
+  if (chosen === before) return;
+  $("moving").value = chosen;
+  load(true);
 }
 
-function load() {
+// Plays this case when it is offered next.
+export function prefer(n) { wish = n; }
+
+// play: whether the motion begins at once; not for users who prefer reduced motion.
+function load(play) {
   const address = `/v1/jobs/${job.id}/cases/${$("moving").value}/animation`;
   ready = false;
+  asked = from;
   $("motionnote").textContent = "Loading the motion …";
   $("motionnote").hidden = false;
-  $("animation").src = `${address}?values=0&t=${from}`;
+  $("animation").src = `${address}?values=0&t=${from}${play ? "&play=1" : ""}`;
   $("animationlink").href = address;
   for (const id of ["animation", "animationlink", "wide"]) $(id).hidden = false;
 }
@@ -52,16 +59,11 @@ function loaded() {
   }
   ready = true;
   $("motionnote").hidden = true;
-  $("animate").disabled = false;
   inside.addEventListener("shown", (e) => {
-    const playing = String(e.detail.playing);
-    if ($("animate").dataset.playing !== playing) { $("animate").dataset.playing = playing; $("animate").textContent = e.detail.playing ? "Pause" : "Play"; }
     if (Math.abs(e.detail.t - from) > 1e-12) { from = e.detail.t; tell(from); }
   });
   inside.addEventListener("keydown", (e) => { if (e.key === "Escape" && wide) { spread(false); $("wide").focus(); } });
-  $("animate").dataset.playing = "false";
-  $("animate").textContent = "Play";
-  $("animation").contentWindow.seek(from);
+  if (from !== asked) $("animation").contentWindow.seek(from); // the cursor was moved in the meantime
 }
 
 // Shows the error that the server returned instead of an animation.

@@ -18,6 +18,8 @@ export function begin() {
   $("marked").addEventListener("change", again);
   $("addcolumn").addEventListener("click", () => { add($("column").value); drawn().catch(wrong); });
   $("at").addEventListener("input", () => cursor(+$("at").value));
+  $("timeplot").addEventListener("pointerdown", (e) => { if (e.button === 0) dragged(e); });
+  $("timeplot").addEventListener("pointermove", (e) => { if (e.buttons & 1) dragged(e); });
   charts.onScheme(() => job && drawn());
   window.addEventListener("resize", later(async () => line(), 100));
 }
@@ -59,12 +61,21 @@ async function earliest() {
 
 // Shows the case n, which was selected in another plot. more: show it in addition to the shown cases.
 export function choose(n, more) {
-  const now = more ? [...new Set([...wanted(), n])] : [n];
+  const now = more ? [...wanted().filter((k) => k !== n), n] : [n];
   $("cases").value = now.slice(-MOST_CASES).join(", ");
+  motion.prefer(n);
+  $("cases").dispatchEvent(new Event("change"));
   drawn().catch(wrong);
 }
 
-function wanted() {
+// Hides the curves of a case.
+export function drop(n) {
+  $("cases").value = wanted().filter((k) => k !== n).join(", ");
+  drawn().catch(wrong);
+}
+
+export function wanted() {
+  if (!job) return [];
   const out = [];
   for (const part of $("cases").value.split(/[,;\s]+/).filter(Boolean)) {
     const [a, b] = part.split("-").map(Number);
@@ -127,7 +138,7 @@ function told(numbers, heads) {
 async function plotted(numbers, runs, columns, found) {
   const about = columns.map((name) => found[0].columns.find((c) => c.name === name)), units = [...new Set(about.map((c) => c.unit))];
   dashed();
-  const traces = [], layout = { hovermode: "x", xaxis: charts.axis("time (s)", { anchor: `y${units.length > 1 ? units.length : ""}` }), shapes: [] };
+  const traces = [], layout = { hovermode: "x", dragmode: false, xaxis: charts.axis("time (s)", { anchor: `y${units.length > 1 ? units.length : ""}` }), shapes: [] };
   units.forEach((u, k) => {
     const mine = about.filter((c) => c.unit === u), room = 1 / units.length;
     layout[`yaxis${k ? k + 1 : ""}`] = charts.axis(mine.length === 1 ? title(mine[0]) : unit(u) ? `${mine.length} columns (${unit(u)})` : `${mine.length} columns`, { domain: [1 - (k + 1) * room + 0.03 * (k < units.length - 1), 1 - k * room - 0.03 * (k > 0)] }, Math.floor(42 / units.length));
@@ -149,7 +160,6 @@ async function plotted(numbers, runs, columns, found) {
   const what = `${columns.map((c, k) => words(about[k])).join("; ")} of ${few(runs.length, "case")} against time, events marked`;
   if (!(await charts.draw($("timeplot"), traces, layout, what))) return;
   Object.assign($("at"), { disabled: false, min: 0, max: span[1], step: span[1] / 1000 || 0.001 });
-  charts.on($("timeplot"), "plotly_hover", (e) => cursor(e.xvals?.[0] ?? e.points[0].x));
   charts.on($("timeplot"), "plotly_afterplot", line);
   charts.on($("timeplot"), "plotly_relayout", line);
   cursor(Math.min(at, span[1]));
@@ -183,6 +193,12 @@ function cursor(t, told = false) {
   $("at").setAttribute("aria-valuetext", $("attime").textContent);
   if (!told) motion.seek(at);
   line();
+}
+
+// Moves the cursor to the pointer.
+function dragged(e) {
+  const x = $("timeplot")._fullLayout?.xaxis, place = e.clientX - $("timeplot").getBoundingClientRect().left - (x?._offset ?? 0);
+  if (x?.p2l && place >= -9 && place <= x._length + 9) cursor(x.p2l(place));
 }
 
 function line() {

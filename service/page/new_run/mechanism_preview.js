@@ -1,60 +1,103 @@
-// An interactive view of the mechanism at its start, beside the editor. It is an animation page in a frame.
+// The motion of the scene beside the editor. A changed scene runs at once; while a number is dragged, the newest text runs next.
 
-import { $, askText, later, make, problemList } from "../basics/requests_and_dom.js";
+import { $, ask, askText, make, problemList } from "../basics/requests_and_dom.js";
+import * as browser from "./browser_runs.js";
+import * as curve from "./motion_curve.js";
 
 const SLOW = 600; // time until the picture of an earlier scene is marked as outdated, ms
 const SHOWN = "values=0&bare=1&names=1";
-let front = null, of = "", turn = 0;
+const STILL = matchMedia("(prefers-reduced-motion: reduce)");
+let frame = null, of = null, wanted = null, busy = false, told = () => {};
+let latest = null, turn = 0, shownTurn = 0, due = false; // the last data from the server; turns of texts
 
-export function begin() {
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (e) => front?.contentWindow.theme?.(e.matches));
+// shown: called with the data of each run, but for those during a drag.
+export function begin(shown) {
+  told = shown;
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (e) => { view()?.theme?.(e.matches); curve.draw(); });
+  curve.begin();
 }
 
-export const draw = later(async (signal, text, model) => {
-  const mine = ++turn;
+export const view = () => frame?.contentWindow;
+
+// Runs a scene next. model: the bundled model that it belongs to; a run of another model begins with a new view.
+export function run(text, model) { want({ text, model, held: false }); }
+
+// Runs a scene next, while a number or a point of it is dragged: view and scales stay. The browser runs it if it can. text: returns
+// the newest text.
+export function follow(text) {
+  if (due) return;
+  due = true;
+  requestAnimationFrame(() => {
+    due = false;
+    const data = browser.run(latest);
+    if (data) show(data, { model: of, held: true, turn: ++turn });
+    else want({ text: text(), model: of, held: true });
+  });
+}
+
+function want(next) {
+  wanted = { ...next, turn: ++turn };
+  if (!busy) work();
+}
+
+// One run at a time, so that no queue lags behind the hand: texts that came meanwhile are skipped, but for the newest.
+async function work() {
+  busy = true;
   $("preview").setAttribute("aria-busy", "true");
-  const late = () => { if (mine === turn) { front?.classList.add("stale"); $("previewnote").textContent = "Drawing …"; } };
-  const slow = setTimeout(late, front ? SLOW : 0);
-  try {
-    const page = await askText("POST", `/v1/scenes/view?shown=${encodeURIComponent(SHOWN)}`, { scene_text: text }, signal);
-    if (mine === turn) await show(page, model);
-    $("previewnote").textContent = "";
-  } catch (e) {
-    if (e.name === "AbortError") throw e;
-    stale(e.problems?.length ? e.problems : [{ where: "picture", what: e.message }]);
-  } finally {
-    clearTimeout(slow);
-    if (mine === turn) $("preview").setAttribute("aria-busy", "false");
+  while (wanted) {
+    const next = wanted, late = setTimeout(() => { frame?.classList.add("stale"); $("previewnote").textContent = "Running …"; }, frame ? SLOW : 0);
+    wanted = null;
+    try {
+      if (!frame) await open(await askText("POST", `/v1/scenes/view?shown=${encodeURIComponent(SHOWN)}`, { scene_text: next.text }));
+      latest = await ask("POST", `/v1/scenes/run?held=${next.held}`, { scene_text: next.text });
+      show({ ...latest }, next);
+      $("previewnote").textContent = "";
+    } catch (e) {
+      stale(e.problems?.length ? e.problems : [{ where: "picture", what: e.message }]);
+    } finally {
+      clearTimeout(late);
+    }
   }
-}, 150);
+  busy = false;
+  $("preview").setAttribute("aria-busy", "false");
+}
+
+function show(data, { model, held, turn: mine }) {
+  if (mine < shownTurn) return; // the browser has run a newer text
+  shownTurn = mine;
+  const inside = view(), other = model !== of;
+  if (!inside?.load) throw new Error("the page could not be loaded"); // the server was lost in the meantime
+  frame.classList.remove("stale");
+  inside.load(data, held);
+  curve.put(inside, data, held);
+  if (other) { inside.reset(); inside.seek(0); inside.play(!STILL.matches); }
+  of = model;
+  $("outcome").textContent = data.outcome;
+  if (!held) told(data);
+}
 
 // Shows why there is no new picture. The last picture stays and is dimmed.
 export function stale(problems) {
-  front?.classList.add("stale");
-  $("previewnote").replaceChildren(...(problems.length ? [problemList(problems)] : [front ? "The picture shows the last scene without problems." : ""]));
+  frame?.classList.add("stale");
+  $("previewnote").replaceChildren(...(problems.length ? [problemList(problems)] : [frame ? "The picture shows the last scene without problems." : ""]));
 }
 
-// Loads a new frame behind the visible frame. After it is drawn, the new frame replaces the visible frame. If both show the same
-// model, the view direction stays the same.
-function show(page, model) {
+// Loads the page of the start into a frame, which shows all later runs.
+function open(page) {
   return new Promise((resolve, reject) => {
-    const frame = make("iframe", { title: "the mechanism at its start: arrow keys and W A S D turn it", src: "/page/blank_frame.html", class: "behind" });
+    const made = make("iframe", { title: "the mechanism in motion: arrow keys step through time, W A S D turn it", src: "/page/blank_frame.html", class: "behind" });
     let loads = 0;
-    frame.addEventListener("load", () => {
+    made.addEventListener("load", () => {
       if (++loads === 1) {
-        try { frame.contentWindow.put(page); } catch { frame.remove(); reject(new Error("the page could not be loaded")); } // the server was lost in the meantime
+        try { made.contentWindow.put(page); } catch { made.remove(); reject(new Error("the page could not be loaded")); } // the server was lost in the meantime
         return;
       }
       if (loads > 2) return;
-      const inside = frame.contentWindow;
-      if (front && model === of) inside.standing?.(front.contentWindow.standing?.());
-      requestAnimationFrame(() => requestAnimationFrame(() => {
-        frame.classList.remove("behind");
-        for (const other of [...$("preview").querySelectorAll("iframe")]) if (other !== frame) other.remove();
-        [front, of] = [frame, model];
-        resolve();
-      }));
+      frame = made;
+      frame.classList.remove("behind");
+      made.contentDocument.addEventListener("shown", (e) => curve.cursor(e.detail.t));
+      resolve();
     });
-    $("preview").append(frame);
+    $("preview").append(made);
   });
 }

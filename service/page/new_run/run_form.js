@@ -2,18 +2,26 @@
 
 import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
 import * as asked from "./request_fields.js";
+import * as browser from "./browser_runs.js";
+import * as curve from "./motion_curve.js";
 import * as editor from "./scene_editor.js";
 import * as jobs from "../jobs/job_lists.js";
+import * as points from "./point_drag.js";
 import * as preview from "./mechanism_preview.js";
 import * as router from "../basics/router.js";
+import * as sliders from "./number_sliders.js";
 import { onReturn } from "../basics/server_status.js";
 
 const DRAFT = "draft", BUSY = 3000;
 const FIRST = [".friction.mu", ".friction.", ".start."];
-let facts = null, models = null, ready = false, sendKey = "";
+let facts = null, shown = null, models = null, ready = false, sendKey = "";
 
 export function begin() {
+  const follow = () => preview.follow(editor.text), release = () => { editor.settle(); typed(); };
+  sliders.begin(follow, () => { release(); browser.prepare().catch(wrong); });
+  points.begin(follow, release);
   $("model").addEventListener("change", () => load().catch(wrong));
+  for (const button of document.querySelectorAll("#tour button")) button.addEventListener("click", () => touch(button.dataset).catch(wrong));
   $("addaxis").addEventListener("click", () => { asked.axis("", "", suggested, changed).focus(); changed(); });
   for (const input of [$("sweep"), $("reductions"), $("until"), $("label")]) input.addEventListener("input", changed);
   for (const way of [...document.getElementsByName("way"), $("goal")]) way.addEventListener("change", () => { asked.switched(facts); changed(); });
@@ -57,6 +65,14 @@ async function load() {
   await check();
 }
 
+// Shows a mechanism of the first minute, with the slider to drag in focus.
+async function touch({ model, number: path, curve: name }) {
+  $("model").value = model;
+  curve.prefer(name);
+  await load();
+  $(`slide-${path}`)?.focus();
+}
+
 // Fills the form from the request of a job.
 async function take(id) {
   const [body, scene] = await Promise.all([ask("GET", `/v1/jobs/${id}/request`), askText("GET", `/v1/jobs/${id}/scene`)]);
@@ -66,6 +82,12 @@ async function take(id) {
   ready = true;
   await check();
   notice("");
+}
+
+// Called with the data of a run that is shown.
+export function moved(data) {
+  shown = data;
+  if (facts) points.put(facts.parameters, data);
 }
 
 export const typed = () => { keep(); checkScene(); };
@@ -90,9 +112,11 @@ function suggested(path) {
 const checkScene = later((signal) => check(signal));
 
 async function check(signal) {
-  const box = $("verdict");
+  const box = $("verdict"), text = editor.text();
   try {
-    facts = await awaited(ask("POST", "/v1/scenes/check", { scene_text: editor.text() }, signal), signal, $("verdict"), $("jobverdict"));
+    const found = await awaited(ask("POST", "/v1/scenes/check", { scene_text: text }, signal), signal, $("verdict"), $("jobverdict"));
+    if (text !== editor.text()) return; // a later check follows
+    facts = found;
   } catch (e) {
     if (e.name === "AbortError") throw e;
     if (e.status === 0) return unanswered(GONE, $("verdict"), $("jobverdict"));
@@ -112,7 +136,9 @@ async function check(signal) {
   box.replaceChildren(facts.notes.length ? make("ul", {}, ...facts.notes.map((n) => make("li", {}, n))) : "No problems.");
   $("facts").className = "";
   $("facts").textContent = [few(facts.bodies.length, "body", "bodies"), few(Object.keys(facts.joints).length, "joint"), facts.loops ? few(facts.loops, "loop") : ""].filter(Boolean).join(" · ");
-  preview.draw(editor.text(), $("model").value);
+  preview.run(editor.text(), $("model").value);
+  sliders.put(facts.parameters);
+  points.put(facts.parameters, shown);
   $("paths").replaceChildren(...facts.parameters.map((p) => make("option", { value: p.path }, `${number(p.value)} ${p.unit === "1" ? "" : p.unit}`)));
   $("results").replaceChildren(...["outcome", ...facts.reductions].map((r) => make("option", { value: r })));
   if (!$("axes").children.length) {

@@ -1,21 +1,65 @@
-// The scene editor, with line numbers and with problems at their lines.
+// The scene editor, with line numbers, with problems at their lines, and with undo for typed and dragged changes alike.
 
 import { $, make } from "../basics/requests_and_dom.js";
 
 const GAP = 3; // distance between the end of a line and its problem, characters
-let lines = 0, told = [];
+const PAUSE = 1000, MOST = 500; // ms after which typing begins a new change; changes that can be undone
+let lines = 0, told = [], past = [], future = [], last = { text: "", name: "", time: 0 }, changed = () => {};
 
-export function begin(changed) {
+export function begin(onChange) {
+  changed = onChange;
   const box = $("scene");
-  box.addEventListener("input", () => { numbered(); changed(); });
+  box.addEventListener("input", () => { note("typed", PAUSE); changed(); });
+  box.addEventListener("beforeinput", (e) => { if (e.inputType.startsWith("history")) { e.preventDefault(); step(e.inputType === "historyUndo"); } });
   box.addEventListener("scroll", follow);
+  $("compose").addEventListener("keydown", (e) => {
+    const key = e.key.toLowerCase(), own = !e.target.matches("input:not([type=range]), textarea:not(#scene)");
+    if ((e.ctrlKey || e.metaKey) && own && (key === "z" || key === "y")) { e.preventDefault(); step(key === "z" && !e.shiftKey); }
+  });
+  $("undo").addEventListener("click", () => step(true));
+  $("redo").addEventListener("click", () => step(false));
 }
+
+// Notes a change of the text. It is undone together with the change before if that has the same name and is not older than `pause`.
+function note(name, pause = Infinity) {
+  const now = performance.now();
+  if (last.name !== name || now - last.time > pause) past = [...past, last.text].slice(-MOST);
+  future = [];
+  last = { text: text(), name, time: now };
+  numbered();
+  enable();
+}
+
+const enable = () => { $("undo").disabled = !past.length; $("redo").disabled = !future.length; };
+
+function step(back) {
+  const [from, to] = back ? [past, future] : [future, past];
+  if (!from.length) return;
+  to.push(last.text);
+  last = { text: from.pop(), name: "", time: 0 };
+  const { scrollTop, scrollLeft } = $("scene");
+  $("scene").value = last.text;
+  Object.assign($("scene"), { scrollTop, scrollLeft });
+  numbered();
+  enable();
+  changed();
+}
+
+// Replaces the characters from first to end. Changes with the same name are undone together, until `settle`.
+export function replace(first, end, by, name) {
+  $("scene").setRangeText(by, first, end, "preserve");
+  note(name);
+}
+
+export const settle = () => { last.name = ""; };
 
 export const text = () => $("scene").value;
 
 export function put(given) {
   $("scene").value = given;
   $("scene").scrollTop = $("scene").scrollLeft = 0;
+  [past, future, last] = [[], [], { text: text(), name: "", time: 0 }];
+  enable();
   tell([]);
   numbered();
 }

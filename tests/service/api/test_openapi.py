@@ -129,7 +129,7 @@ def test_every_operation_has_words_and_every_body_an_example(bounded: Served) ->
 OPERATIONS = (
     "submit_job list_jobs check_job get_job mark_job cancel_job rerun_job extend_job get_job_request list_job_attempts follow_job "
     "get_job_results get_job_trajectories get_job_indices get_job_spreads get_job_answer get_case_trajectory get_case_animation "
-    "get_case_events get_job_bins get_job_scene list_models get_model get_scene_schema check_scene view_scene export_fmu "
+    "get_case_events get_job_bins get_job_scene list_models get_model get_scene_schema check_scene view_scene run_scene export_fmu "
     "compute_sensitivities get_usage list_audit make_key list_keys revoke_key get_health get_readiness get_metrics"
 )
 """Operations whose names generated clients use: none may be renamed."""

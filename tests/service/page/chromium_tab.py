@@ -40,7 +40,7 @@ browser = pytest.fixture(launched, scope="module", name="browser")
 def opened(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
     """A tab, and its pages' logged errors and requests to other servers. All tests share it, because a new one compiles all scripts
     again."""
-    context = browser.new_context(viewport={"width": 1500, "height": 1000})
+    context = browser.new_context(viewport={"width": 1500, "height": 1000}, reduced_motion="reduce")
     context.set_default_timeout(60_000)
     p = context.new_page()
     errors: list[str] = []

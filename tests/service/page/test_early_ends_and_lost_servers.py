@@ -84,15 +84,16 @@ def test_the_motion_plays_again_after_its_end_and_its_speeds_fit_a_narrow_screen
     page.set_viewport_size({"width": 320, "height": 700})
     try:
         show(page, f"/jobs/{grid.id}")
-        page.wait_for_selector("#animate:not([disabled])")
+        play = page.frame_locator("#animation").locator("#play")
+        play.wait_for()
         inside = "document.getElementById('animation').contentWindow"
         speed = page.evaluate(f"{inside}.document.getElementById('speed').getBoundingClientRect().toJSON()")
         assert 0 <= speed["left"] < speed["right"] <= page.evaluate(f"{inside}.innerWidth")
         for _ in range(2):
-            page.click("#animate")
-            until(page, "document.getElementById('animate').dataset.playing === 'true'")
+            play.click()
+            assert page.evaluate(f"{inside}.document.getElementById('play').ariaPressed") == "true"
             page.evaluate(f"{inside}.seek(1e9)")
-            until(page, "document.getElementById('animate').dataset.playing === 'false'")
+            until(page, f"{inside}.document.getElementById('play').ariaPressed === 'false'")
     finally:
         page.set_viewport_size(wide)
 

@@ -16,6 +16,11 @@ from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene import load_scene
 from trunnion.system.construction.system_builder import build
 
+PLACE = """(() => {
+  const box = document.querySelector("%s"), { xaxis: x, yaxis: y } = box._fullLayout, at = box.getBoundingClientRect();
+  const t = box.data[0], [u, v] = [%s];
+  return [at.left + x._offset + x.l2p(u), at.top + y._offset + v];
+})()"""
 FORCE = "max:ball.contact[1].normal_force"
 
 
@@ -35,6 +40,21 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     until(page, "document.getElementById('casevalues').textContent.includes('= 0.6')")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
     picture(page, "sweep")
+    for selector, place in (("#sweepplot", "t.x[9], y.l2p(t.y[9])"), ("#timeplot", "1.2, y._length / 2")):
+        page.locator(selector).scroll_into_view_if_needed()
+        page.mouse.click(*page.evaluate(PLACE % (selector, place)))
+    until(page, "document.getElementById('moving').value === '9'")  # the case of a point that is clicked is played
+    assert page.evaluate("document.getElementById('sweepplot').layout.annotations.length") == 1
+    assert float(page.input_value("#at")) == pytest.approx(1.2, abs=0.01)
+    page.click("#casetable summary")
+    page.locator("#caserows thead button", has_text="largest").first.dblclick()  # the largest force first
+    page.fill("#filter", "done")
+    until(page, "document.getElementById('caserowsnote').textContent === '26 cases'")
+    first = page.locator("#caserows tbody input").first
+    best = expected.table[FORCE].to_numpy().argmax()
+    assert page.locator("#caserows tbody label").first.inner_text().strip() == str(best)
+    first.check()
+    until(page, f"document.getElementById('casevalues').textContent.includes('case {best}')")
     offered = page.eval_on_selector_all(".modebar-btn", "x => x.map((b) => b.dataset.title)")
     assert offered  # and no button sends a plot to Plotly
     assert not [t for t in offered if "hare" in t or "loud" in t or "Studio" in t]
@@ -57,7 +77,7 @@ def test_a_scene_is_run_once_and_its_motion_shown(page: Any) -> None:
     page.click("#submit")
     told(page, "done: 1 of 1")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
-    page.wait_for_selector("#animate:not([disabled])")
+    page.frame_locator("#animation").locator("#play").wait_for()
     picture(page, "once")
     page.click("#edit")
     page.wait_for_selector("#jobverdict.good")

@@ -35,19 +35,16 @@ def three(served: Served) -> Job:
 
 
 def test_the_start_of_a_scene_is_drawn_beside_it_and_again_when_it_is_changed(page: Any) -> None:
-    what = "document.querySelector('#preview iframe:not(.behind)')?.contentWindow"
-    told_ = "m && [m.poses[0].p, m.contacts.map((c) => c.point), w.standing().zoom]"
-    seen = f"(() => {{ const w = {what}; const m = w?.moment?.(0); return {told_}; }})()"
-
     def drawn() -> Any:
-        return page.evaluate(seen)
+        page.wait_for_selector("#preview[aria-busy=false]")
+        return page.frames[-1].evaluate("[moment(0).poses[0].p, moment(0).contacts.map((c) => c.point), view.zoom]")
 
     result = trunnion.simulate("spherical_pendulum", until=0.01)
-    middle, places, _ = eventually(drawn)
+    middle, places, _ = drawn()
     assert middle == pytest.approx([result[f"pendulum.position[{k}]"][0] for k in (1, 2, 3)], abs=1e-6)
     normal = [result[f"ball.contact[1].normal[{k}]"][0] for k in (1, 2, 3)]
     assert places == [pytest.approx([0.05 * n for n in normal], abs=1e-5)]  # on the ball's surface
-    page.evaluate(f"{what}.zoom(1.7)")
+    page.frames[-1].evaluate("zoom(1.7)")
     page.fill("#scene", page.input_value("#scene").replace("center: [0.5, 0, 0]", "center: [0.4, 0, 0]"))
     moved = eventually(lambda: (d := drawn()) and d[0][0] < 0.45 and d)
     assert moved[0] == pytest.approx([0.4, 0, 0], abs=1e-6)

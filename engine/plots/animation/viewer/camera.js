@@ -18,14 +18,14 @@ function centre(m) {
 }
 
 // The eight corners of the box around each mesh.
-const boxes = run.meshes.map((mesh) => {
+const boxesOf = () => run.meshes.map((mesh) => {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < mesh.v.length; i++) { low[i % 3] = Math.min(low[i % 3], mesh.v[i]); high[i % 3] = Math.max(high[i % 3], mesh.v[i]); }
   return Array.from({ length: 8 }, (_, k) => [0, 1, 2].map((i) => (k >> i & 1 ? high : low)[i]));
 });
 
 // Points at up to 60 instants (corners of boxes, ends of springs and rods, tips of arrows): in the world, and relative to ``centre``.
-const swept = (() => {
+const sweep = () => {
   const all = [], near = [], count = Math.min(60, last + 1);
   for (let k = 0; k < count; k++) {
     const m = moment(times[Math.round(k * last / Math.max(1, count - 1))]), c = centre(m);
@@ -40,7 +40,8 @@ const swept = (() => {
     near.push(...spots.map((p) => add(p, c, -1)));
   }
   return { all, near };
-})();
+};
+let boxes = boxesOf(), swept = sweep();
 
 // The part of the window without controls: left, top, width, height in pixels.
 function free() {
@@ -119,12 +120,6 @@ function turn(around, over) {
 function shift(dx, dy) {
   const s = scale();
   view.shift = add(add(view.shift, view.right, -dx / s), view.up, dy / s);
-}
-
-// Return the view. If ``before`` is given, it first becomes the view. So a page that shows a changed scene keeps the user's view.
-function standing(before) {
-  if (before) { view = { ...firstView(), ...before }; refresh(); }
-  return view;
 }
 
 function zoom(k) { view.zoom = Math.min(60, Math.max(0.05, view.zoom * k)); }

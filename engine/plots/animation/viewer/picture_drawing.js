@@ -6,9 +6,10 @@ const AXES = [["x", "#d55e00"], ["y", "#009e73"], ["z", "#0072b2"]];
 
 // Choose WebGL. For ?flat=1, and in browsers without WebGL 2, choose the flat picture.
 function equip(refused) {
-  card = null;
+  card = refused ? null : card;
   try {
-    card = refused ? null : graphics(stage);
+    if (card && !card.gl.isContextLost()) card.discard();
+    else card = refused ? null : graphics(stage);
     if (card) things = prepared();
   } catch (e) {
     card = null;
@@ -73,6 +74,7 @@ function draw(t) {
   const places = run.joints.map((j) => cam.project(m.place(j.parts[1], j.point)));
   if (look.names) names(m, cam, places, ink);
   axes(cam, ink);
+  if (handles.length && t === start) marked(m, cam, ink);
   return { m, cam, places };
 }
 

@@ -3,7 +3,7 @@
 
 const $ = (id) => document.getElementById(id);
 const clock = { t: start, playing: false, speed: run.speed, then: 0 };
-const digits = Math.max(0, Math.min(9, 3 - Math.floor(Math.log10((end - start) || 1))));
+const digits = () => Math.max(0, Math.min(9, 3 - Math.floor(Math.log10((end - start) || 1))));
 let shown = { places: [] }, queued = false, hover = null;
 
 function seek(t) {
@@ -19,7 +19,7 @@ function refresh() {
 
 function render() {
   shown = draw(clock.t);
-  const text = "t = " + clock.t.toFixed(digits) + " s";
+  const text = "t = " + clock.t.toFixed(digits()) + " s";
   $("scrub").value = String(clock.t);
   $("scrub").setAttribute("aria-valuetext", text);
   $("clock").textContent = text;
@@ -54,6 +54,7 @@ function nudge(rowsOn) {
 }
 
 function ticks() {
+  $("ticks").replaceChildren();
   for (const e of run.events) {
     const tick = document.createElement("span");
     tick.style.left = 100 * (e.t - start) / ((end - start) || 1) + "%";
@@ -64,6 +65,8 @@ function ticks() {
 }
 
 function speeds() {
+  $("speed").replaceChildren();
+  clock.speed = run.speed;
   for (const k of run.speeds) $("speed").add(new Option("× " + k, String(k), k === run.speed, k === run.speed));
   $("speed").onchange = () => { clock.speed = Number($("speed").value); };
 }

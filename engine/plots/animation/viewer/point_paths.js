@@ -4,18 +4,16 @@
 const MOST_SPOTS = 600;
 
 // {part, name, at, path (points), times} of each traced point that moves; computed at the first call.
-const paths = (() => {
-  let made = null;
-  return () => {
-    if (made) return made;
-    const step = Math.max(1, Math.ceil((last + 1) / MOST_SPOTS)), picked = [];
-    for (let i = 0; i <= last; i += step) picked.push(i);
-    if (picked[picked.length - 1] !== last) picked.push(last);
-    made = run.parts.flatMap((part, p) => part.traced.map((spot) => ({ part: p, name: spot.name, at: spot.at, times: picked.map((i) => times[i]), path: picked.map((i) => onBody(p, spot.at, times[i])) })));
-    made = made.filter((t) => t.path.some((q) => Math.hypot(...add(q, t.path[0], -1)) > 1e-6 * run.size));
-    return made;
-  };
-})();
+let traced = null;
+function paths() {
+  if (traced) return traced;
+  const step = Math.max(1, Math.ceil((last + 1) / MOST_SPOTS)), picked = [];
+  for (let i = 0; i <= last; i += step) picked.push(i);
+  if (picked[picked.length - 1] !== last) picked.push(last);
+  traced = run.parts.flatMap((part, p) => part.traced.map((spot) => ({ part: p, name: spot.name, at: spot.at, times: picked.map((i) => times[i]), path: picked.map((i) => onBody(p, spot.at, times[i])) })));
+  traced = traced.filter((t) => t.path.some((q) => Math.hypot(...add(q, t.path[0], -1)) > 1e-6 * run.size));
+  return traced;
+}
 
 function onBody(part, at, t) {
   const w = locate(t), channel = run.parts[part].channel;

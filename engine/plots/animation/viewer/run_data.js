@@ -1,7 +1,7 @@
 // The run's data: rows, and every quantity at any time between two rows.
 "use strict";
 
-const run = JSON.parse(document.getElementById("data").textContent);
+let run, times, rows, width, last, start, end, shape;
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
@@ -16,10 +16,16 @@ function decoded(text, Type) {
   return new Type(bytes.buffer);
 }
 
-const times = decoded(run.times, Float64Array);
-const rows = decoded(run.rows, Float32Array);
-const width = run.width, last = times.length - 1;
-const start = times[0], end = times[last];
+const shapeOf = (data) => JSON.stringify([data.meshes, data.parts, data.joints]);
+
+function take(data) {
+  run = data;
+  shape = shapeOf(data);
+  [times, rows] = typeof run.rows === "string" ? [decoded(run.times, Float64Array), decoded(run.rows, Float32Array)] : [run.times, run.rows];
+  [width, last] = [run.width, times.length - 1];
+  [start, end] = [times[0], times[last]];
+}
+take(JSON.parse(document.getElementById("data").textContent));
 
 // The place of time t among the rows: t is a fraction f of the way from row i to row i + 1.
 function locate(t) {
@@ -32,6 +38,9 @@ function locate(t) {
   const span = times[low + 1] - times[low];
   return { i: low, f: span > 0 ? Math.min(1, Math.max(0, (t - times[low]) / span)) : 0 };
 }
+
+// The rows' times, and the values of a channel in them.
+function curveOf(channel) { return { t: times, y: Float32Array.from(times, (_, i) => at(i, channel)) }; }
 
 const at = (row, channel) => rows[row * width + channel];
 

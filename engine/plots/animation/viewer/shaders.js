@@ -123,8 +123,9 @@ float lines(vec2 q) {
 }
 void main() {
   float fade = 1.0 - smoothstep(0.25, 1.0, length(vFade));
-  float a = uShade > 0.0 ? uShade * fade : uColor.a * fade * max(0.5 * lines(vQ / uStep), 0.85 * lines(vQ / (5.0 * uStep)));
-  o = vec4((uShade > 0.0 ? vec3(0.0) : uColor.rgb) * a, a);
+  if (uShade > 0.0) { o = vec4(vec3(0.0), uShade * fade); return; }
+  float a = uColor.a * fade * max(0.5 * lines(vQ / uStep), 0.85 * lines(vQ / (5.0 * uStep)));
+  o = vec4(uColor.rgb * a, a);
 }`;
 
 const CAP_FRAGMENT = `#version 300 es

@@ -19,6 +19,7 @@ function pointAt(x, y, near) {
 }
 
 function drag(e) {
+  if (grip) return pull(e);
   const before = pointers.get(e.pointerId);
   if (!before) return pointAt(e.clientX, e.clientY, 16);
   const dx = e.clientX - before.x, dy = e.clientY - before.y, other = [...pointers].find(([id]) => id !== e.pointerId);
@@ -32,6 +33,7 @@ function drag(e) {
 }
 
 function lift(e) {
+  if (grip) return release();
   const before = pointers.get(e.pointerId);
   pointers.delete(e.pointerId);
   if (before && before.moved < 6 && e.pointerType !== "mouse") pointAt(e.clientX, e.clientY, 30);
@@ -59,6 +61,7 @@ function section(which) {
 
 function numbers(on) {
   $("values").hidden = !on;
+  if (on) panel();
   press("numbers", on);
   refresh();
 }
@@ -112,8 +115,8 @@ function typed(e) {
 }
 
 // Apply the options in the page, then those in the address after ?, then those after #. Later options override earlier options. The
-// options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title, no
-// legend) and flat (no WebGL).
+// options are t (s), play, names, xray, traces, parallel, section (view, x, y, z), theme (light, dark), values, bare (no title; on
+// narrow screens no legend) and flat (no WebGL).
 function parameters() {
   const given = new URLSearchParams(run.shown);
   for (const part of [window.location.search, window.location.hash]) new URLSearchParams(part.slice(1)).forEach((x, key) => given.set(key, x));
@@ -139,34 +142,60 @@ function buttons() {
 }
 
 function hands() {
-  stage.onpointerdown = (e) => { stage.setPointerCapture(e.pointerId); pointers.set(e.pointerId, { x: e.clientX, y: e.clientY, button: e.button, moved: 0 }); };
+  stage.onpointerdown = (e) => { if (grasp(e)) return stage.setPointerCapture(e.pointerId); stage.setPointerCapture(e.pointerId); pointers.set(e.pointerId, { x: e.clientX, y: e.clientY, button: e.button, moved: 0 }); };
   stage.onpointermove = drag;
   stage.onpointerup = stage.onpointercancel = lift;
   stage.oncontextmenu = (e) => e.preventDefault();
   stage.addEventListener("wheel", (e) => { e.preventDefault(); bigger(Math.exp(-0.0012 * e.deltaY)); }, { passive: false });
   stage.addEventListener("webglcontextlost", (e) => { e.preventDefault(); refresh(); });
-  stage.addEventListener("webglcontextrestored", () => { equip(false); refresh(); });
+  stage.addEventListener("webglcontextrestored", () => { card = null; equip(false); refresh(); });
   window.addEventListener("resize", () => { resize(); render(); });
   window.addEventListener("hashchange", parameters);
   window.addEventListener("keydown", typed);
   DARK.addEventListener("change", () => theme(DARK.matches));
 }
 
-function begin() {
+// Shows the title, times, events and values of the run.
+function describe() {
   $("title").textContent = run.title;
   $("caption").textContent = run.caption;
   Object.assign($("scrub"), { min: String(start), max: String(end) });
+  document.documentElement.toggleAttribute("data-still", last === 0);
+  ticks();
+  if (!$("values").hidden) panel();
+  legend();
+}
+
+const HELD = ["up", "center", "arrow", "force", "pressure", "extent", "floor", "grid", "size", "view", "follow", "speeds", "speed", "rails"];
+
+// Shows another run, at the same time and from the same view. held: the scales and the fit into the window stay, too, because the user
+// drags a number of the scene.
+function load(data, held = false) {
+  const old = run, first = last === 0, alike = shapeOf(data) === shape;
+  if (alike) for (const key of ["meshes", "parts", "joints"]) data[key] = old[key]; // the buffers belong to these objects
+  if (held) for (const key of HELD) data[key] = old[key];
+  take(data);
+  traced = hover = null;
+  if (!alike) boxes = boxesOf();
+  if (!held) { swept = sweep(); fits.clear(); }
+  if (!held && (first || data.end !== old.end)) speeds();
+  for (const joint of run.joints) for (const v of joint.values) delete v.large;
+  describe();
+  if (!held || !alike) equip(document.documentElement.dataset.drawn === "flat");
+  else if (things?.traces) things.traces = null;
+  clock.t = Math.min(end, Math.max(start, clock.t));
+  render();
+}
+
+function begin() {
   theme(DARK.matches);
   numbers(!PHONE.matches);
-  document.documentElement.toggleAttribute("data-still", last === 0);
   document.documentElement.toggleAttribute("data-framed", window !== window.top && window.matchMedia("(hover: hover)").matches);
   section("");
   buttons();
   hands();
   speeds();
-  ticks();
-  panel();
-  legend();
+  describe();
   resize();
   equip(parameters().get("flat") === "1");
   render();

@@ -52,7 +52,7 @@ function panel() {
       if (box.open && box.children.length < 2) box.append(table(j, true));
       update($("values"));
     };
-    box.ontoggle = fill;
+    box.ontoggle = () => { j.panel = box.open; fill(); };
     box.joint = j;
     if (j.panel) box.append(table(j, true));
     return box;

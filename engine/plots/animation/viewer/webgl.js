@@ -56,11 +56,13 @@ function graphics(canvas) {
     ground: program(gl, GROUND_VERTEX, GROUND_FRAGMENT, ["p"]),
     cap: program(gl, GROUND_VERTEX, CAP_FRAGMENT, ["p"]),
   };
+  const owned = [];
   function array(fill) {
     const vao = gl.createVertexArray();
     gl.bindVertexArray(vao);
     const buffer = fill();
     gl.bindVertexArray(null);
+    owned.push({ vao, buffer });
     return { vao, buffer };
   }
 
@@ -77,6 +79,7 @@ function graphics(canvas) {
   const spot = array(() => attributes(gl, new Float32Array(3), [[0, 3, 0]], 3));
   const sheet = array(() => attributes(gl, new Float32Array([-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0]), [[0, 3, 0]], 3));
 
+  owned.length = 0; // the others belong to the shapes of a run
   function draw(thing, name, values, call) {
     programs[name].put(values);
     gl.bindVertexArray(thing.vao);
@@ -85,6 +88,7 @@ function graphics(canvas) {
 
   return {
     gl, shape, lines,
+    discard: () => { for (const { vao, buffer } of owned.splice(0)) { gl.deleteVertexArray(vao); gl.deleteBuffer(buffer); } },
     all: (values) => { for (const p of Object.values(programs)) p.put(values); },
     refill: (made, data) => { gl.bindBuffer(gl.ARRAY_BUFFER, made.buffer); gl.bufferData(gl.ARRAY_BUFFER, corners(data), gl.DYNAMIC_DRAW); made.count = data.length / EDGE; },
     surface: (s, values) => draw(s, "surface", values, () => gl.drawArrays(gl.TRIANGLES, 0, s.count)),
