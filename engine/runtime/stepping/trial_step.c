@@ -82,6 +82,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_longest_onset_step(s, TR_A(s, K) + k->nq), tr_longest_held_step(s)));
   s->step.h = fmin(s->step.h, tr_longest_singular_step(s));
+  if (k->nunilateral && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, tr_longest_open_step(s));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zstart));
   if (s->step.begin_x) memcpy(s->step.begin_x, TR_A(s, x), sizeof(double) * k->nx);

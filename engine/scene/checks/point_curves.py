@@ -33,6 +33,25 @@ def check(scene: Scene) -> Iterator[Finding]:
         elif has and j.curve is not None:
             wrong = list(_points((*path, "curve"), j.curve))
             yield from wrong or _around(path, j, j.curve)
+        yield from _slot(path, j)
+
+
+def _slot(path: Path, j: Joint) -> Iterator[Finding]:
+    """Findings about the walls of a slot."""
+    plays = REGISTRY[j.type].plays
+    if j.slot is not None and not plays:
+        able = ", ".join(k.name for k in REGISTRY.values() if k.plays)
+        yield Finding((*path, "slot"), f"a {j.type} joint has no slot with play", f"remove it; joints with such a slot: {able}")
+    if plays and j.slot is None:
+        yield Finding(path, f"a {j.type} needs the play of its slot", "for example slot: {play: 0.1 mm}; without play: point_on_curve")
+    if plays and j.unilateral is None:
+        yield Finding(path, f"the walls of a {j.type} only push", "give unilateral: {starts: open}, or {} to start at a wall")
+    if j.slot is None or j.curve is None:
+        return
+    if j.slot.repeated < 1:
+        yield Finding((*path, "slot", "repeated"), f"{j.slot.repeated} slots", "give 1 or more")
+    if j.slot.mouth is not None and j.curve.closed:
+        yield Finding((*path, "slot", "mouth"), "a closed curve has no end for a mouth", "leave it out")
 
 
 def _points(path: Path, c: Curve) -> Iterator[Finding]:

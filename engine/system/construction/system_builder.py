@@ -140,6 +140,7 @@ class _Maker(Points):
             length=self.length(name) if kind.keeps_distance else None,
             unilateral=self.devices.unilateral(name, j.unilateral) if j.unilateral else None,
             profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
+            slot=self.devices.slot(name, j.slot, j.curve) if j.slot and j.curve else None,
         )
 
     def length(self, name: str) -> Param:

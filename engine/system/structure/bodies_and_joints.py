@@ -108,6 +108,7 @@ class Joint:
     length: Leaf | None = None
     profile: Profile | None = None
     curve: Curve | None = None
+    slot: Slot | None = None
     mimic: Mimic | None = None
     light: LightFreedom | None = None
     unilateral: Unilateral | None = None

@@ -73,6 +73,23 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Slot:
+    """Walls of a slot along a curve, or of equal slots around e1.
+
+    play       largest distance of the pin's centre from the curve, m.
+    length     arc length of the curve, m.
+    mouths     whether the slot is open at the start and at the end of its curve, 1 or 0 each.
+    repeated   number of slots.
+    flag       index, among the flags of end stops, of a flag that is 1 while the pin is inside the mouths; −1 without mouths."""
+
+    play: Leaf
+    length: Leaf
+    mouths: tuple[Leaf, Leaf]
+    repeated: Leaf
+    flag: int
+
+
+@dataclass(frozen=True)
 class Mimic:
     """A coupling of two tree joints' freedoms: q_follower = ratio · q_leader + offset.
 
