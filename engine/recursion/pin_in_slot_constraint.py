@@ -8,7 +8,7 @@ import casadi as ca
 
 from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.masses_and_forces import TINY
-from trunnion.recursion.point_on_curve_constraint import CurveContact, curve_contact
+from trunnion.recursion.point_on_curve_constraint import CurveContact, curve_contact, rim
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 
@@ -34,7 +34,7 @@ def slot_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
     past = ca.fmax(at.way - length, 0) * (1 - end) + ca.fmin(at.way, 0) * (1 - start)
     inside = ca.fmin(ca.if_else(start > 0, at.way, length), ca.if_else(end > 0, length - at.way, length))
     size, n, t = _offset(c, at, past)
-    arms = at.touch.arm_in, at.touch.arm_out
+    arms = rim(sym, c, n, at.touch)
     row = force_row(c, sym.leaf(c.joint.slot.play) - size, n, *arms)
     return row, force_row(c, SX(0), t, *arms), ca.horzcat(c.Ein[:, 0], n[0], t[0]), inside
 

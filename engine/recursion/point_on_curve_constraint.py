@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from trunnion.recursion.cam_follower_constraint import Touch
-from trunnion.recursion.constraint_equation import Cut, Row, force_row, point_velocity
+from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
@@ -38,8 +38,15 @@ def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
     The freedom is sliding along the curve. It is a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right of t."""
     found = curve_contact(sym, c, (c.Ein[:, 1], c.Ein[:, 2]))
-    at = found.touch
-    return force_row(c, at.phi, at.n, at.arm_in, at.arm_out), force_row(c, SX(0), at.t, at.arm_in, at.arm_out), at.frame, found.way
+    at, arms = found.touch, rim(sym, c, found.touch.n, found.touch)
+    return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame, found.way
+
+
+def rim(sym: Symbols, c: Cut, n: Moving, at: Touch) -> tuple[Moving, Moving]:
+    """Arms of the contact force, with rates, at the rim of a roller around the point. n: direction from the wall to the point."""
+    assert c.joint.curve is not None
+    r = sym.leaf(c.joint.curve.roller)
+    return (at.arm_in[0] - r * n[0], at.arm_in[1] - r * n[1]), (at.arm_out[0] - r * n[0], at.arm_out[1] - r * n[1])
 
 
 def curve_contact(sym: Symbols, c: Cut, axes: tuple[SX, SX]) -> CurveContact:

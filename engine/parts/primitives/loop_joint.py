@@ -26,7 +26,7 @@ from trunnion.recursion.loop_contact_springs import PART, spring_rows
 from trunnion.recursion.pin_in_slot_constraint import slot_axes
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, FrictionElement, Joint
-from trunnion.system.structure.coupling_joint_data import FOOT, Mimic, Profile, Slot, Wheels
+from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Mimic, Profile, Slot, Wheels
 from trunnion.system.structure.loop_joints import NO_SIZE
 
 
@@ -44,8 +44,9 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     follows = REGISTRY[kind].follows
     profile = Profile((n.take_one(), n.take_one()), n.take_one(), (), ()) if follows in ("point", "face") else None
     slot = Slot(n.take_one(), n.take_one(), (n.take_one(), n.take_one()), n.take_one(), -1) if REGISTRY[kind].plays else None
+    path = Curve((), 0.0, n.take_one()) if follows == "curve" else None
     p, f = points, frames
-    more = {"slot": slot, "wheels": wheels, "length": length, "profile": profile}
+    more = {"slot": slot, "curve": path, "wheels": wheels, "length": length, "profile": profile}
     joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, **more)  # type: ignore[arg-type]
     sym, motions = PrimitiveSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     if follows == "curve":
@@ -72,7 +73,7 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
     Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase, and of a worm its lead angle; 1 more for
-    rods: length; 3 more for cams: middle of the profile, roller; 5 more for pins in slots: ``Slot``); motions ``inb`` and ``out`` (none for the end ``ground``); the
+    rods: length; 3 more for cams: middle of the profile, roller; 5 more for pins in slots: ``Slot``; 1 more for curves: roller); motions ``inb`` and ``out`` (none for the end ``ground``); the
     active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a

@@ -100,6 +100,7 @@ class ScenePasses(JointForces):
         length = [j.length] if j.length is not None else []
         middle = [*j.profile.middle, j.profile.roller] if j.profile else []
         slot = [j.slot.play, j.slot.length, *j.slot.mouths, j.slot.repeated] if j.slot else []
+        slot += [j.curve.roller] if j.curve else []
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle, *slot])
         if j.curve:
             ends[PIECE] = foot(self, program, j.curve, loop_joint.bearing(j.kind_name, ground), numbers=numbers, **ends)

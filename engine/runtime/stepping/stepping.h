@@ -29,6 +29,12 @@ static int tr_start_contacts(tr_sim *s);
  * TR_FAIL_PENETRATION if the pin strikes the edge of the mouth. */
 static int tr_pass_mouth(tr_sim *s, int stop);
 
+/* Whether closed contacts would be redundant at the start of a run, although some of them are open. */
+static int tr_has_redundant_contacts(tr_sim *s);
+
+/* TR_FAIL_PENETRATION if an open contact has been missed, otherwise TR_OK. */
+static int tr_check_missed_contacts(tr_sim *s);
+
 /* Longest step while a contact is open: at rest, error control would not notice a part that passes within one step. */
 static double tr_longest_open_step(const tr_sim *s);
 

@@ -49,6 +49,8 @@ static int tr_has_stopped_with_drive(const tr_sim *s) {
 /* Prepare a step: evaluate ẏ at its start, choose a first step size, freeze sliding directions. Returns a status. */
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
+  const int missed = tr_check_missed_contacts(s);
+  if (missed != TR_OK) return missed;
   if (!s->step.have_k1) {
     s->step.margin = NAN;
     const double left = limit - s->clock.t;

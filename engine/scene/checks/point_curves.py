@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from trunnion.elements.joints import REGISTRY
+from trunnion.scene.checks.joint_devices import FIELDS
 from trunnion.scene.data_classes.joint_couplings import Curve
 from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
@@ -87,7 +88,14 @@ def _side(a: Point, b: Point, p: Point) -> float:
 
 
 def _around(path: Path, j: Joint, c: Curve) -> Iterator[Finding]:
-    """Findings for devices that need the ends of a curve, if the curve is closed."""
+    """Findings for devices that need the ends of a curve, if the curve is closed, and for devices beside a roller."""
+    if j.roller is not None and j.unilateral is None:
+        what = "a roller touches one side of its curve"
+        yield Finding((*path, "roller"), what, "give unilateral, or use pin_in_slot for a roller between two walls")
+    for field in FIELDS if j.roller is not None else ():
+        if getattr(j, field) is not None:
+            what = "with a roller, the rate of this joint is the sliding speed of its rim, along which no device acts"
+            yield Finding((*path, field), what, "give the device to the joint that carries the roller")
     for field in ("end_stops", "spring") if c.closed else ():
         for where, _ in entries(getattr(j, field), (*path, field)):
             what = f"a closed curve has no ends: {field.replace('_', ' ')} along it would jump where it closes"

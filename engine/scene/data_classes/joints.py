@@ -215,7 +215,8 @@ class Joint:
     profile: Profile | None = None
     """The profile of a cam. The inboard part carries the cam; its axis is the joint's e1."""
     roller: Extent | None = None
-    """Radius of the cam follower's roller, whose centre is the outboard point; without ``roller`` the follower is a point."""
+    """Radius of the roller around the outboard point of a cam's follower, of a point on a curve, or of a pin in a slot. Profile or
+    curve is the path of the roller's centre. Friction acts at its rim, so that a roller that turns with its body rolls."""
     curve: Curve | None = None
     """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
     slot: Slot | None = None

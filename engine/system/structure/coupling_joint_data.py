@@ -66,10 +66,11 @@ class Piece:
 @dataclass(frozen=True)
 class Curve:
     """A plane curve in pieces. An open curve begins and ends with an infinite straight piece. around: period of the parameter of a
-    closed curve; 0 for an open curve."""
+    closed curve; 0 for an open curve. roller: radius of the roller around the point that follows the curve, m."""
 
     pieces: tuple[Piece, ...]
     around: float
+    roller: Leaf = 0.0
 
 
 @dataclass(frozen=True)
