@@ -153,6 +153,7 @@ static int tr_decide_contacts(tr_sim *s) {
 
 static int tr_check_penetration(tr_sim *s, double most) {
   double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+  tr_set_time(s, s->clock.t);
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (gap[c] < -most * fmax(s->set.length, 1.0) && tr_is_contact_open(s, c) && !tr_is_contact_away(s, c)) {

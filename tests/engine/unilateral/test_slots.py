@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import trunnion
 from tests.engine.unilateral.unilateral_scenes import body, in_plane, scene
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import simulate
@@ -190,3 +191,33 @@ def test_a_pin_enters_drives_and_leaves_a_geneva_wheel_at_the_instants_of_the_cl
     found = [(e.kind, e.time) for e in r.events if e.joint == "pin" and e.kind in ("contact_opened", "contact_closed")]
     assert [k for k, _ in found] == [k for k, _ in expected]
     assert [t for _, t in found] == pytest.approx([t for _, t in expected], abs=1e-9)
+
+
+def test_a_pin_without_play_across_its_slot_bounces_at_rigid_ends() -> None:
+    """A point_on_curve holds the pin on the line; the ends of the pin_in_slot stop it ``play`` beyond the line. On a slope, the pin
+    bounces as a ball on the ground."""
+    tilt, length, play, e = 0.5, 0.4, 0.01, 0.6
+    line = {"inboard": "ground", "outboard": "b", "axis": [0, 1, 0], "reference": [0, 0, 1]}
+    line["curve"] = {"points": [[0.0, 0.0], [-length * np.sin(tilt), length * np.cos(tilt)]]}
+    ends = {"type": "pin_in_slot", "slot": {"play": play}, "unilateral": {"restitution": e, "starts": "open"}}
+    joints = {"fly": in_plane("b", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "groove": line | {"type": "point_on_curve"}, "ends": line | ends}
+    r = simulate(scene({"b": body(1.0, 0.1)}, joints), until=1.3, rtol=1e-10, kernel="parts")
+    fall = np.sqrt(2.0 * (length + play) / (9.81 * np.sin(tilt)))
+    hits = [x.time for x in r.events if x.kind == "contact_closed"]
+    assert len(hits) == 3
+    assert hits == pytest.approx(fall * (1.0 + 2.0 * np.cumsum([0.0, e, e * e])), abs=1e-9)
+    assert r.audit.verdict == "within"
+
+
+def test_compiled_kernel_and_sweep_agree_with_the_closed_form_of_a_geneva_wheel() -> None:
+    """The pin enters along the slot. So it touches the wall where the crank has turned by φ with r (1 − cos φ) = play."""
+    g = Geneva(np.random.default_rng(3))
+    enters = (g.start - 0.5 * np.pi + np.pi / g.slots) / g.rate
+    plays = [1e-4, 3e-4]
+    touches = [enters + np.arccos(1.0 - c / g.crank) / g.rate for c in plays]
+    path, until = "joints.pin.slot.play", touches[1] + 0.01
+    for c, t in zip(plays, touches, strict=True):
+        r = simulate(g.scene(), overrides={path: c}, until=until, rtol=1e-11, kernel="compiled")
+        assert r.events[0].time == pytest.approx(t, abs=1e-9)
+    table = trunnion.sweep(g.scene(), {path: plays}, until=until, reductions=["first:contact_closed"]).table
+    assert table["first:contact_closed"].to_pylist() == pytest.approx(touches, abs=1e-8)
