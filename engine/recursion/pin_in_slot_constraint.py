@@ -45,7 +45,7 @@ def _offset(c: Cut, at: CurveContact, past: SX) -> tuple[SX, Moving, Moving]:
     e1, across, beyond = c.Ein[:, 0], at.touch.phi, past != 0
     far = ca.if_else(beyond, ca.sqrt(past * past + across * across + TINY), 1)
     side = ca.if_else(across < 0, 1, -1)
-    (right, right_dot), along = at.touch.n, at.touch.t[0]
+    right, along = at.touch.n[0], at.touch.t[0]
     n = ca.if_else(beyond, -(past * along + across * right) / far, side * right)
     seen = point_velocity(c) - cross(c.inb.omega, c.s)
     turning = ca.if_else(beyond, c.inb.omega - ca.dot(e1, cross(n, seen)) / far * e1, at.turning)

@@ -19,7 +19,7 @@ derivative correct too."""
 
 @dataclass
 class CurveContact:
-    """Contact of a point with a curve. way: arc length at the foot of the point, m. turning: angular velocity of the contact frame."""
+    """Contact of a point with a curve. way: arc length at the foot, m. turning: angular velocity of the contact frame."""
 
     touch: Touch
     way: SX

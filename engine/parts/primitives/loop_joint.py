@@ -73,8 +73,8 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
     Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase, and of a worm its lead angle; 1 more for
-    rods: length; 3 more for cams: middle of the profile, roller; 5 more for pins in slots: ``Slot``; 1 more for curves: roller); motions ``inb`` and ``out`` (none for the end ``ground``); the
-    active piece of a cam's profile, or the foot on a curve.
+    rods: length; 3 more for cams: middle of the profile, roller; 5 more for pins in slots: ``Slot``; 1 more for curves: roller);
+    motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
     force along each freedom (win, wout, wat); pose; point on the outboard part; of a pin in a slot its distance inside the mouths

@@ -44,7 +44,8 @@ def _slot(path: Path, j: Joint) -> Iterator[Finding]:
         able = ", ".join(k.name for k in REGISTRY.values() if k.plays)
         yield Finding((*path, "slot"), f"a {j.type} joint has no slot with play", f"remove it; joints with such a slot: {able}")
     if plays and j.slot is None:
-        yield Finding(path, f"a {j.type} needs the play of its slot", "for example slot: {play: 0.1 mm}; without play: point_on_curve")
+        hint = "for example slot: {play: 0.1 mm}; without play: point_on_curve"
+        yield Finding(path, f"a {j.type} needs the play of its slot", hint)
     if plays and j.unilateral is None:
         yield Finding(path, f"the walls of a {j.type} only push", "give unilateral: {starts: open}, or {} to start at a wall")
     if j.slot is None or j.curve is None:

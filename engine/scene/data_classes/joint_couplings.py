@@ -47,7 +47,7 @@ class Curve:
 
 @dataclass(frozen=True, config=STRICT)
 class Slot:
-    """Walls of a slot along a curve, which touch the pin where its centre is ``play`` from the curve. The walls join in a half circle
+    """Walls of a slot along a curve. They touch the pin where its centre is ``play`` from the curve, and join in a half circle
     around each end of an open curve, unless there is a mouth."""
 
     play: Extent

@@ -58,8 +58,8 @@ ADVICE = {
     "(The loop contains a gimbal, or is a spherical linkage at the end of its reach.) Avoid this position, or add a rotation axis "
     "outside that plane",
     PENETRATION: "the parts of the contact are inside each other. At the start: move the start values apart, or leave out "
-    "starts: open, so that the start closes the gap. At a mouth: the pin strikes its edge. Give the slot more play, or turn the parts "
-    "so that the pin meets the slot",
+    "starts: open, so that the start closes the gap. At a mouth: the pin strikes its edge. Give the slot more play, or turn the "
+    "parts so that the pin meets the slot",
     DEAD_CENTRE: "the loop is at a dead centre. Its joints cannot follow the acceleration that the drives demand, or could follow "
     "this acceleration by two different motions. Start beside this position, drive another joint, or let the drives rest here",
     "max_steps": f"the run reached its largest number of steps. Raise max_steps, or try method {AUTO.stiff.name}",

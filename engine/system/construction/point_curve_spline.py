@@ -25,7 +25,8 @@ def curve(given: Given, roller: Leaf = 0.0) -> Curve:
     ]
     if given.closed:
         return Curve(tuple(pieces), float(u[-1]), roller)
-    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])), 0.0, roller)
+    last = _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])
+    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, last), 0.0, roller)
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> Piece:

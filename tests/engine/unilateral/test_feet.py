@@ -11,12 +11,13 @@ from scipy.integrate import solve_ivp
 from tests.engine.unilateral.unilateral_scenes import G, body, corner, scene
 from trunnion.simulation.run import simulate
 
+
 def on_feet(
-    feet: np.ndarray, mu: float, mass: float, inertia: float, start: Any, force: Any = None, up: float = 0.0, rails: bool = False,
-    **unilateral: Any,
-) -> Any:  # fmt: skip
-    """A body with feet (n×3, from the mass centre) on the plane z = 0. up: height of the force above the mass centre. rails: friction
-    acts along x alone."""
+    feet: np.ndarray, mu: float, mass: float, inertia: float, start: Any, force: Any = None, up: float = 0.0,
+    rails: bool = False, **unilateral: Any,
+) -> Any:
+    """A body with feet (n×3, from the mass centre) on the plane z = 0. up: height of the force above the mass centre. rails:
+    friction acts along x alone."""
     joints: dict[str, Any] = {"fly": {"type": "free", "inboard": "ground", "outboard": "b", "start": start}}
     for k, p in enumerate(feet):
         if rails:
@@ -103,12 +104,13 @@ def test_a_plate_on_three_feet_slides_and_spins_as_an_independent_integration_sa
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_box_on_four_feet_lands_slides_stops_and_then_tips_or_slides_as_by_hand(seed: int) -> None:
-    """At the impact and while the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts share
-    the load equally. A push at the height k tips the box at F k = m g b, or slides it at F = μ m g."""
+    """At the impact and while the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts
+    share the load equally. A push at the height k tips the box at F k = m g b, or slides it at F = μ m g."""
     rng = np.random.default_rng(seed)
     half, wide, high, mass = rng.uniform(0.15, 0.3), rng.uniform(0.1, 0.2), rng.uniform(0.2, 0.4), rng.uniform(1, 5)
     slides = seed % 2 == 0
-    mu, up = (rng.uniform(0.3, 0.8) if slides else 0.9) * half / high, 0.0 if slides else rng.uniform(1.0, 2.0) * high
+    mu = (rng.uniform(0.3, 0.8) if slides else 0.9) * half / high
+    up = 0.0 if slides else rng.uniform(1.0, 2.0) * high
     fall = rng.uniform(0.05, 0.2)
     feet = np.array([[x, y, -high] for x in (-half, half) for y in (-wide, wide)])
     lands, weight = np.sqrt(2 * fall / G), mass * G

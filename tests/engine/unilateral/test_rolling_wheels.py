@@ -46,7 +46,8 @@ class Hill:
         return [y[1] / size, -G * slope - self.mu * push / self.mass, self.mu * push / self.mass / self.part]
 
     def reference(self, until: float) -> tuple[float, np.ndarray, float]:
-        """Time at which the wheel begins to roll (infinite: later than ``until``), state at ``until``, and the largest share of friction while it rolls."""
+        """Time at which the wheel begins to roll (infinite: later than ``until``), state at ``until``, and the largest share of
+        friction while it rolls."""
 
         def sliding(_: float, y: np.ndarray, __: bool) -> float:
             return y[1] - y[2]
@@ -85,8 +86,8 @@ def test_a_wheel_slips_and_then_rolls_along_a_curve_as_an_independent_integratio
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_wheel_with_a_brake_on_a_slope_rolls_locks_slides_and_stops_as_by_hand(seed: int) -> None:
-    """The load rests on the wheel, and a carriage without load guides both along the slope. The brake torque exceeds what the ground
-    can transmit, so that the wheel locks at once on the way: with the total mass m, μ N = μ m' g cos α for the mass m' on the wheel."""
+    """The load rests on the wheel, and a carriage guides both along the slope. The brake torque exceeds what the ground transmits,
+    μ N r with N = m' g cos α of load and wheel; so the wheel slips, locks, and slides until it stops."""
     rng = np.random.default_rng(seed)
     slope, mu, radius = rng.uniform(0.05, 0.3), rng.uniform(0.5, 0.9), rng.uniform(0.1, 0.4)
     carriage, load, wheel = rng.uniform(0.1, 0.5), rng.uniform(5, 20), rng.uniform(1, 5)
@@ -101,8 +102,9 @@ def test_a_wheel_with_a_brake_on_a_slope_rolls_locks_slides_and_stops_as_by_hand
     }
     joints["hub"]["friction"] = {"torque": {"step": {"begin": brakes, "start": 0.0, "end": torque}}}
     ends = [[-50.0, 0.0], [50.0, 0.0]]
-    joints["tyre"] = {"type": "point_on_curve", "inboard": {"body": "ground", "axis": [0, 1, 0], "reference": down}, "outboard": "wheel"}
-    joints["tyre"] |= {"axis": [0, 1, 0], "curve": {"points": ends}, "roller": radius, "friction": {"mu": mu}, "unilateral": {}}
+    ground = {"body": "ground", "axis": [0, 1, 0], "reference": down}
+    joints["tyre"] = {"type": "point_on_curve", "axis": [0, 1, 0], "inboard": ground, "outboard": "wheel"}
+    joints["tyre"] |= {"curve": {"points": ends}, "roller": radius, "friction": {"mu": mu}, "unilateral": {}}
     bodies = {"carriage": body(carriage, 0.1), "load": body(load, 0.1), "wheel": body(wheel, inertia)}
     made = scene(bodies, joints)
     v1 = v0 + brakes * G * np.sin(slope) / (1.0 + inertia / mass / radius**2)

@@ -29,8 +29,8 @@ def first_root(functions: list[Function], start: float, end: float, points: int 
 
 
 def flights(p: np.ndarray, v: np.ndarray, half: float, play: float, restitution: float, mouth: bool) -> Iterator[tuple[float, str]]:
-    """Impacts of a point that flies straight inside a slot |x| ≤ half with round ends, then the time at which it leaves by the mouth
-    at +half. Each impact reverses ``restitution`` times the normal rate."""
+    """Impacts of a point that flies straight inside a slot |x| ≤ half with round ends, then the time at which it leaves by the
+    mouth at +half. Each impact reverses ``restitution`` times the normal rate."""
     t = 0.0
     while True:
         hits = []
@@ -95,7 +95,8 @@ class Geneva:
     def scene(self) -> Scene:
         drive = {"constant": {"rate": -self.rate, "start": self.start}}
         z, far = [0, 0, 1], self.apart
-        shaft = {"type": "revolute", "axis": z, "inboard": {"body": "ground", "point": [far, 0, 0]}, "outboard": "driver", "drive": drive}
+        axle = {"body": "ground", "point": [far, 0, 0]}
+        shaft = {"type": "revolute", "axis": z, "inboard": axle, "outboard": "driver", "drive": drive}
         pivot = {"type": "revolute", "axis": z, "inboard": "ground", "outboard": "wheel", "start": {"q": self.rest}}
         pivot["friction"] = {"torque": self.torque}
         pin = {"type": "pin_in_slot", "axis": z, "reference": [1, 0, 0], "inboard": "wheel"}
@@ -174,7 +175,7 @@ class Geneva:
                     return
                 t, inside = found[0], found[1] == 0
                 yield "contact_opened", t
-            angle, rate, _ = self.pushed(t, side) + [whole, 0.0, 0.0]
+            angle, rate, _ = self.pushed(t, side) + np.array([whole, 0.0, 0.0])
 
 
 @pytest.mark.default_cases(4)
@@ -200,7 +201,8 @@ def test_a_pin_without_play_across_its_slot_bounces_at_rigid_ends() -> None:
     line = {"inboard": "ground", "outboard": "b", "axis": [0, 1, 0], "reference": [0, 0, 1]}
     line["curve"] = {"points": [[0.0, 0.0], [-length * np.sin(tilt), length * np.cos(tilt)]]}
     ends = {"type": "pin_in_slot", "slot": {"play": play}, "unilateral": {"restitution": e, "starts": "open"}}
-    joints = {"fly": in_plane("b", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "groove": line | {"type": "point_on_curve"}, "ends": line | ends}
+    groove, fly = line | {"type": "point_on_curve"}, in_plane("b", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    joints = {"fly": fly, "groove": groove, "ends": line | ends}
     r = simulate(scene({"b": body(1.0, 0.1)}, joints), until=1.3, rtol=1e-10, kernel="parts")
     fall = np.sqrt(2.0 * (length + play) / (9.81 * np.sin(tilt)))
     hits = [x.time for x in r.events if x.kind == "contact_closed"]
