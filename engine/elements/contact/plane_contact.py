@@ -65,6 +65,6 @@ def _rests(j: Rubs) -> list[Pair]:
 
 
 PLANE = ContactElement(
-    "point_contact", _needs, _friction, _held, _contacts, _velocity, _pressed, 1, springs=1, rests=_rests, own_speeds=_speeds, sizes=(),
-    pairs=((0, 1),), bound=(2, 3, 4), pins=lambda g: [Solid("sphere", (1e-3,))], anywhere=False, frame="inboard",
+    "point_contact", _needs, _friction, _held, _contacts, _velocity, _pressed, 1, springs=1, rests=_rests, own_speeds=_speeds,
+    sizes=(), pairs=((0, 1),), bound=(2, 3, 4), pins=lambda g: [Solid("sphere", (1e-3,))], anywhere=False, frame="inboard",
 )  # fmt: skip
