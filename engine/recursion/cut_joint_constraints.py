@@ -15,6 +15,7 @@ from trunnion.recursion.cam_follower_constraint import following_row
 from trunnion.recursion.constraint_equation import Cut as Cut
 from trunnion.recursion.constraint_equation import Row as Row
 from trunnion.recursion.constraint_equation import once, point_velocity
+from trunnion.recursion.pin_in_slot_constraint import slot_row
 from trunnion.recursion.point_on_curve_constraint import curve_row
 from trunnion.recursion.rod_constraint import rod_row
 from trunnion.recursion.symbolic_inputs import Symbols
@@ -27,6 +28,10 @@ FREEDOMS = "freedoms"
 """Key in ``Cut.made`` of the freedoms of a bodiless joint, as rows."""
 ALONG = "along"
 """Key in ``Cut.made`` of the coordinate of a point along its curve."""
+
+
+INSIDE = "inside"
+"""Key in ``Cut.made`` of the distance of a pin inside the mouths of its slot."""
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
@@ -76,7 +81,11 @@ def add_rows(sym: Symbols, c: Cut) -> None:
     if kind.keeps_distance:
         c.rows.append(rod_row(sym, c))
         c.made[FREEDOMS] = []
-    if kind.follows == "curve":
+    if kind.plays:
+        row, slides, c.Ein, inside = slot_row(sym, c)
+        c.made |= {FREEDOMS: [slides], INSIDE: inside}
+        c.rows.append(row)
+    elif kind.follows == "curve":
         row, slides, c.Ein, way = curve_row(sym, c)
         c.made |= {FREEDOMS: [slides], ALONG: [way]}
         c.rows.append(row)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import casadi as ca
 
 from trunnion.recursion.cam_follower_constraint import Touch
-from trunnion.recursion.constraint_equation import Cut, Row, force_row, point_velocity
+from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
@@ -15,9 +17,18 @@ REFINED = 2
 derivative correct too."""
 
 
-def spot(c: Cut) -> SX:
-    """Position of the outboard point in the plane of the curve (2), m."""
-    return ca.vertcat(*(ca.dot(c.Ein[:, k], c.s) for k in (1, 2)))
+@dataclass
+class CurveContact:
+    """Contact of a point with a curve. way: arc length at the foot, m. turning: angular velocity of the contact frame."""
+
+    touch: Touch
+    way: SX
+    turning: SX
+
+
+def spot(axes: tuple[SX, SX], c: Cut) -> SX:
+    """Position of the outboard point along the axes e2 and e3 of the curve (2), m."""
+    return ca.vertcat(*(ca.dot(axis, c.s) for axis in axes))
 
 
 def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
@@ -26,13 +37,22 @@ def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
 
     The freedom is sliding along the curve. It is a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right of t."""
-    at, along = _touch(sym, c)
-    return force_row(c, at.phi, at.n, at.arm_in, at.arm_out), force_row(c, SX(0), at.t, at.arm_in, at.arm_out), at.frame, along
+    found = curve_contact(sym, c, (c.Ein[:, 1], c.Ein[:, 2]))
+    at, arms = found.touch, rim(sym, c, found.touch.n, found.touch)
+    return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame, found.way
 
 
-def _touch(sym: Symbols, c: Cut) -> tuple[Touch, SX]:
-    w, (e1, e2, e3) = c.inb.omega, (c.Ein[:, k] for k in range(3))
-    p, seen = spot(c), point_velocity(c) - cross(w, c.s)
+def rim(sym: Symbols, c: Cut, n: Moving, at: Touch) -> tuple[Moving, Moving]:
+    """Arms of the contact force, with rates, at the rim of a roller around the point. n: direction from the wall to the point."""
+    assert c.joint.curve is not None
+    r = sym.leaf(c.joint.curve.roller)
+    return (at.arm_in[0] - r * n[0], at.arm_in[1] - r * n[1]), (at.arm_out[0] - r * n[0], at.arm_out[1] - r * n[1])
+
+
+def curve_contact(sym: Symbols, c: Cut, axes: tuple[SX, SX]) -> CurveContact:
+    """Contact of the outboard point with a curve. axes: e2 and e3 of the curve."""
+    w, e1, (e2, e3) = c.inb.omega, c.Ein[:, 0], axes
+    p, seen = spot(axes, c), point_velocity(c) - cross(w, c.s)
     rate = ca.vertcat(ca.dot(e2, seen), ca.dot(e3, seen))
     foot = ca.vertsplit(ca.densify(sym.foot(c.joint, p)))
     for _ in range(REFINED):
@@ -45,4 +65,5 @@ def _touch(sym: Symbols, c: Cut) -> tuple[Touch, SX]:
     n, t = (way[1] * e2 - way[0] * e3) / size, (way[0] * e2 + way[1] * e3) / size
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in, phi = (c.c_in + c.s, carried + own[1]), (gap[0] * way[1] - gap[1] * way[0]) / size
-    return Touch(phi, (n, cross(turning, n)), (t, cross(turning, t)), arm_in, own, ca.horzcat(e1, n, t)), arc_length(foot)
+    touch = Touch(phi, (n, cross(turning, n)), (t, cross(turning, t)), arm_in, own, ca.horzcat(e1, n, t))
+    return CurveContact(touch, arc_length(foot), turning)

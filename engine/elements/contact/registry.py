@@ -44,6 +44,7 @@ ELEMENTS = (
     "gear_teeth.CONES",
     "worm_thread.THREAD",
     "cam_follower.FOLLOWER",
+    "plane_contact.PLANE",
     "gear_unit.GEAR_UNIT",
     "loaded_joint.LOADED_HINGE",
     "loaded_joint.LOADED_GUIDE",

@@ -29,6 +29,7 @@ TYPES = (
     "cam_and_curve_followers.CAM",
     "cam_and_curve_followers.FLAT_CAM",
     "cam_and_curve_followers.POINT_ON_CURVE",
+    "pin_in_slot.PIN_IN_SLOT",
     "rod.ROD",
     "gearbox.GEARBOX",
 )

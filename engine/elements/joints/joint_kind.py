@@ -95,6 +95,7 @@ class JointKind:
     slips        whether the wheels may slide. The joint then has no row; its first freedom is the sliding.
     follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
                  inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
+    plays        whether a point that follows a curve has play. Its row is the gap to walls beside the curve and at its ends.
     keeps_distance
                  whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.
     """
@@ -116,6 +117,7 @@ class JointKind:
     rolls: Rolls | None = None
     slips: bool = False
     follows: Literal["", "point", "face", "curve", "freedom"] = ""
+    plays: bool = False
     keeps_distance: bool = False
 
     @property

@@ -22,4 +22,6 @@ POINT_ON_PLANE = JointKind(
     travel=lambda q: [0.0, q[0], q[1]],
     rows_s=(0,),
     measure=lambda r, s, ops: [s[1], s[2], *to_quaternion(r, ops)],
+    friction="point_contact",
+    contacts=1,
 )

@@ -13,6 +13,7 @@ from trunnion.kernel.units.power_expressions import coordinates_of
 from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, inputs, qdot, with_constants
 from trunnion.recursion import latch_forces
 from trunnion.recursion.complement_equation_terms import by_loads, joint_rates, laws, numbers, wrench
+from trunnion.recursion.cut_joint_constraints import INSIDE
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.loop_contact_springs import complete_wrench, friction_change
 from trunnion.recursion.masses_and_forces import stop_push
@@ -54,6 +55,8 @@ def stops_function(m: Model) -> Code:
         if c.joint.unilateral is not None:
             flag = c.joint.unilateral.flag
             depths[flag], pushes[flag] = -c.rows[0].phi, sym.leaf(c.joint.unilateral.restitution)
+        if c.joint.slot is not None and c.joint.slot.flag >= 0:
+            depths[c.joint.slot.flag] = c.made[INSIDE]
     for j in sym.system.joints:
         q = coordinates_of(m, j) if j.kind.nv else []
         for k, d in enumerate(j.devices):

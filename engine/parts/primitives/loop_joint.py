@@ -23,9 +23,10 @@ from trunnion.recursion import cut_joint_constraints as cutting
 from trunnion.recursion.body_kinematics import GROUND_MOTION
 from trunnion.recursion.joint_reactions import at_point, on_pin_part
 from trunnion.recursion.loop_contact_springs import PART, spring_rows
+from trunnion.recursion.pin_in_slot_constraint import slot_axes
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, FrictionElement, Joint
-from trunnion.system.structure.coupling_joint_data import FOOT, Mimic, Profile, Wheels
+from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Mimic, Profile, Slot, Wheels
 from trunnion.system.structure.loop_joints import NO_SIZE
 
 
@@ -42,8 +43,10 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
     length = n.take_one() if REGISTRY[kind].keeps_distance else None
     follows = REGISTRY[kind].follows
     profile = Profile((n.take_one(), n.take_one()), n.take_one(), (), ()) if follows in ("point", "face") else None
+    slot = Slot(n.take_one(), n.take_one(), (n.take_one(), n.take_one()), n.take_one(), -1) if REGISTRY[kind].plays else None
+    path = Curve((), 0.0, n.take_one()) if follows == "curve" else None
     p, f = points, frames
-    more = {"wheels": wheels, "length": length, "profile": profile}
+    more = {"slot": slot, "curve": path, "wheels": wheels, "length": length, "profile": profile}
     joint = Joint("", kind, a, b, p[0], p[1], f[0], f[1], Fit(), None, devices, None, True, **more)  # type: ignore[arg-type]
     sym, motions = PrimitiveSymbols(n.count), {k: SX.sym(k, MOTION) for k in ("inb", "out") if k != ground}
     if follows == "curve":
@@ -57,7 +60,11 @@ def bearing(kind: str, ground: str) -> Primitive:
     """Primitive of the argument of a curve. Inputs: numbers, motions. Output: the angle at which a cam's profile is evaluated, or a
     point (2) in a curve's plane."""
     sym, ins, c = _closing(kind, ground)
-    at = point_on_curve_constraint.spot(c) if c.joint.kind.follows == "curve" else cam_follower_constraint.bearing(sym, c)
+    if c.joint.kind.follows == "curve":
+        axes = slot_axes(sym, c) if c.joint.slot else (c.Ein[:, 1], c.Ein[:, 2])
+        at = point_on_curve_constraint.spot(axes, c)
+    else:
+        at = cam_follower_constraint.bearing(sym, c)
     return expression_primitive(f"c_{kind}_{ground or 'bodies'}_bearing", ins, {"angle": at})
 
 
@@ -66,11 +73,12 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     """Primitive of a cut joint.
 
     Inputs: numbers (24: two frames, two points; 4 more for wheels: module, teeth, phase, and of a worm its lead angle; 1 more for
-    rods: length; 3 more for cams: middle of the profile, roller); motions ``inb`` and ``out`` (none for the end ``ground``); the
-    active piece of a cam's profile, or the foot on a curve.
+    rods: length; 3 more for cams: middle of the profile, roller; 5 more for pins in slots: ``Slot``; 1 more for curves: roller);
+    motions ``inb`` and ``out`` (none for the end ``ground``); the active piece of a cam's profile, or the foot on a curve.
     Outputs: residual, rate and bias of each row (phi, rate, xi); wrenches of each row on the two bodies (gin, gout: 6 per row), and
     on the outboard part at its point (gat); coordinates q and rates v; acceleration bias of each freedom (bias); wrenches of a
-    force along each freedom (win, wout, wat); pose; point on the outboard part. bare: a variant with fewer outputs (``BARE``)."""
+    force along each freedom (win, wout, wat); pose; point on the outboard part; of a pin in a slot its distance inside the mouths
+    (inside). bare: a variant with fewer outputs (``BARE``)."""
     sym, ins, c = _closing(kind, ground)
     cutting.add_rows(sym, c)
     joint = c.joint
@@ -84,6 +92,8 @@ def cut(kind: str, ground: str, bare: str = "") -> Primitive:
     }  # fmt: skip
     asked = BARE[bare]
     outs = outs if asked is None else {name: outs[name] for name in asked}
+    if joint.kind.plays:
+        outs["inside"] = c.made[cutting.INSIDE]
     return expression_primitive(f"c_{kind}_{'_'.join([ground or 'bodies', *([bare] if bare else [])])}", ins, outs)
 
 

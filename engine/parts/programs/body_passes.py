@@ -91,14 +91,17 @@ class ScenePasses(JointForces):
         primitive, nv, n = loop_joint.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
         sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
                  "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE, "point": 3}  # fmt: skip
-        asked = BARE[bare] or tuple(sizes)
+        sizes |= {"inside": 1} if j.slot else {}
+        asked = (*(BARE[bare] or sizes), *(["inside"] if j.slot else []))
         blocks = {name: allocate(size) if name in asked else self.zeros for name, size in sizes.items()}
         ends = {name: moving[b].motion for name, b in (("inb", j.inb), ("out", j.out)) if b != GROUND}
         wheels = [j.wheels.module, *j.wheels.teeth, j.wheels.phase] if j.wheels else []
         wheels += [j.wheels.lead] if j.wheels and j.wheels.lead is not None else []
         length = [j.length] if j.length is not None else []
         middle = [*j.profile.middle, j.profile.roller] if j.profile else []
-        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle])
+        slot = [j.slot.play, j.slot.length, *j.slot.mouths, j.slot.repeated] if j.slot else []
+        slot += [j.curve.roller] if j.curve else []
+        numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle, *slot])
         if j.curve:
             ends[PIECE] = foot(self, program, j.curve, loop_joint.bearing(j.kind_name, ground), numbers=numbers, **ends)
         if j.profile:

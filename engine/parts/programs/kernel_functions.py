@@ -101,6 +101,9 @@ def _events(s: ScenePasses) -> None:
         phi = closed[j.name].blocks["phi"].slice(0, 1)
         s.call(program, joint_devices.depth(False), end=s.numbers([0.0]), q=phi, out=Slot(Space.OUT, flag, 1))
         program.copy(restitution, Slot(Space.OUT, s.system.stops + flag, 1))
+        if j.slot and j.slot.flag >= 0:
+            program.copy(closed[j.name].blocks["inside"], Slot(Space.OUT, j.slot.flag, 1))
+            program.copy(s.numbers([1.0]), Slot(Space.OUT, s.system.stops + j.slot.flag, 1))
     for j in s.system.joints:
         for k, d in enumerate(j.devices):
             if d.stop is None and d.latch is None:

@@ -18,7 +18,7 @@ STATIONS = 8
 PIN = 0.03
 """Radius of a drawn pin, divided by the extent of its curve."""
 WALL, DEEP = 0.6, 5.0
-"""Thickness and depth of a wall, divided by the radius of the pin."""
+"""Thickness and depth of a wall, divided by the radius of a drawn pin."""
 
 
 def slots(scene: sm.Scene) -> list[Wheel]:
@@ -28,16 +28,27 @@ def slots(scene: sm.Scene) -> list[Wheel]:
         if j.curve is not None:
             a, b = sides_of(scene, j)
             path, way = along(j.curve, STATIONS)
-            r = PIN * float(np.ptp(path, axis=0).max())
-            out.append(Wheel(a.body, name, mounted(a, join([_wall(path, way, s * r, j.curve.closed) for s in (1.0, -1.0)]))))
-            out.append(Wheel(b.body, name, mounted(b, cylinder(r, 1.3 * DEEP * r))))
+            size = PIN * float(np.ptp(path, axis=0).max())
+            r = float(j.roller or size)
+            sides = (1.0, -1.0) if j.unilateral is None or j.slot is not None else (-1.0,)
+            turned = [(path @ turn, way @ turn) for turn in _turns(j.slot.repeated if j.slot else 1)]
+            walls = [_wall(*at, s * r, size, j.curve.closed) for at in turned for s in sides]
+            out.append(Wheel(a.body, name, mounted(a, join(walls))))
+            out.append(Wheel(b.body, name, mounted(b, cylinder(r, 1.3 * DEEP * size))))
     return out
 
 
-def _wall(path: np.ndarray, way: np.ndarray, off: float, closed: bool) -> Mesh:
-    """A wall beside a path (n×2, y and z) with tangents ``way`` (n×2). Its near side is ``off`` to the right of the path."""
+def _turns(count: int) -> list[np.ndarray]:
+    """The rotations (2×2, for rows from the right) of equal slots around e1."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    return [np.array([[np.cos(x), np.sin(x)], [-np.sin(x), np.cos(x)]]) for x in angles]
+
+
+def _wall(path: np.ndarray, way: np.ndarray, off: float, size: float, closed: bool) -> Mesh:
+    """A wall beside a path (n×2, y and z) with tangents ``way`` (n×2). Its near side is ``off`` to the right of the path. size:
+    radius of a pin, which gives the wall's thickness and depth."""
     right = np.column_stack([way[:, 1], -way[:, 0]])
-    near, far, deep = path + off * right, path + (1 + WALL) * off * right, 0.5 * DEEP * abs(off)
+    near, far, deep = path + off * right, path + (off + WALL * np.copysign(size, off)) * right, 0.5 * DEEP * size
     ring = [(near, -deep), (near, deep), (far, deep), (far, -deep)]
     if off < 0:
         ring.reverse()

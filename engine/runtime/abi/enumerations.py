@@ -28,6 +28,7 @@ class Status(Named):
     FAIL_METHOD = 17, "no method has this number"
     FAIL_STALLED = 19, "many trial steps without progress in time"
     FAIL_TIME = 21, "the time limit of the host is reached"
+    FAIL_PENETRATION = 22, "the parts of a joint that only pushes are inside each other"
     INACCURATE = 18, "the end was reached, but the audit found energy gained or lost far beyond the tolerance"
     CASE_FAILED = 20, "a case of a batch ended early: the host may read its block and must call again"
 

@@ -40,6 +40,7 @@ int row : its constraint row
 int pair : its friction pair; -1: none
 int poisson : whether restitution follows Poisson's law instead of Newton's
 int open : whether the contact starts open
+int inside : index, among the stops, of the flag that is pressed while the parts can touch; -1: they always can
 """)
 
 PACE = Record("tr_pace", "A parameter that sets the frequency of a load.", """

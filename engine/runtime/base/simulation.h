@@ -189,7 +189,7 @@ typedef struct tr_audit {
   double dead_t;       /* time at which a driven motion first passes a dead centre, s; -1: none */
   int open_pair;       /* pair of the decision at open_t */
   int fail_detail;     /* component or constraint row of the failure; -1: none */
-  double fail_number;  /* smallest pivot of the loop rows; -1: the loops did not cause the failure */
+  double fail_number;  /* smallest pivot of the loop rows, or depth of a penetration, m; -1: neither caused the failure */
   double energy0;      /* energy.residual at the start, J */
   int known;           /* whether the works of every step so far are integrated */
   double begin;        /* kinetic + potential energy − works at the start, J, plus allowed changes */

@@ -12,6 +12,19 @@ static inline tr_touch *tr_touch_of(const tr_sim *s, int c) { return (tr_touch *
 static inline int tr_is_contact_open(const tr_sim *s, int c) { return !tr_is_pressed(s, tr_unilateral_of(s, c)->stop); }
 static inline void tr_set_contact(tr_sim *s, int c, int closed) { *tr_stop_flag(s, tr_unilateral_of(s, c)->stop) = closed ? TR_STOP_PRESSED : TR_STOP_OPEN; }
 
+/* Whether the parts of contact c cannot touch: its pin has left the slot. */
+static inline int tr_is_contact_away(const tr_sim *s, int c) {
+  const int inside = tr_unilateral_of(s, c)->inside;
+  return inside >= 0 && !tr_is_pressed(s, inside);
+}
+
+/* The contact with the flag `stop` of its mouths; −1: none. */
+static inline int tr_contact_of_mouth(const tr_sim *s, int stop) {
+  for (int c = 0; c < s->k->nunilateral; ++c)
+    if (tr_unilateral_of(s, c)->inside == stop) return c;
+  return -1;
+}
+
 /* The contact whose flag is that of stop `stop`; −1: an end stop or a latch. */
 static inline int tr_contact_of_stop(const tr_sim *s, int stop) {
   for (int c = 0; c < s->k->nunilateral; ++c)

@@ -91,5 +91,6 @@ static int tr_end_run(tr_sim *s, int code) {
 
 int tr_fail_row(const tr_sim *s, double *number) {
   *number = s->audit.fail_number;
-  return s->clock.status == TR_FAIL_CLOSURE || s->clock.status == TR_FAIL_GIMBAL ? s->audit.fail_detail : -1;
+  const int status = s->clock.status;
+  return status == TR_FAIL_CLOSURE || status == TR_FAIL_GIMBAL || status == TR_FAIL_PENETRATION ? s->audit.fail_detail : -1;
 }

@@ -42,6 +42,8 @@ static void tr_set_initial_stops(tr_sim *s) {
     if (!(depth[i] > 0.0)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!tr_is_pressed(s, i)) *tr_stop_flag(s, i) = tr_pressed_flag(s, i, depth);
   }
+  for (int c = 0; c < k->nunilateral; ++c)
+    if (tr_is_contact_away(s, c)) tr_set_contact(s, c, 0);
 }
 
 static int tr_set_initial_modes(tr_sim *s) {

@@ -93,7 +93,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     tr_find_rank(s, tr_has_idle_rows(s, TR_A(s, y)));
   }
   tr_move_run_to(s, t, TR_A(s, y));
-  const int open = k->coupled || (k->active && s->loops.rank < tr_loop_rows(s));
+  const int open = k->coupled || (k->active && s->loops.rank < tr_loop_rows(s)) || (k->nunilateral && tr_has_redundant_contacts(s));
   if (k->neta && k->loop_friction && k->nkappa == 0 && open) return TR_NEED_REDUNDANT;
   int modes = tr_set_initial_modes(s);
   if (s->ask.cancelled) return s->clock.status = TR_CANCELLED;

@@ -255,7 +255,8 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends where a contact of a joint that only pushes opens or closes. Returns a status. */
+/* Complete a step that ends where a contact of a joint that only pushes opens or closes, or where a pin passes a mouth of its slot.
+ * Returns a status. */
 static int tr_complete_contact_event(tr_sim *s) {
   const double te = s->pending.t;
   double *ye = TR_A(s, event_y);
@@ -271,7 +272,8 @@ static int tr_complete_contact_event(tr_sim *s) {
   tr_set_crossing_margin(s, s->pending.which);
   tr_move_run_to(s, te, ye);
   s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
-  return tr_decide_contacts(s);
+  const int stop = s->pending.which - s->k->nsliders;
+  return tr_contact_of_mouth(s, stop) >= 0 ? tr_pass_mouth(s, stop) : tr_decide_contacts(s);
 }
 
 /* Complete a step that ends at an event: set the state, the new mode and the size of the next step. Returns a status. */
@@ -279,7 +281,8 @@ static int tr_complete_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y), *yo = TR_A(s, yout), *dy = TR_A(s, dy);
   int i = s->pending.which, pair = i < s->k->nsliders;
   if (pair && tr_is_set_valued(s, i)) return tr_complete_set_valued_event(s);
-  if (!pair && tr_contact_of_stop(s, i - s->k->nsliders) >= 0) return tr_complete_contact_event(s);
+  const int stop = i - s->k->nsliders;
+  if (!pair && (tr_contact_of_stop(s, stop) >= 0 || tr_contact_of_mouth(s, stop) >= 0)) return tr_complete_contact_event(s);
   tr_dense_state(s, s->pending.theta, ye);
   const tr_branch was = tr_evaluate_branch_before(s, i);
   tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));

@@ -22,8 +22,21 @@ static void tr_set_initial_contacts(tr_sim *s);
  * closed. Returns a status. */
 static int tr_decide_contacts(tr_sim *s);
 
-/* Decide the contacts at the start of a run. Returns a status; TR_FAIL_CLOSURE if a gap is negative. */
+/* Decide the contacts at the start of a run. Returns a status; TR_FAIL_PENETRATION if a gap is negative. */
 static int tr_start_contacts(tr_sim *s);
+
+/* Let a pin enter or leave its slot through a mouth, and decide the contacts. stop: the flag of the mouth. Returns a status;
+ * TR_FAIL_PENETRATION if the pin strikes the edge of the mouth. */
+static int tr_pass_mouth(tr_sim *s, int stop);
+
+/* Whether closed contacts would be redundant at the start of a run, although some of them are open. */
+static int tr_has_redundant_contacts(tr_sim *s);
+
+/* TR_FAIL_PENETRATION if an open contact has been missed, otherwise TR_OK. */
+static int tr_check_missed_contacts(tr_sim *s);
+
+/* Longest step while a contact is open: at rest, error control would not notice a part that passes within one step. */
+static double tr_longest_open_step(const tr_sim *s);
 
 /* Whether a contact pulls at the present solution, because forces have jumped. */
 static int tr_has_contact_to_decide(const tr_sim *s);

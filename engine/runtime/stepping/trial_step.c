@@ -39,6 +39,8 @@ static int tr_has_stopped_with_drive(const tr_sim *s) {
 /* Prepare a step: evaluate ẏ at its start, choose a first step size, freeze sliding directions. Returns a status. */
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
+  const int missed = tr_check_missed_contacts(s);
+  if (missed != TR_OK) return missed;
   if (!s->step.have_k1) {
     s->step.margin = NAN;
     const double left = limit - s->clock.t;
@@ -72,6 +74,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   }
   if (k->sets && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, fmin(tr_longest_onset_step(s, TR_A(s, K) + k->nq), tr_longest_held_step(s)));
   s->step.h = fmin(s->step.h, tr_longest_singular_step(s));
+  if (k->nunilateral && s->set.hfixed <= 0.0) s->step.h = fmin(s->step.h, tr_longest_open_step(s));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zold));
   tr_copy(tr_z_length(s), TR_A(s, z), TR_A(s, zstart));
   if (s->step.begin_x) memcpy(s->step.begin_x, TR_A(s, x), sizeof(double) * k->nx);

@@ -7,6 +7,8 @@
 #define REST_GAP 1e-14  /* × the length: impacts end where the gap of the next flight stays below this */
 #define STEADY 1e-11    /* × length · rate²: acceleration of a gap that counts as 0 */
 #define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more is decided again */
+#define OPEN_PART 0.03125 /* × the period of a drive, load or rotation: a gap closes and opens again in a larger part of it */
+#define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step is a contact that was missed */
 #define CHOICES_MOST 60 /* largest number of changes in a decision */
 
 /* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
@@ -71,7 +73,7 @@ static int tr_meet(tr_sim *s, tr_met *met) {
   tr_set_time(s, s->clock.t);
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < n; ++c) {
-    met[c].touches = !tr_is_contact_open(s, c) || fabs(gap[c]) <= TOUCHES * fmax(s->set.length, 1.0);
+    met[c].touches = !tr_is_contact_away(s, c) && (!tr_is_contact_open(s, c) || fabs(gap[c]) <= TOUCHES * fmax(s->set.length, 1.0));
     met[c].rate = rate[c], met[c].approach = met[c].touches && rate[c] < -STILL * tr_speed_unit(s) ? rate[c] : 0.0;
     hits |= met[c].approach < 0.0;
   }
@@ -149,15 +151,58 @@ static int tr_decide_contacts(tr_sim *s) {
   return TR_OK;
 }
 
-static int tr_start_contacts(tr_sim *s) {
+static int tr_check_penetration(tr_sim *s, double most) {
   double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+  tr_set_time(s, s->clock.t);
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < s->k->nunilateral; ++c)
-    if (gap[c] < -TOUCHES * fmax(s->set.length, 1.0)) {
-      s->audit.fail_detail = tr_unilateral_of(s, c)->row;
-      return TR_FAIL_CLOSURE;
+    if (gap[c] < -most * fmax(s->set.length, 1.0) && tr_is_contact_open(s, c) && !tr_is_contact_away(s, c)) {
+      s->audit.fail_detail = tr_unilateral_of(s, c)->row, s->audit.fail_number = -gap[c];
+      return TR_FAIL_PENETRATION;
     }
-  return tr_decide_contacts(s);
+  return TR_OK;
+}
+
+/* Evaluate the maps and the rank of the loop rows with the present contacts. Returns whether the rows are redundant. */
+static int tr_find_contact_rank(tr_sim *s) {
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  s->loops.rank = 0;
+  tr_find_rank(s, tr_has_idle_rows(s, TR_A(s, y)));
+  return s->loops.rank < tr_loop_rows(s);
+}
+
+static int tr_has_redundant_contacts(tr_sim *s) {
+  const int n = s->k->nunilateral;
+  char closed[n + 1];
+  for (int c = 0; c < n; ++c) closed[c] = !tr_is_contact_open(s, c), tr_set_contact(s, c, 1);
+  const int redundant = tr_find_contact_rank(s);
+  for (int c = 0; c < n; ++c) tr_set_contact(s, c, closed[c]);
+  tr_find_contact_rank(s);
+  return redundant;
+}
+
+static int tr_start_contacts(tr_sim *s) {
+  const int code = tr_check_penetration(s, TOUCHES);
+  return code == TR_OK ? tr_decide_contacts(s) : code;
+}
+
+static int tr_pass_mouth(tr_sim *s, int stop) {
+  *tr_stop_flag(s, stop) = tr_is_pressed(s, stop) ? TR_STOP_OPEN : TR_STOP_PRESSED;
+  const int code = tr_is_pressed(s, stop) ? tr_check_penetration(s, TOUCHES) : TR_OK;
+  return code == TR_OK ? tr_decide_contacts(s) : code;
+}
+
+static int tr_check_missed_contacts(tr_sim *s) {
+  return s->k->nunilateral ? tr_check_penetration(s, PENETRATED) : TR_OK;
+}
+
+static double tr_longest_open_step(const tr_sim *s) {
+  double pace = s->friction.pace;
+  int open = 0;
+  for (int c = 0; c < s->k->nunilateral; ++c) open |= tr_is_contact_open(s, c);
+  for (int i = 0; i < s->k->nv && open; ++i)
+    if (s->k->vkind[i] == TR_COORDINATE_ANGLE) pace = fmax(pace, fabs(TR_A(s, y)[s->k->nq + i]) / TURN);
+  return open && pace > 0.0 ? OPEN_PART / pace : INFINITY;
 }
 
 static int tr_has_contact_to_decide(const tr_sim *s) {

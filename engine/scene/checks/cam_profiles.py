@@ -31,6 +31,8 @@ def check(scene: Scene) -> Iterator[Finding]:
         path: Path = ("joints", name)
         follows = REGISTRY[j.type].follows if REGISTRY[j.type].follows in CAMS else ""
         for key in OWN:
+            if key == "roller" and REGISTRY[j.type].follows == "curve":
+                continue
             if getattr(j, key) is not None and (not follows or (key == "roller" and follows != "point")):
                 what = f"a {j.type} joint has no cam" if not follows else f"the follower of a {j.type} is a face, not a roller"
                 hint = f"remove it; joints with cams: {able}" if not follows else "remove it, or use cam"

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from trunnion.elements.joints import REGISTRY
+from trunnion.scene.checks.joint_devices import FIELDS
 from trunnion.scene.data_classes.joint_couplings import Curve
 from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
@@ -33,6 +34,26 @@ def check(scene: Scene) -> Iterator[Finding]:
         elif has and j.curve is not None:
             wrong = list(_points((*path, "curve"), j.curve))
             yield from wrong or _around(path, j, j.curve)
+        yield from _slot(path, j)
+
+
+def _slot(path: Path, j: Joint) -> Iterator[Finding]:
+    """Findings about the walls of a slot."""
+    plays = REGISTRY[j.type].plays
+    if j.slot is not None and not plays:
+        able = ", ".join(k.name for k in REGISTRY.values() if k.plays)
+        yield Finding((*path, "slot"), f"a {j.type} joint has no slot with play", f"remove it; joints with such a slot: {able}")
+    if plays and j.slot is None:
+        hint = "for example slot: {play: 0.1 mm}; without play: point_on_curve"
+        yield Finding(path, f"a {j.type} needs the play of its slot", hint)
+    if plays and j.unilateral is None:
+        yield Finding(path, f"the walls of a {j.type} only push", "give unilateral: {starts: open}, or {} to start at a wall")
+    if j.slot is None or j.curve is None:
+        return
+    if j.slot.repeated < 1:
+        yield Finding((*path, "slot", "repeated"), f"{j.slot.repeated} slots", "give 1 or more")
+    if j.slot.mouth is not None and j.curve.closed:
+        yield Finding((*path, "slot", "mouth"), "a closed curve has no end for a mouth", "leave it out")
 
 
 def _points(path: Path, c: Curve) -> Iterator[Finding]:
@@ -68,7 +89,14 @@ def _side(a: Point, b: Point, p: Point) -> float:
 
 
 def _around(path: Path, j: Joint, c: Curve) -> Iterator[Finding]:
-    """Findings for devices that need the ends of a curve, if the curve is closed."""
+    """Findings for devices that need the ends of a curve, if the curve is closed, and for devices beside a roller."""
+    if j.roller is not None and j.unilateral is None:
+        what = "a roller touches one side of its curve"
+        yield Finding((*path, "roller"), what, "give unilateral, or use pin_in_slot for a roller between two walls")
+    for field in FIELDS if j.roller is not None else ():
+        if getattr(j, field) is not None:
+            what = "with a roller, the rate of this joint is the sliding speed of its rim, along which no device acts"
+            yield Finding((*path, field), what, "give the device to the joint that carries the roller")
     for field in ("end_stops", "spring") if c.closed else ():
         for where, _ in entries(getattr(j, field), (*path, field)):
             what = f"a closed curve has no ends: {field.replace('_', ' ')} along it would jump where it closes"

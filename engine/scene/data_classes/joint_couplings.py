@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Strict
 from pydantic.dataclasses import dataclass
@@ -43,6 +43,19 @@ class Curve:
     needs three."""
     closed: Annotated[bool, Strict()] = False
     """Whether the curve continues from the last point to the first."""
+
+
+@dataclass(frozen=True, config=STRICT)
+class Slot:
+    """Walls of a slot along a curve. They touch the pin where its centre is ``play`` from the curve, and join in a half circle
+    around each end of an open curve, unless there is a mouth."""
+
+    play: Extent
+    """Largest distance of the pin's centre from the curve: half the difference of the diameters of slot and pin."""
+    mouth: Literal["start", "end", "both"] | None = None
+    """Ends of the curve at which the slot is open, so that the pin leaves and enters. Default: none."""
+    repeated: Annotated[int, Strict()] = 1
+    """Number of equal slots, evenly around e1 at the inboard point. The curve is that of the slot around e2."""
 
 
 @dataclass(frozen=True, config=STRICT)

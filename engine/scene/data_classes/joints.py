@@ -13,7 +13,7 @@ from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either, with_fields
 from trunnion.scene.data_classes.friction_keys import LawName, Wear, of_joints, of_scene
-from trunnion.scene.data_classes.joint_couplings import Curve, Mimic, Profile
+from trunnion.scene.data_classes.joint_couplings import Curve, Mimic, Profile, Slot
 from trunnion.scene.data_classes.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
 from trunnion.scene.data_classes.unilateral_contact import Unilateral
 from trunnion.scene.force_laws.registry import REGISTRY as LAWS
@@ -215,11 +215,14 @@ class Joint:
     profile: Profile | None = None
     """The profile of a cam. The inboard part carries the cam; its axis is the joint's e1."""
     roller: Extent | None = None
-    """Radius of the cam follower's roller, whose centre is the outboard point; without ``roller`` the follower is a point."""
+    """Radius of the roller around the outboard point of a cam's follower, of a point on a curve, or of a pin in a slot. Profile or
+    curve is the path of the roller's centre. Friction acts at its rim, so that a roller that turns with its body rolls."""
     curve: Curve | None = None
     """The curve (slot, groove, rail) that a point of the outboard part stays on, in the plane of the inboard e2 and e3."""
+    slot: Slot | None = None
+    """Play, ends and mouths of the slot of a pin_in_slot, whose ``curve`` is the middle of the slot."""
     unilateral: Unilateral | None = None
-    """Contact that begins and ends: the joint only pushes. For cams, points on curves and points on planes."""
+    """Contact that begins and ends: the joint only pushes. For cams, points on curves, points on planes, and pins in slots."""
     mimic: Mimic | None = None
     """The leading joint, of which this joint's coordinate is a linear function; both joints have one freedom."""
     ratio: Annotated[float, Per("1", Bound(nonzero=True))] | None = None

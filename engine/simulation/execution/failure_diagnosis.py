@@ -42,6 +42,8 @@ def diagnose(model: Model, status: int) -> Outcome:
             return Outcome.named(WHY[why], block.time, name, numbers)
     if status == Status.FAIL_NOT_FINITE and block.time == 0.0 and np.isfinite(block.y).all():
         return missing_inertia(model) or from_status(status, block.time, suspect(model, status))
+    if status == Status.FAIL_PENETRATION:
+        return _penetration(model, from_status(status, block.time, ""))
     if status in LOOPS:
         return _loop_outcome(model, from_status(status, block.time, ""))
     return from_status(status, block.time, suspect(model, status))
@@ -77,6 +79,13 @@ def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
         return plain
     joint, advice = loop_joint(model.system, cut, plain.name == "gimbal_lock"), plain.advice + describe_loop(model.system, cut)
     return replace(plain, joint=joint.name, advice=advice, numbers={"independence": independence} if independence >= 0.0 else {})
+
+
+def _penetration(model: Model, plain: Outcome) -> Outcome:
+    """The outcome ``plain`` with the contact and the depth of its penetration."""
+    row, depth = model.block.open_row()
+    joint = next(j.name for j in model.system.unilateral if j.rows == row)
+    return replace(plain, joint=joint, advice=f"{plain.advice}; the depth is {depth:.6g} m", numbers={"depth": depth})
 
 
 def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:

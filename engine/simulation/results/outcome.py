@@ -13,6 +13,8 @@ DEAD_CENTRE = "dead_centre"
 """The outcome of a loop without friction whose equations have no solution in the current position."""
 OVERLAP_LOST = "overlap_lost"
 """The outcome if two parts of a joint have slid off each other."""
+PENETRATION = "penetration"
+"""The outcome if the parts of a joint that only pushes are inside each other."""
 NO_INERTIA = "no_inertia"
 """The outcome if a motion of the mechanism moves no inertia."""
 TOO_MANY_ROWS, TOO_MANY_EVENTS = "too_many_rows", "too_many_events"
@@ -27,6 +29,7 @@ NAMES: dict[int, str] = {
     Status.FAIL_GIMBAL: "gimbal_lock",
     Status.FAIL_MODES: "inconsistent",
     Status.FAIL_METHOD: "unknown_method",
+    Status.FAIL_PENETRATION: PENETRATION,
     Status.FAIL_TIME: "out_of_time",
     Status.INACCURATE: "inaccurate",
 }
@@ -54,6 +57,9 @@ ADVICE = {
     "gimbal_lock": "all free axes of rotation of the loop lie in one plane here, so the loop cannot turn as its drives demand. "
     "(The loop contains a gimbal, or is a spherical linkage at the end of its reach.) Avoid this position, or add a rotation axis "
     "outside that plane",
+    PENETRATION: "the parts of the contact are inside each other. At the start: move the start values apart, or leave out "
+    "starts: open, so that the start closes the gap. At a mouth: the pin strikes its edge. Give the slot more play, or turn the "
+    "parts so that the pin meets the slot",
     DEAD_CENTRE: "the loop is at a dead centre. Its joints cannot follow the acceleration that the drives demand, or could follow "
     "this acceleration by two different motions. Start beside this position, drive another joint, or let the drives rest here",
     "max_steps": f"the run reached its largest number of steps. Raise max_steps, or try method {AUTO.stiff.name}",

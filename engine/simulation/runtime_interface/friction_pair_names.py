@@ -21,6 +21,8 @@ def stop_names(system: System) -> list[tuple[str, int]]:
     for j in system.joints:
         if j.unilateral:
             found[j.unilateral.flag] = (j.name, 1)
+        if j.slot and j.slot.flag >= 0:
+            found[j.slot.flag] = (j.name, 1)
         for k, d in enumerate(j.devices):
             if d.stop is not None:
                 found |= {f: (j.name, k + 1) for f in d.stop.flags if f >= 0}

@@ -9,6 +9,8 @@ from typing import Any
 from trunnion.basics.monotone_curves import filled
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
+from trunnion.scene.data_classes.joint_couplings import Curve
+from trunnion.scene.data_classes.joint_couplings import Slot as SlotKeys
 from trunnion.scene.data_classes.unilateral_contact import Unilateral as UnilateralKeys
 from trunnion.scene.force_laws import registry as force_laws
 from trunnion.scene.signals.registry import given
@@ -17,7 +19,7 @@ from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.quantities import Quantity
 from trunnion.system.construction.point_curve_spline import length
 from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
-from trunnion.system.structure.coupling_joint_data import Unilateral
+from trunnion.system.structure.coupling_joint_data import Slot, Unilateral
 from trunnion.system.structure.parameter_table import Leaf, Leaves, ParameterTable
 
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch", "nonlinear")
@@ -109,6 +111,13 @@ class Builder:
         self.stops += 1
         leaf = self.table.own(f"joints.{name}.unilateral.restitution", x.restitution, "1")
         return Unilateral(leaf, self.stops - 1, x.impact_law == "poisson", x.starts == "open")
+
+    def slot(self, name: str, x: SlotKeys, along: Curve) -> Slot:
+        """The walls of a slot, with the index of the flag of its mouths."""
+        ends = tuple(float(x.mouth in (end, "both")) for end in ("start", "end"))
+        self.stops += any(ends)
+        play = self.table.own(f"joints.{name}.slot.play", x.play, "m")
+        return Slot(play, length(along), (ends[0], ends[1]), float(x.repeated), self.stops - 1 if any(ends) else -1)
 
     def latch(self, path: str, x: sm.Latch, u: str, f: str) -> Latch:
         """The latch of a freedom, with the indices of its flag and hook."""

@@ -7,9 +7,10 @@ import numpy as np
 from trunnion.scene.data_classes.joint_couplings import Curve as Given
 from trunnion.system.construction.cam_profile_spline import spline_pieces
 from trunnion.system.structure.coupling_joint_data import ENDLESS, Curve, Piece, gauss_points
+from trunnion.system.structure.parameter_table import Leaf
 
 
-def curve(given: Given) -> Curve:
+def curve(given: Given, roller: Leaf = 0.0) -> Curve:
     """The cubic spline through checked points. Its parameter is the length of the polygon through the points. The spline is
     periodic if the curve is closed. Otherwise it has no curvature at its ends and continues straight beyond them."""
     points = np.array(given.points, float)
@@ -23,8 +24,9 @@ def curve(given: Given) -> Curve:
         for a, b, w, p, q in zip(u[:-1], u[1:], ways[:-1], *both, strict=True)
     ]
     if given.closed:
-        return Curve(tuple(pieces), float(u[-1]))
-    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])), 0.0)
+        return Curve(tuple(pieces), float(u[-1]), roller)
+    last = _straight(both, -1, float(u[-1] - u[-2]), u[-1], ways[-1])
+    return Curve((_straight(both, 0, 0.0, 0.0, 0.0), *pieces, last), 0.0, roller)
 
 
 def _straight(both: list[np.ndarray], k: int, h: float, at: float, way: float) -> Piece:

@@ -139,7 +139,8 @@ class _Maker(Points):
             stiffness=stiffness, wheels=wheels(self.scene, self.table, self.stands, name) if kind.rolls else None,
             length=self.length(name) if kind.keeps_distance else None,
             unilateral=self.devices.unilateral(name, j.unilateral) if j.unilateral else None,
-            profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve) if j.curve else None,
+            profile=profile(j.profile, roller) if j.profile else None, curve=curve(j.curve, roller) if j.curve else None,
+            slot=self.devices.slot(name, j.slot, j.curve) if j.slot and j.curve else None,
         )
 
     def length(self, name: str) -> Param:

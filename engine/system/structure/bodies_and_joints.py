@@ -9,7 +9,7 @@ from functools import cached_property
 
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY, TIES, JointKind
-from trunnion.system.structure.coupling_joint_data import Curve, LightFreedom, Mimic, Profile, Unilateral, Wheels
+from trunnion.system.structure.coupling_joint_data import Curve, LightFreedom, Mimic, Profile, Slot, Unilateral, Wheels
 from trunnion.system.structure.devices_and_loads import Device as Device
 from trunnion.system.structure.devices_and_loads import Latch as Latch
 from trunnion.system.structure.devices_and_loads import LawForce as LawForce
@@ -108,6 +108,7 @@ class Joint:
     length: Leaf | None = None
     profile: Profile | None = None
     curve: Curve | None = None
+    slot: Slot | None = None
     mimic: Mimic | None = None
     light: LightFreedom | None = None
     unilateral: Unilateral | None = None

@@ -66,10 +66,28 @@ class Piece:
 @dataclass(frozen=True)
 class Curve:
     """A plane curve in pieces. An open curve begins and ends with an infinite straight piece. around: period of the parameter of a
-    closed curve; 0 for an open curve."""
+    closed curve; 0 for an open curve. roller: radius of the roller around the point that follows the curve, m."""
 
     pieces: tuple[Piece, ...]
     around: float
+    roller: Leaf = 0.0
+
+
+@dataclass(frozen=True)
+class Slot:
+    """Walls of a slot along a curve, or of equal slots around e1.
+
+    play       largest distance of the pin's centre from the curve, m.
+    length     arc length of the curve, m.
+    mouths     whether the slot is open at the start and at the end of its curve, 1 or 0 each.
+    repeated   number of slots.
+    flag       index, among the flags of end stops, of a flag that is 1 while the pin is inside the mouths; −1 without mouths."""
+
+    play: Leaf
+    length: Leaf
+    mouths: tuple[Leaf, Leaf]
+    repeated: Leaf
+    flag: int
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ DETAILS = {
     "dead_centre": "the first driven joint of the loop, else the joint where it is cut",
     "gimbal_lock": "a universal joint of the loop, else the joint where it is cut; `independence`",
     "overlap_lost": "the joint",
+    "penetration": "the joint that only pushes; `depth` (m)",
     "not_finite": "the joint that moves fastest",
     "no_inertia": "the joint whose freedom takes part most in the motion",
     "inaccurate": "the joint of an event just before most of the error; `energy` (J, gained), `turned_over`, `share`",

@@ -34,7 +34,7 @@ PAGES = {
     "scene_keys_bodies_joints": (
         "Scene keys: bodies and joints", "Body", "Cylinder", "AxialInertia", "Turn", "Joint", "Side", "Friction", "Wear", "Start",
         "AxisAngle", "Spring", "Nonlinear", *(x.__name__ for x in CURVES), "EndStops", "Latch", "Motor", "Mimic", "Profile",
-        "Curve", "Unilateral",
+        "Curve", "Slot", "Unilateral",
     ),
     "scene_keys_loads_signals": (
         "Scene keys: loads, drives and signals", "Force", "Torque", "SpringDamper", "Bushing", "Drag", "PointGravity", "Field",

@@ -16,7 +16,10 @@ SIZES = {"radius": 0.01, "flank_angle": 0.26}
 """Sizes of contacts; all others are LENGTH."""
 LENGTH = 0.02
 TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless)
-AXES = {"spherical": {}, "universal": {"inboard": sm.Side("ground", axis="x"), "outboard": sm.Side("hub", axis="y")}}
+AXES = {
+    "spherical": {}, "point_on_plane": {"axis": "y"},
+    "universal": {"inboard": sm.Side("ground", axis="x"), "outboard": sm.Side("hub", axis="y")},
+}  # fmt: skip
 
 
 def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from tests.engine.unilateral.test_slots import Geneva
 from tests.engine.unilateral.unilateral_scenes import G, body, scene
 from tests.fmu.fmpy_host import FOLDER, Host
 from trunnion.fmu.scene_export import export
+from trunnion.simulation.run import simulate
 
 
 def test_a_block_as_an_fmu_bounces_as_the_closed_form() -> None:
@@ -27,3 +30,14 @@ def test_a_block_as_an_fmu_bounces_as_the_closed_form() -> None:
         since, speed = (t - hits[n - 1], G * first * e**n) if n else (t, 0.0)
         gap = 0.0 if n == len(hits) else speed * since - G * since**2 / 2 + (1.0 if n == 0 else 0.0)
         assert abs(host.get("table.gap")[0] - gap) < 1e-8
+
+
+def test_a_geneva_wheel_as_an_fmu_turns_as_in_a_run() -> None:
+    g, file = Geneva(np.random.default_rng(3)), FOLDER / "geneva.fmu"
+    export(g.scene(), file, kind="cs", kernel="parts")
+    host = Host(file, solver__tolerance=1e-10)
+    for k in range(10):
+        host.fmu.doStep(0.05 * k, 0.05)
+    r = simulate(g.scene(), until=0.5, rtol=1e-10, kernel="parts")
+    assert host.get("pivot.q[1]")[0] == pytest.approx(r["pivot.q[1]"][-1], abs=1e-8)
+    assert r["pivot.q[1]"][-1] - g.rest > 0.5

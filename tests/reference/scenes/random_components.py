@@ -14,8 +14,8 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 
 AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
-APART = ("screw",)
-"""Types whose friction has a separate test (``test_threads``), so that random scenes do not change."""
+APART = ("screw", "point_on_plane")
+"""Types whose friction has separate tests (``test_threads``, ``test_feet``), so that random scenes do not change."""
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
 SIZED = ("journal", "shaft", "sleeve", "ball", "cross")
 """Contact elements whose sizes are chosen below so that there is one root; other elements have small sizes."""

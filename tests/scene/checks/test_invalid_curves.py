@@ -14,6 +14,10 @@ from trunnion.scene.data_classes.joint_couplings import Curve
 from trunnion.scene.scene_loader import scene_from_text
 from trunnion.system.construction.system_builder import build
 
+PIN = (
+    "{type: pin_in_slot, axis: z, inboard: a, outboard: b, slot: {play: 1 mm}, unilateral: {}, "
+    "curve: {points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}}"
+)
 GOOD = "{type: point_on_curve, axis: z, inboard: a, outboard: b, curve: {points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}}"
 WRONG = {
     "a point_on_curve needs the curve that its point stays on": re.sub(", curve.*", "}", GOOD),
@@ -29,7 +33,13 @@ WRONG = {
     ),
     "a point_on_curve has no start of its own": GOOD.replace(", curve", ", start: {q: 0}, curve"),
     "a closed curve has no ends: end stops along it": GOOD.replace("0]]}", "0]], closed: true}, end_stops: {stiffness: 1}"),
-    "a point_on_curve joint has no cam": GOOD.replace(", curve", ", roller: 3 mm, curve"),
+    "a roller touches one side of its curve": GOOD.replace(", curve", ", roller: 3 mm, curve"),
+    "the rate of this joint is the sliding speed": GOOD.replace(", curve", ", roller: 3 mm, unilateral: {}, damping: 2, curve"),
+    "a point_on_curve joint has no slot with play": GOOD.replace(", curve", ", slot: {play: 1 mm}, curve"),
+    "a pin_in_slot needs the play of its slot": PIN.replace(", slot: {play: 1 mm}", ""),
+    "the walls of a pin_in_slot only push": PIN.replace(", unilateral: {}", ""),
+    "0 slots": PIN.replace("1 mm", "1 mm, repeated: 0"),
+    "a closed curve has no end for a mouth": PIN.replace("1 mm", "1 mm, mouth: end").replace("0]]", "0]], closed: true"),
     "m is a point_on_curve joint; a joint that follows": GOOD.replace(", curve", ", mimic: {joint: on_b}, curve"),
 }
 
