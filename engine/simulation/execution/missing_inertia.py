@@ -47,7 +47,7 @@ def bodies_lack_inertia(system: System, p: np.ndarray) -> np.ndarray:
     """For each row of parameters (n × np): whether a body has no mass, or no inertia about some axis (n)."""
     lack = np.zeros(len(p), bool)
     for b, has_mass in zip(system.bodies, _have_mass(system, p), strict=True):
-        six = np.unique(np.stack([_column(x, p) for x in b.inertia], 1), axis=0, return_inverse=True)
+        six = np.unique(np.nan_to_num([_column(x, p) for x in b.inertia]).T, axis=0, return_inverse=True)
         sizes = np.linalg.eigvalsh(six[0][:, SQUARE])
         lack |= ~has_mass | (sizes[:, 0] <= NOTHING * sizes[:, 2])[six[1].reshape(-1)]
     return lack
