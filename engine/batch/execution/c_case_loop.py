@@ -20,9 +20,11 @@ from trunnion.batch.tables.reductions import EVENT_NUMBERS, OF_COLUMNS, OF_DECIS
 from trunnion.batch.tables.trajectories import Series
 from trunnion.runtime.abi.enumerations import Ended
 from trunnion.simulation.execution.failure_diagnosis import diagnose
+from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.results.audit import Audit
 from trunnion.simulation.results.outcome import Outcome
+from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.run_settings import Run
 
@@ -86,7 +88,7 @@ class Loop(CaseBlocks):
         self.inputs = rows.inputs if rows.inputs.size else np.zeros(1)
         b.p, b.y, b.given = rows.p.ctypes.data, rows.y.ctypes.data, rows.given.ctypes.data
         b.inputs, b.set, b.out = self.inputs.ctypes.data, rows.settings.ctypes.data, out.ctypes.data
-        b.ncases, b.at, b.running, b.reported, b.kept_rows = n, 0, 0, 0, 0
+        b.ncases, b.at, b.running, b.reported, b.kept_rows, b.examined = n, 0, 0, 0, 0, 0
         self.kept, self.seconds = [], 0.0
         self.watch.begin(tick, lambda: b.at)
         return out
@@ -136,6 +138,11 @@ class Loop(CaseBlocks):
                 return int(b.at)
             if status == bl.Status.CASE_FAILED:
                 failed[b.at] = self._outcome(out["case"][b.at])
+            elif status == bl.Status.NEED_INERTIA:
+                b.examined = b.at + 1
+                if lacking := missing_inertia(self._case_model()):
+                    self.lib.tr_batch_end(ctypes.addressof(b), bl.Status.FAIL_NOT_FINITE)
+                    failed[b.at] = lacking
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
                 self.watch.case = -1  # build time does not count as time of the case
@@ -149,12 +156,17 @@ class Loop(CaseBlocks):
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, from the state in its block."""
-        block = self.blocks[self.batch.which].copied_to(self.batch.now)
-        model = copy(self.model)
-        model.block, model.kernel = block, block.kernel
-        if int(case["status"]) == bl.Status.FAIL_CLOSURE and case["rows"] == 0.0 and block.time == 0.0:
+        model = self._case_model()
+        if int(case["status"]) == bl.Status.FAIL_CLOSURE and case["rows"] == 0.0 and model.block.time == 0.0:
             return open_loop(model, int(case["detail"]))
         return diagnose(model, int(case["status"]))
+
+    def _case_model(self) -> Model:
+        """The model with the block of the present case."""
+        model = copy(self.model)
+        model.block = self.blocks[self.batch.which].copied_to(self.batch.now)
+        model.kernel = model.block.kernel
+        return model
 
     def _numbers(self, out: np.ndarray) -> np.ndarray:
         """The reductions (cases × reductions); NaN for a missing value."""

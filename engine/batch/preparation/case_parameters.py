@@ -25,6 +25,7 @@ from trunnion.runtime.abi.batch_records import CASE_SETTINGS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
 from trunnion.scene.queries.mass_properties import mass_properties
+from trunnion.simulation.execution.missing_inertia import bodies_lack_inertia
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.realtime_steps import problems as bounded
@@ -50,7 +51,7 @@ class Rows:
         y: start coordinates and rates (n × (nq + nv)).
         given: whether each start coordinate (first nv) and each start rate (last nv) is given (n × 2 nv).
         inputs: start values of inputs (n × inputs).
-        settings: fields of ``tr_case_settings`` (n × 6).
+        settings: fields of ``tr_case_settings`` (n × 7).
     """
 
     built: Built
@@ -251,6 +252,7 @@ def _rows(built: Built, index: np.ndarray, flat: np.ndarray) -> Rows:
     with np.errstate(over="ignore"):
         speed = length * rate
         energy = mass * (speed * speed)
-    set_ = CASE_SETTINGS.row(rtol=rtol, length=length, rate=rate, until=until, every=every, energy=energy)
+    set_ = CASE_SETTINGS.row(rtol=rtol, length=length, rate=rate, until=until, every=every, energy=energy,
+                             light=bodies_lack_inertia(s, p).astype(float))  # fmt: skip
     settings = np.column_stack(set_)
     return Rows(built, index, *(np.ascontiguousarray(a) for a in (p, y, given, inputs, settings)))

@@ -18,6 +18,7 @@ double rate
 double until : end of the case, s
 double every : spacing of output rows, s; 0: one row a step
 double energy
+double light : 1: the host examines the inertia after assembly
 """)
 
 CASE = Record("tr_case", "Result of a case. One tr_reduced for each column follows it.", f"""
@@ -54,6 +55,7 @@ tr_variant variant[2] : the kernel, then its redundant variant
 tr_settings settings : settings of all cases; tr_case_settings replaces some of them
 long ncases : number of cases
 long at : index of the present case
+long examined : 1 + index of the last case whose inertia the host has examined
 long capacity : number of rows that `rows` can hold
 int ntable : doubles in the tables
 int width : doubles in a row

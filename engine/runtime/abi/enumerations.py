@@ -17,7 +17,8 @@ class Status(Named):
     NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints leave open: use the kernel's redundant variant"
     CANCELLED = 7, "the host cancelled the work"
     EVENT = 8, "an event was logged, and the host handles it"
-    WAITS = 9, "the case waits for the SIMD lanes"
+    NEED_INERTIA = 9, "the host must examine whether all motions of the assembled case move inertia"
+    WAITS = 23, "the case waits for the SIMD lanes"
     FAIL_NOT_FINITE = 10
     FAIL_STEP = 11, "step size underflow"
     FAIL_MULTIPLIERS = 12, "complement equations have no reachable root"

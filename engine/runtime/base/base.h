@@ -65,6 +65,9 @@ static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal
 /* Number of external inputs, which are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
+/* Whether an input that its host declared with a second derivative has its maximum or minimum between two times, s. */
+static int tr_has_input_turn(const tr_sim *s, double from, double to);
+
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
 double tr_break_after(const tr_sim *s, double t);
 

@@ -31,6 +31,15 @@ static int tr_input_count(const tr_sim *s) {
   return n;
 }
 
+static int tr_has_input_turn(const tr_sim *s, double from, double to) {
+  for (int i = tr_input_count(s) - 1; i >= 0; --i) {
+    const tr_input *in = (const tr_input *)tr_table_of(s, i);
+    const double turn = in->t0 - in->u[1] / in->u[2];
+    if (in->u[2] != 0.0 && turn > from && turn < to) return 1;
+  }
+  return 0;
+}
+
 /* The knot times, which follow the head of a table. Behind them are the values, then second derivatives (spline) or slopes (Hermite
  * pieces). */
 static const double *tr_knot_times(const tr_knots *table) { return (const double *)(table + 1); }

@@ -150,6 +150,8 @@ static int tr_is_suspect(const tr_sim *s, int i) {
     return most > -(tr_has_speed_minimum(s, i) ? TURN_DIP : DIP) * (most - least);
   }
   double swing = least < most ? SWING * fmin(most - least, 1.0 / TOL_RELEASE) : 0.0;
+  /* the friction ratio of a brake that a host lifts for a short time has a sharp peak */
+  if (swing > 0.0 && tr_has_input_turn(s, s->step.t0, s->step.t0 + s->step.size)) return 1;
   return most + swing > -NEAR_RELEASE / TOL_RELEASE;
 }
 

@@ -1,24 +1,14 @@
 /* Violations: by how much a pair or a stop exceeds the limit of its mode, in tolerances. */
 #include "friction/friction.h"
 
-#define OPEN_INSIDE 0.1 /* × the tolerance, × the sum of absolute terms: acceleration by the error of the dense output; found: 0.02 */
 #define MOVES_ALONG 2.0 /* × REST_BROKEN: threshold of release, so high that the next decision finds the pair moving */
-
-/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state. Inside a
- * step, loops are open by the error of the dense output. The freedom then seems to move, by a small part of the terms that cancel. */
-static int tr_is_acceleration_an_error(tr_sim *s, int i) {
-  double size;
-  if (!tr_is_prescribed(s, i)) return 0;
-  const double acc = tr_acceleration_and_terms(s, i, &size);
-  return fabs(acc) <= fmax(REST_BROKEN, OPEN_INSIDE * s->set.rtol) * size;
-}
 
 static double tr_rest_violation(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   double most = 0.0;
   if (!s->k->active || !(tr_pair_speed(s, i) > tr_rest_speed(tr_speed_unit(s)))) return -INFINITY;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e)
-    if (tr_is_held_freedom_moving(s, e) && !tr_is_acceleration_an_error(s, e)) most = fmax(most, tr_relative_acceleration(s, e) / REST_BROKEN - MOVES_ALONG);
+    if (tr_is_held_freedom_moving(s, e)) most = fmax(most, tr_relative_acceleration(s, e) / REST_BROKEN - MOVES_ALONG);
   return most > 0.0 ? most : -INFINITY;
 }
 

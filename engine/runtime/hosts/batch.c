@@ -79,7 +79,8 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   return s;
 }
 
-/* Assemble and start the case. Returns TR_OK when the case is running, else a status. */
+/* Assemble and start the case. Returns TR_OK when the case is running, else a status. After a request, the host calls again and the
+ * case begins anew. */
 static int tr_case_start(tr_batch *b) {
   tr_sim *s = tr_case_block(b, 0);
   const tr_kernel *k = s->k;
@@ -93,6 +94,7 @@ static int tr_case_start(tr_batch *b) {
     tr_case_out(b)->detail = code;
     return TR_FAIL_CLOSURE;
   }
+  if (set->light != 0.0 && b->examined != b->at + 1) return TR_NEED_INERTIA;
   int status = tr_start(s, 0.0, set->until, set->every, b->rows);
   if (status == TR_NEED_REDUNDANT) {
     if (!b->variant[1].fresh) return status;
@@ -152,7 +154,7 @@ int tr_batch_run(tr_batch *b, long budget) {
     if (!b->running) {
       budget -= START_STEPS;
       status = tr_case_start(b);
-      if (status == TR_NEED_REDUNDANT) return status;
+      if (status == TR_NEED_REDUNDANT || status == TR_NEED_INERTIA) return status;
       b->running = 1;
     }
     if (status == TR_OK) {

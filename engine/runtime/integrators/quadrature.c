@@ -2,7 +2,7 @@
  * columns.
  *
  * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and, from the dense output, in the middle. If
- * its error matters to the audit, the sums are integrated like the works of columns.
+ * its error matters to the audit, or if the step ends at an event, the sums are integrated like the works of columns.
  *
  * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
  * rules use three, five or nine powers. Where these rules fail, the step is divided into parts; for example, where a contact load
@@ -138,7 +138,8 @@ static tr_work_selection tr_column_works(const tr_sim *s) {
   return (tr_work_selection){s->ny, s->nworks, tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, s->nworks), 1.0};
 }
 
-/* Integrate the audit's sums over the pending stiff step up to its end: by Simpson's rule, or if necessary more accurately. */
+/* Integrate the audit's sums over the pending stiff step: by Simpson's rule over a whole step, or if necessary more accurately. Up to
+ * an event inside the step, the parabola of this rule is less accurate than the rule, so that the works are integrated anew. */
 static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   const int n = tr_state_width(s), first = s->ny + s->nworks, q = TR_AUDIT_SUMS, trouble = s->step.failure;
   const double end = s->pending.theta, *K = TR_A(s, K), *yold = TR_A(s, yold);
@@ -149,7 +150,7 @@ static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   for (int i = 0; i < q; ++i) {
     power[i] = K[first + i], power[i + 4 * q] = K[TR_MIDDLE_ROW * n + first + i], power[i + 8 * q] = K[m->end * n + first + i];
   }
-  if (tr_work_by_rule(s, 1, 1.0, &sums, power, work) <= 1.0) return;
+  if (end >= 1.0 && tr_work_by_rule(s, 1, 1.0, &sums, power, work) <= 1.0) return;
   tr_save_solution(s, kept);
   s->step.watch = 0; /* between steps, `watch` is 0 */
   memset(work, 0, sizeof work);

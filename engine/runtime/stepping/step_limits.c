@@ -7,7 +7,7 @@
 #define SHORTER 2.0               /* factor by which such steps are shortened */
 #define PASSED 1e-3               /* × the independence at the start of the run: below this, the motion passes a dead centre */
 #define PASSED_SECTIONS 24        /* golden-section iterations that find the least independence */
-#define SHORTEST 1e-9             /* / rate: shortest of these steps; a change of pivot order may also change the last pivot */
+#define SHORTEST 1e-9             /* / rate: shortest step that is limited; a change of pivot order may also change the last pivot */
 
 /* Whether joints with friction are in loops. Singular positions matter only then. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
@@ -27,7 +27,8 @@ static double tr_independence_inside(tr_sim *s, double theta) {
   return tr_loop_independence(s);
 }
 
-/* Longest step from the state `y` that the approach to a singular position allows, s. */
+/* Longest step from the state `y` that the approach to a singular position allows, s. Where a root of friction ends, the last pivot
+ * of loops with friction jumps, and its trend is noise. */
 static double tr_longest_singular_step(tr_sim *s) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) return INFINITY;
@@ -37,7 +38,7 @@ static double tr_longest_singular_step(tr_sim *s) {
     l->known = 1, l->begin = tr_loop_independence(s), l->trend = 0.0;
   }
   if (l->begin <= INDEPENDENCE_LEAST || l->trend == 0.0) return INFINITY;
-  return l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0);
+  return fmax(SHORTEST / s->set.rate, l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0));
 }
 
 /* Error of the last step, in units of the tolerance, if the step passes a singular position or if forces jump in the step.

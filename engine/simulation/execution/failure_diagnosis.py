@@ -9,7 +9,6 @@ import numpy as np
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.runtime.abi import Status, Why
-from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import DEAD_CENTRE, OVERLAP_LOST, Outcome, from_status
 from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
@@ -40,8 +39,6 @@ def diagnose(model: Model, status: int) -> Outcome:
             z = block.multipliers()
             numbers = {"part": part, "friction": float(np.abs(z).max()) if z.size else 0.0}
             return Outcome.named(WHY[why], block.time, name, numbers)
-    if status == Status.FAIL_NOT_FINITE and block.time == 0.0 and np.isfinite(block.y).all():
-        return missing_inertia(model) or from_status(status, block.time, suspect(model, status))
     if status == Status.FAIL_PENETRATION:
         return _penetration(model, from_status(status, block.time, ""))
     if status in LOOPS:

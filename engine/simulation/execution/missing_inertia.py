@@ -9,16 +9,17 @@ import numpy as np
 
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.parts.layout.signal_evaluation import motion
-from trunnion.scene.data_classes.scene import Body
-from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import NO_INERTIA, Outcome
-from trunnion.system.structure.bodies_and_joints import GROUND, Joint, state_coordinates
+from trunnion.system.construction.system_builder import MASSLESS
+from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System, state_coordinates
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 NOTHING = 1e-9
 """Largest singular value, relative to the largest one, that counts as round-off. Lengths are divided by the length scale. Masses
 and inertias above 0 count as 1."""
+SQUARE = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
+"""Places of the six moments of inertia of a body in its matrix."""
 IDLE = 1e-12
 """A constraint row whose entries are below this value is round-off, rad or lengths."""
 
@@ -33,7 +34,7 @@ def missing_inertia(model: Model) -> Outcome | None:
     state = b"".join(map(np.ndarray.tobytes, (block.parameters, block.y, block.x)))
     if state == model.with_inertia_at:
         return None
-    names = freedoms_without_inertia(model) if any(map(_lacks, model.built.scene.bodies.values())) else []
+    names = freedoms_without_inertia(model) if bodies_lack_inertia(model.system, block.parameters[None])[0] else []
     if not names:
         model.with_inertia_at = state
         return None
@@ -42,19 +43,25 @@ def missing_inertia(model: Model) -> Outcome | None:
     return replace(plain, advice=f"{plain.advice}. Without inertia: {told}")
 
 
-def _lacks(body: Body) -> bool:
-    """Whether a body has no mass, or no inertia about some axis. A shape with mass has both."""
-    if body.inertia is None:
-        return body.mass == 0.0
-    has_mass, axes = _inertial_axes(body)
-    return not has_mass or len(axes) < 3
+def bodies_lack_inertia(system: System, p: np.ndarray) -> np.ndarray:
+    """For each row of parameters (n × np): whether a body has no mass, or no inertia about some axis (n)."""
+    lack = np.zeros(len(p), bool)
+    for b, has_mass in zip(system.bodies, _have_mass(system, p), strict=True):
+        six = np.unique(np.nan_to_num([_column(x, p) for x in b.inertia]).T, axis=0, return_inverse=True)
+        sizes = np.linalg.eigvalsh(six[0][:, SQUARE])
+        lack |= ~has_mass | (sizes[:, 0] <= NOTHING * sizes[:, 2])[six[1].reshape(-1)]
+    return lack
 
 
-def _inertial_axes(body: Body) -> tuple[bool, np.ndarray]:
-    """Whether a body has mass, and the principal axes about which it has inertia (n×3, body axes)."""
-    mass, _, inertia = mass_properties(body)
-    sizes, axes = np.linalg.eigh(np.array(inertia, float))
-    return mass > 0.0, axes.T[sizes > NOTHING * max(sizes[-1], 0.0)] if sizes[-1] > 0.0 else np.zeros((0, 3))
+def _have_mass(system: System, p: np.ndarray) -> np.ndarray:
+    """Whether bodies have mass (bodies × n)."""
+    masses = np.array([_column(b.mass, p) for b in system.bodies]).reshape(-1, len(p))
+    return masses > 2.0 * MASSLESS * masses.max(axis=0, initial=0.0)
+
+
+def _column(x: Leaf, p: np.ndarray) -> np.ndarray:
+    """A leaf's values in rows of parameters (n × np)."""
+    return p[:, x.index] if isinstance(x, Param) else np.full(len(p), x)
 
 
 def freedoms_without_inertia(model: Model) -> list[tuple[Joint, int]]:
@@ -92,16 +99,18 @@ def _constraint_rows(model: Model, units: np.ndarray) -> np.ndarray:
 
 
 def _inertial_rows(model: Model, units: np.ndarray) -> Iterator[np.ndarray]:
-    """For each body, the velocity of its mass centre in length scales, and its angular velocity about the axes with inertia, for
-    the rates ``units`` of the tree (rows × nv). For each rotor, its rate."""
-    system, values, length = model.system, np.array(model.built.parameters.values), model.built.numbers.length
+    """For each body, the velocity of its mass centre in length scales, and its angular velocity about the principal axes with
+    inertia, for the rates ``units`` of the tree (rows × nv). For each rotor, its rate."""
+    system, values, length = model.system, model.block.parameters, model.built.numbers.length
     poses: dict[int, Moved] = {GROUND: (np.eye(3), np.zeros(3), np.zeros((3, system.nv)), np.zeros((3, system.nv)))}
+    massive = _have_mass(system, values[None])[:, 0]
     for i, (b, j) in enumerate(zip(system.bodies, system.tree, strict=True)):
         poses[i] = R, _, v, w = _carried(model, j, poses[b.parent], values)
-        has_mass, axes = _inertial_axes(model.built.scene.bodies[b.name])
-        if has_mass:
+        if massive[i]:
             yield (v + np.cross(w, (R @ _numbers(b.center, values))[:, None], axis=0)) * units / length
-        yield axes @ R.T @ w * units
+        if massive[i] or not b.per_mass:
+            sizes, axes = np.linalg.eigh(_numbers(b.inertia, values)[SQUARE])
+            yield axes.T[sizes > NOTHING * max(sizes[-1], 0.0)] @ R.T @ w * units
     for j in system.tree:
         for at, k in enumerate(j.free):
             rotor = j.devices[k].inertia

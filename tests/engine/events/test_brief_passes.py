@@ -7,6 +7,8 @@ import math
 
 import pytest
 
+from tests.engine.checks.host_runs import HostRun
+from tests.reference.scenes.brief_pass_signals import Shape, ramp, told
 from tests.reference.scenes.brief_passes import BriefPass, brief_pass
 from trunnion import scene_from_dict
 from trunnion.simulation.results.result import Result
@@ -24,7 +26,7 @@ INACCURATE = ("rosenbrock", 1e-3)
 """Setting in which the audit of energy may be inaccurate, because stiff steps integrate works of drives at this tolerance."""
 
 
-def wrong(case: BriefPass, run: Result, rtol: float) -> list[str]:
+def wrong(case: BriefPass, run: Result | HostRun, rtol: float) -> list[str]:
     """Differences from the answer: events, their times (beyond 100 tolerances), and coordinates at the end (beyond 1,000
     tolerances)."""
     found = []
@@ -62,6 +64,32 @@ def examined(seed: int, rtols: tuple[float, ...]) -> tuple[int, list[str]]:
 @pytest.mark.parametrize("seed", FAILED)
 def test_brief_passes_are_found_by_every_method(seed: int) -> None:
     assert examined(seed, (1e-3, 1e-5, 1e-7, 1e-9))[1] == []
+
+
+def examined_shape(seed: int, shape: Shape, rtols: tuple[float, ...]) -> list[str]:
+    """The differences from the answer in all runs of a scene with signals of a shape."""
+    case, found = brief_pass(seed, shape), []
+    scene, columns = scene_from_dict(case.scene), [f"{n}.q*" for n in case.parts]
+    for method, rtol in settings(case, rtols):
+        if case.inputs and method != "moreau":
+            what = wrong(case, HostRun(scene, case, method, rtol), rtol)
+        elif not case.inputs:
+            run = simulate(scene, until=case.until, method=method, rtol=rtol, every=case.until, outputs=columns)
+            what = wrong(case, run, rtol) if run.outcome.name == "done" else [run.outcome.name]
+        found += [f"{seed} {method} {rtol:g} {w}" for w in what]
+    return found
+
+
+@pytest.mark.parametrize("shape", [ramp, told], ids=["ramps", "inputs with derivatives"])
+def test_passes_by_ramps_and_by_inputs_with_derivatives_are_found(shape: Shape) -> None:
+    """An input is what its host declared, also between the communication points."""
+    assert examined_shape(108, shape, (1e-3, 1e-7)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", [ramp, told], ids=["ramps", "inputs with derivatives"])
+def test_many_passes_by_ramps_and_by_inputs_with_derivatives_are_found(shape: Shape) -> None:
+    assert [w for seed in range(250) for w in examined_shape(seed, shape, (1e-3, 1e-5, 1e-7, 1e-9))] == []
 
 
 @pytest.mark.slow

@@ -15,6 +15,8 @@ from tests.engine.mechanisms.gear_pairs import flying, unit
 from tests.engine.mechanisms.worm_gears import Worm, random_worm
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.reference.mechanics.rotation import matrix_from_quaternion
+from tests.reference.scenes.random_scenes import Case
+from tests.reference.scenes.unit_changes import rescaled
 from trunnion import Scene, SceneError, hold, sensitivity, simulate
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_text
@@ -50,6 +52,18 @@ def test_a_worm_locks_itself_where_its_lead_is_below_the_angle_of_friction(seed:
         r = simulate(pair, until=2.0, every=1.0, outputs=["wheel_shaft.q[1]"])
         assert bool(abs(r["wheel_shaft.q[1]"][-1]) > 1e-9) == (more < 0)
         assert hold(pair).holds == (more > 0)
+
+
+def test_a_worm_at_rest_is_at_rest_in_millimetres_and_grams() -> None:
+    """Neither body has a size, so that the radius of gyration is the scale. With 1 m as the scale, the round-off of the load's work
+    over 20 s was an error of energy."""
+    w = random_worm(0)
+    still = replace(w, mu=1.5 * math.tan(abs(w.lead)) * math.cos(w.pressure)).scene({}, {"effort": -5.0})
+    shafts = dict.fromkeys(("worm_shaft", "wheel_shaft"), np.zeros(1))
+    for scene in (still, rescaled(Case(still, shafts, shafts, 0.0, True), 1e3, 1e3, 1.0).case.scene):
+        r = simulate(scene, until=20.0, every=20.0, outputs=["wheel_shaft.q[1]"])
+        assert (r.outcome.name, r.audit.verdict) == ("done", "within")
+        assert abs(r["wheel_shaft.q[1]"][-1]) < 1e-11
 
 
 def in_flight(seed: int, friction: sm.Friction | None) -> tuple[Scene, dict[str, np.ndarray]]:

@@ -171,6 +171,23 @@ def test_a_joint_that_its_loop_locks_never_slides(rtol: float) -> None:
     assert works[0] == pytest.approx(works[1], rel=max(1e-8, rtol))
 
 
+def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() -> None:
+    """Round-off of its acceleration is no motion. Earlier, it slipped either way, and the motion differed by 3e-6 between cuts."""
+    cuts = cut_everywhere(rubbing_loop(693))
+    found = [run_loop(cuts[n], 1e-9) for n in ("j5", "j6")]
+    assert not [e for r in found for e in r.events if e.joint == "loop1" and e.kind == "slip"]
+    places = [c.name for c in found[0].columns if "position" in c.name]
+    assert max(float(np.abs(found[0][c] - found[1][c]).max()) for c in places) < 1e-9
+
+
+def test_a_run_ends_where_a_root_of_friction_ends_without_steps_of_length_0() -> None:
+    """Earlier, 20,000 steps of length 0 ended this run as no_progress. The same loop jams if it is cut elsewhere."""
+    r = run_loop(cut_everywhere(rubbing_loop(134))["j1"], 1e-9)
+    assert r.outcome.name == "jammed"
+    assert r.outcome.time == pytest.approx(0.49815, abs=1e-5)
+    assert r.stats.steps < 1000
+
+
 @pytest.mark.slow
 def test_many_random_loops_move_alike_wherever_they_are_cut() -> None:
     """Motion and work within 1e-7, and the same events. Lists the loops that differ (``-rP``). Runs are repeated at a tighter

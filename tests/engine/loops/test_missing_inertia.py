@@ -10,6 +10,7 @@ import pytest
 
 from tests.reference.mechanics.newton_euler_equations import Equations
 from tests.reference.scenes.random_scenes import Case, random_loop
+from tests.sampling import slow
 from trunnion import Scene, SceneError, scene_from_dict, sweep
 from trunnion.cli.output.scene_report import examined
 from trunnion.simulation.execution.missing_inertia import freedoms_without_inertia
@@ -81,9 +82,15 @@ def test_check_names_the_spins_of_a_point_mass_and_of_a_body_without_mass_betwee
     assert start_of(pendulum(0.1, link=False))["outcome"] == "ready"
 
 
-def test_cases_of_a_sweep_end_with_that_outcome() -> None:
-    s = sweep(pendulum(0.0, link=False), {"bodies.m.mass": [1.0, 2.0]}, reductions=["final:rod.axial_force"])
-    assert s.counts == {"no_inertia": 2}
+@pytest.mark.parametrize("kernel", [slow("lanes"), "parts"])
+def test_cases_of_a_sweep_end_with_that_outcome(kernel: str) -> None:
+    """The recursion leaves a link without mass a remainder of inertia. Without the examination, its spin would be noise."""
+    height = ["final:m.position[2]"]
+    for scene in (pendulum(0.0, link=False), pendulum(0.1, link=True)):
+        s = sweep(scene, {"bodies.m.mass": [1.0, 2.0]}, reductions=height, kernel=kernel)
+        assert s.counts == {"no_inertia": 2}
+    both = sweep(pendulum(0.1, link=False), {"bodies.m.inertia[1]": [0.0, 0.1]}, reductions=height, kernel=kernel)
+    assert both.to_arrow()["outcome"].to_pylist() == ["no_inertia", "done"]
 
 
 @pytest.mark.parametrize(("what", "outcome"), [("", "no_inertia"), ("rotor", "ready"), ("inertia", "ready")])

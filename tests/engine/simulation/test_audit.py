@@ -10,6 +10,9 @@ import pytest
 
 from tests.reference.mechanics.body_properties import parts
 from tests.reference.mechanics.rotation import matrix_from_quaternion
+from tests.reference.scenes.brief_passes import brief_pass
+from tests.sampling import slow
+from trunnion import scene_from_dict
 from trunnion.batch.sweep import sweep
 from trunnion.runtime.abi import Law
 from trunnion.scene import load_scene
@@ -81,6 +84,17 @@ def test_a_motion_that_is_given_slides_and_gives_energy_by_the_stiff_method_as_b
         assert r.audit.share <= 100 * rtol
         assert [(e.kind, e.joint) for e in r.events] == [(e.kind, e.joint) for e in other.events]
         assert r["energy.dissipated"][-1] == pytest.approx(other["energy.dissipated"][-1], rel=10 * rtol)
+
+
+@pytest.mark.parametrize(("seed", "rtol"), [slow((5329, 1e-7)), (5586, 1e-5)])
+def test_events_inside_stiff_steps_lose_no_energy(seed: int, rtol: float) -> None:
+    """Drives give nearly all energy. If their power is odd about the middle of a step, the parabola of Simpson's rule is wrong up
+    to an event inside."""
+    case = brief_pass(seed)
+    r = simulate(scene_from_dict(case.scene), until=case.until, every=case.until, method="rosenbrock", rtol=rtol)
+    assert r.events
+    assert (r.outcome.name, r.audit.verdict) == ("done", "within")
+    assert r.audit.share <= rtol
 
 
 @pytest.mark.parametrize("name", ["simple_pendulum", "crank_slider_free", "spatial_slider_crank"])

@@ -6,12 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
+
+from tests.reference.scenes.brief_pass_signals import Shape, Signal, harmonic, log_uniform, peaked, table, upside_down
 
 GRAVITY = 9.81
 NEAREST, FARTHEST = -8.0, -4.0
@@ -22,25 +22,6 @@ SURE = 300.0
 """Distance of a peak from its threshold over the tolerance of a run that decides it."""
 EDGE = 0.05
 """Part of a window that a slider keeps from the window's ends."""
-
-
-@dataclass(frozen=True)
-class Signal:
-    """A signal as the scene describes it, as a function, and with times that bracket its maxima and crossings."""
-
-    data: Any
-    value: Callable[[float], float]
-    marks: tuple[float, ...]
-
-    def crossings(self, level: float, until: float) -> list[tuple[float, int]]:
-        """Times at which the signal crosses a level, with +1 (rising) or -1."""
-        marks = [0.0, *(t for t in self.marks if 0.0 < t < until), until]
-        found = []
-        for a, b in pairwise(marks):
-            f, g = self.value(a) - level, self.value(b) - level
-            if (f > 0.0) != (g > 0.0):
-                found.append((brentq(lambda t: self.value(t) - level, a, b, xtol=1e-15, rtol=1e-14), 1 if g > 0.0 else -1))
-        return found
 
 
 @dataclass(frozen=True)
@@ -60,6 +41,8 @@ class Part:
     """Largest relative tolerance whose error does not change the answer."""
     carrier: dict[str, Any] | None = None
     """A driven joint between the ground and this joint."""
+    signal: Signal | None = None
+    """The signal that decides."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +54,11 @@ class BriefPass:
     parts: dict[str, Part]
 
     @property
+    def inputs(self) -> dict[str, Signal]:
+        """The inputs by name."""
+        return {p.signal.data["input"]: p.signal for p in self.parts.values() if p.signal is not None and p.signal.pieces}
+
+    @property
     def loosest(self) -> float:
         return min(p.loosest for p in self.parts.values())
 
@@ -80,61 +68,6 @@ class BriefPass:
 
 def sign(r: np.random.Generator) -> float:
     return float(r.choice([-1.0, 1.0]))
-
-
-def log_uniform(r: np.random.Generator, low: float, high: float) -> float:
-    return float(10 ** r.uniform(low, high))
-
-
-def harmonic(r: np.random.Generator, low: float, high: float, span: float, middle: float | None = None) -> Signal:
-    """A harmonic between two values, with periods from a tenth of a span to three spans. middle: time of a maximum."""
-    f = float(log_uniform(r, -0.5, 1.0) / span)
-    at = float(r.uniform(0.0, 1.0) / f) if middle is None else middle
-    phase = 0.5 * math.pi - 2 * math.pi * f * at
-    offset, amplitude = 0.5 * (high + low), 0.5 * (high - low)
-    # cos x = 1 - 2 sin^2(x/2) keeps the digits of the distance from the maximum
-    value = lambda t: high - 2 * amplitude * math.sin(math.pi * f * (t - at)) ** 2  # noqa: E731
-    first = at - math.ceil(at * f) / f
-    marks = tuple(first + 0.5 * i / f for i in range(int(2 * (3 * span) * f) + 8))
-    data = {"harmonic": {"amplitude": amplitude, "frequency": f, "phase": phase, "offset": offset}}
-    return Signal(data, value, marks)
-
-
-def spline_marks(spline: CubicSpline, times: np.ndarray) -> tuple[float, ...]:
-    turns = [float(t) for t in spline.derivative().roots(extrapolate=False) if times[0] < t < times[-1]]
-    return tuple(sorted([*times, *turns]))
-
-
-def table(r: np.random.Generator, low: float, high: float, span: float, middle: float | None = None) -> Signal:
-    """Straight lines or a natural spline that rise from a low value to a high one, and fall again."""
-    at = float(r.uniform(0.3, 0.7) * span) if middle is None else middle
-    width = float(r.uniform(0.02, 0.25)) * at
-    if r.random() < 0.5:
-        times = np.array([0.0, at - width, at, at + width * r.uniform(0.5, 2.0), 10 * span + 2 * at])
-        values = np.array([low, low, high, low, low])
-        data = {"table": {"time": times.tolist(), "value": values.tolist(), "interpolation": "linear"}}
-        return Signal(data, lambda t: float(np.interp(t, times, values)), tuple(times))
-    times = at + width * np.arange(-2, 3)
-    shape = np.array([0.0, 0.1, 1.0, 0.2, 0.0])
-    spline = CubicSpline(times, shape, bc_type="natural")
-    top = max(spline(t) for t in spline_marks(spline, times))
-    values = low + (high - low) * shape / top
-    spline = CubicSpline(times, values, bc_type="natural")
-    value = lambda t: float(spline(min(max(t, times[0]), times[-1])))  # noqa: E731
-    data = {"table": {"time": times.tolist(), "value": values.tolist(), "interpolation": "natural"}}
-    return Signal(data, value, spline_marks(spline, times))
-
-
-def upside_down(s: Signal) -> Signal:
-    """The signal with the opposite sign."""
-    kind, data = next(iter(s.data.items()))
-    names = ("amplitude", "offset") if kind == "harmonic" else ("value",)
-    turned = {n: [-x for x in v] if isinstance(v, list) else -v if n in names else v for n, v in data.items() if n in names}
-    return Signal({kind: data | turned}, lambda t: -s.value(t), s.marks)
-
-
-def peaked(r: np.random.Generator, low: float, high: float, span: float) -> Signal:
-    return (harmonic if r.random() < 0.5 else table)(r, low, high, span)
 
 
 def joint_of(r: np.random.Generator, **more: Any) -> dict[str, Any]:
@@ -218,16 +151,16 @@ def thrown_over_teeth(r: np.random.Generator, span: float) -> Part:
     return Part(joint, events, ("latch", "unlatch", "end_stop_engaged"), until, mass, place)
 
 
-def passed_hook(r: np.random.Generator, span: float) -> Part:
+def passed_hook(r: np.random.Generator, span: float, shapes: tuple[Shape, ...] = (harmonic, table)) -> Part:
     """A slider at constant speed that meets a hook, which a signal lifts. The signal is below or above its release for a short
     time."""
     dips = bool(r.random() < 0.5)
     middle, deep = span * float(r.uniform(0.3, 0.7)), log_uniform(r, NEAREST, -1.0)
-    kind, rest = (harmonic if r.random() < 0.5 else table), float(r.uniform(0.1, 2.0))
+    kind, rest = shapes[0 if r.random() < 0.5 else -1], float(r.uniform(0.1, 2.0))
     s = kind(r, -0.5 - rest, -0.5 + deep, span, middle) if dips else kind(r, 0.5 - rest, 0.5 + deep, span, middle)
     s = upside_down(s) if dips else s
     edges = s.crossings(0.5, 3 * span)
-    i = int(r.choice([i for i, (t, way) in enumerate(edges[:-1]) if way == (-1 if dips else 1) and t < span]))
+    i = int(r.choice([i for i, (t, way) in enumerate(edges[:-1] or edges) if way == (-1 if dips else 1) and t < span]))
     t = near_window(r, edges, i, 3 * span)
     mass, speed, rate = float(r.uniform(0.5, 2.0)), float(r.uniform(0.3, 3.0)), log_uniform(r, 1.0, 3.5) / span
     side = sign(r)
@@ -236,7 +169,7 @@ def passed_hook(r: np.random.Generator, span: float) -> Part:
     kinds = ("latch", "unlatch", "end_stop_engaged")
     before = [("unlatch" if way > 0 else "latch", at) for at, way in edges if at < t]
     if (before[-1][0] == "unlatch") if before else s.value(0.0) > 0.5:
-        return Part(joint, before, kinds, 3 * span, mass, lambda now: side * speed * now)
+        return Part(joint, before, kinds, 3 * span, mass, lambda now: side * speed * now, signal=s)
     later = [e for e in edges if e[0] > t]
     lifts, off = later[0][0] if later else math.inf, t + math.pi / rate
     leaves = min(lifts, off)
@@ -253,23 +186,25 @@ def passed_hook(r: np.random.Generator, span: float) -> Part:
         until = min(until, lifts - 0.9 * math.tan(rate * (lifts - t)) / rate)
     elif not passes_on and len(later) > 1:
         until = min(until, later[1][0])
-    return Part(joint, [*before, ("end_stop_engaged", t), *[("unlatch", at) for at, _ in later[:1]]], kinds, until, mass, there)
+    events = [*before, ("end_stop_engaged", t), *[("unlatch", at) for at, _ in later[:1]]]
+    return Part(joint, events, kinds, until, mass, there, signal=s)
 
 
 def near_window(r: np.random.Generator, edges: list[tuple[float, int]], i: int, until: float) -> float:
     """A time inside the window from edge i to the next one, or shortly before or after it."""
-    a, b = edges[i][0], edges[i + 1][0]
-    before, after = edges[i - 1][0] if i else 0.0, edges[i + 2][0] if i + 2 < len(edges) else until
+    later = [t for t, _ in edges[i + 1 :]] + ([until] if i + 1 < len(edges) else [until, math.inf])
+    a, b, after = edges[i][0], *later[:2]
+    before = edges[i - 1][0] if i else 0.0
     room, where = min(a - before, after - b, b - a), r.random()
     if where < 0.6:
         return float(a + r.uniform(EDGE, 1.0 - EDGE) * (b - a))
     return float(a - r.uniform(EDGE, 1.0) * room if where < 0.8 else b + r.uniform(EDGE, 0.9) * room)
 
 
-def hook_let_go(r: np.random.Generator, span: float) -> Part:
+def hook_let_go(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
     """A hook that carries a constant force, and a signal that lifts it shortly or not at all."""
     up, far = bool(r.random() < 0.6), log_uniform(r, NEAREST, FARTHEST)
-    s = peaked(r, float(r.uniform(-1.0, 0.3)), 0.5 + far if up else 0.5 - far, span)
+    s = shape(r, float(r.uniform(-1.0, 0.3)), 0.5 + far if up else 0.5 - far, span)
     mass, rate, push, side = float(r.uniform(0.5, 2.0)), log_uniform(r, 1.0, 2.0) / span, float(r.uniform(0.5, 3.0)), sign(r)
     deep = push / (mass * rate**2)
     latch = {"at": 0.0, "stiffness": mass * rate**2, "keeps": "below" if side > 0 else "above", "down": True, "release": s.data}
@@ -277,27 +212,27 @@ def hook_let_go(r: np.random.Generator, span: float) -> Part:
     first = s.crossings(0.5, 3 * span)
     events = [("unlatch", first[0][0])] if first else []
     place = lambda t: side * (deep + (0.5 * push / mass * max(t - first[0][0], 0.0) ** 2 if first else 0.0))  # noqa: E731
-    return Part(joint, events, ("latch", "unlatch"), 3 * span, mass, place)
+    return Part(joint, events, ("latch", "unlatch"), 3 * span, mass, place, signal=s)
 
 
-def loaded(r: np.random.Generator, span: float) -> Part:
+def loaded(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
     """A pair at rest whose load exceeds its capacity for a short time, or stays below it."""
     cap, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), sign(r)
-    s = peaked(r, cap * float(r.uniform(-0.6, 0.9)), cap * (1 + far if up else 1 - far), span)
+    s = shape(r, cap * float(r.uniform(-0.6, 0.9)), cap * (1 + far if up else 1 - far), span)
     joint = joint_of(r)
     joint |= {"effort": (s if side > 0 else upside_down(s)).data, "friction": brake(joint, cap)}
     events = [("slip", t) for t, way in s.crossings(cap, 3 * span) if way > 0]
-    return Part(joint, events, ("slip",), 3 * span)
+    return Part(joint, events, ("slip",), 3 * span, signal=s)
 
 
-def braked(r: np.random.Generator, span: float) -> Part:
+def braked(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
     """A constant load on a brake whose capacity falls below the load shortly, or not at all."""
     load, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), sign(r)
-    s = upside_down(peaked(r, -load * float(r.uniform(1.1, 3.0)), -load * (1 - far if up else 1 + far), span))
+    s = upside_down(shape(r, -load * float(r.uniform(1.1, 3.0)), -load * (1 - far if up else 1 + far), span))
     joint = joint_of(r)
     joint |= {"effort": side * load, "friction": brake(joint, s.data)}
     events = [("slip", t) for t, way in s.crossings(load, 3 * span) if way < 0]
-    return Part(joint, events, ("slip",), 3 * span)
+    return Part(joint, events, ("slip",), 3 * span, signal=s)
 
 
 def overrun(r: np.random.Generator, span: float) -> Part:
@@ -337,12 +272,21 @@ FAMILIES: dict[str, Callable[[np.random.Generator, float], Part]] = {
 }
 
 
-def brief_pass(seed: int) -> BriefPass:
-    """Scene number `seed`."""
+OF_SIGNALS: dict[str, Callable[..., Part]] = {f.__name__: f for f in (hook_let_go, loaded, braked)}
+
+
+def shaped(shape: Shape) -> dict[str, Callable[[np.random.Generator, float], Part]]:
+    """The families that a signal decides, with signals of this shape."""
+    return {n: partial(f, shape=shape) for n, f in OF_SIGNALS.items()} | {"passed_hook": partial(passed_hook, shapes=(shape,))}
+
+
+def brief_pass(seed: int, shape: Shape | None = None) -> BriefPass:
+    """Scene number `seed`: of all families, or of those that signals of a shape decide."""
+    families = FAMILIES if shape is None else shaped(shape)
     r = np.random.default_rng([37, seed])
     span = log_uniform(r, -1.0, 1.0)
-    names = r.choice(list(FAMILIES), size=int(r.choice([1, 1, 1, 2, 3])), replace=False)
-    parts = {f"j{i}": FAMILIES[str(n)](r, span) for i, n in enumerate(names)}
+    names = r.choice(list(families), size=int(r.choice([1, 1, 1, 2, 3])), replace=False)
+    parts = {f"j{i}": families[str(n)](r, span) for i, n in enumerate(names)}
     until = min(p.until for p in parts.values())
     times = sorted(t for p in parts.values() for _, t in p.events if t < until)
     gaps = np.diff([0.0, *times, until])
@@ -358,5 +302,8 @@ def brief_pass(seed: int) -> BriefPass:
             bodies[f"{n}_carrier"], joints[f"{n}_drive"] = body, p.carrier | {"inboard": "ground", "outboard": f"{n}_carrier"}
             inboard = f"{n}_carrier"
         joints[n] = p.joint | {"inboard": inboard, "outboard": f"{n}_body"}
-    scene = {"schema": 1, "gravity": [0.0, -GRAVITY, 0.0], "bodies": bodies, "joints": joints}
-    return BriefPass(scene, until, parts)
+    scene: dict[str, Any] = {"schema": 1, "gravity": [0.0, -GRAVITY, 0.0], "bodies": bodies, "joints": joints}
+    made = BriefPass(scene, until, parts)
+    if made.inputs:
+        scene["inputs"] = {n: {"start": s.value(0.0)} for n, s in made.inputs.items()}
+    return made
