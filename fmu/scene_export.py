@@ -25,10 +25,11 @@ from trunnion.fmu.model_description.terminals_and_icons import icons, terminals
 from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
+from trunnion.fmu.variables.input_sums import Sums
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
 from trunnion.fmu.variables.output_dependencies import dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
-from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out
+from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out, summed
 from trunnion.kernel.c_sources import PREAMBLE, jacobian_source, linear_source
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.units.column_dependence import Dependence, dependence
@@ -83,6 +84,7 @@ def export(
     certify: bool = False,
     starts: Mapping[str, float] | None = None,
     scalars: bool = False,
+    sums: Sums | None = None,
 ) -> Export:
     """Write an FMU.
 
@@ -94,8 +96,8 @@ def export(
     components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
     2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
     only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. starts: start
-    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. SceneError for wrong
-    input, SimulationError when the scene cannot start."""
+    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. sums: the sources
+    of inputs that are sums. SceneError for wrong input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)])
@@ -106,7 +108,7 @@ def export(
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
     brief = outputs is None and loaded.outputs == EVERYTHING
-    made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars)
+    made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars, sums)
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
     zip_archive.write(target, made.documents(flavour, sources) | _binaries(made, flavour, libraries))
@@ -165,13 +167,14 @@ class Made(ExportedModel):
 
     def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
                  kind: str = "cs", certify: bool = False, starts: Mapping[str, float] | None = None,
-                 scalars: bool = False):  # fmt: skip
+                 scalars: bool = False, sums: Sums | None = None):  # fmt: skip
         self.model, self.first, self.standard, self.kind = model, first, standard, kind
         self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
         self.scene = model.built.scene
         sim = self.scene.simulation
         listed = variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify)
-        self.all = begun(arranged(self.scene, listed), starts or {})
+        self.all = summed(begun(arranged(self.scene, listed), starts or {}), sums or {}, len(model.columns))
+        self.bases = {s.unit: s.base for given in self.all.sums.values() for s in given if s.base}
         self.listed = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
