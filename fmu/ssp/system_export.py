@@ -18,7 +18,7 @@ from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, a
 from trunnion.fmu.ssp.connection_sums import computed_by_components
 from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
 from trunnion.fmu.variables.input_sums import Source, Sums
-from trunnion.fmu.xml_document import xml_bytes
+from trunnion.fmu.xml_document import with_prefix, xml_bytes
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_evaluation import NAMED
@@ -272,7 +272,7 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
     """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components."""
     root = Element(
         "SystemStructureDescription",
-        {"xmlns": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},
+        {"xmlns:ssd": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},
     )
     top = SubElement(root, "System", {"name": system.name})
     if values:
@@ -299,4 +299,4 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
                 SubElement(node, "ssc:LinearTransformation", scale)
     add_units(root, {u: base for u, base in _units(parts).items() if u in used})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(system.until)})
-    return xml_bytes(root)
+    return xml_bytes(with_prefix(root, "ssd"))
