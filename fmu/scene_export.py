@@ -10,7 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
@@ -90,14 +90,14 @@ def export(
 
     scene, overrides, outputs: as in ``trunnion.simulate``. When neither the scene nor ``outputs`` selects columns, the most used
     columns become outputs and all others local variables. flavour: native or python. platform: host, all, or names: linux64, win64,
-    darwin64, aarch64-darwin, with FMI 3.0 also aarch64-linux; the python flavour supports linux64 and win64. step: default of
-    solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest export), or auto (chosen by the structure of
-    the scene, for long runs). whole_vectors: vector components that are 0 also become parameters; normally the equations omit these
-    components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
-    2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
-    only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. starts: start
-    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. sums: the sources
-    of inputs that are sums. SceneError for wrong input, SimulationError when the scene cannot start."""
+    darwin64, aarch64-darwin, aarch64-linux (FMI 2.0: alone), with FMI 3.0 also aarch64-windows; the python flavour supports linux64
+    and win64. step: default of solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest export), or auto
+    (chosen by the structure of the scene, for long runs). whole_vectors: vector components that are 0 also become parameters;
+    normally the equations omit these components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the
+    parameter values are written (FMI 2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me
+    (model exchange, native flavour only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is
+    its error estimate. starts: start values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without
+    arrays. sums: the sources of inputs that are sums. SceneError for wrong input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     check(flavour, kernel, kind, target, step, [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)])
@@ -127,7 +127,12 @@ def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) ->
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
     """The requested platforms that the flavour supports."""
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), standard)
-    return [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    made = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    if not made:
+        only = ", ".join(python_flavour.PLATFORMS)
+        what = f"the python flavour does not support {', '.join(names)}"
+        raise SceneError([Problem("--platform", what, f"{only}, or --flavour native")])
+    return made
 
 
 def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:

@@ -40,12 +40,13 @@ def fmpy(file: str, stop: float, step: float) -> Values:
 
 def fmpy_compiled(file: str, stop: float, step: float) -> Values:
     """fmpy with binaries that it compiles from the sources of the FMU."""
-    from fmpy.util import compile_platform_binary
+    from fmpy import extract
+    from fmpy.build import build_platform_binary
 
-    own = str(Path(tempfile.mkdtemp()) / Path(file).name)
-    shutil.copyfile(file, own)
-    compile_platform_binary(own)
-    return fmpy(own, stop, step)
+    folder = Path(extract(file))
+    shutil.rmtree(folder / "binaries")
+    build_platform_binary(folder)
+    return fmpy(str(folder), stop, step)
 
 
 def libcosim(file: str, stop: float, step: float) -> Values:
