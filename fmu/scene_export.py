@@ -10,7 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from trunnion.basics.problems import Problem, SimulationError
+from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
@@ -24,10 +24,11 @@ from trunnion.fmu.model_description.related_files import related_files
 from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
+from trunnion.fmu.variables.input_sums import Sums
 from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
 from trunnion.fmu.variables.output_dependencies import Dependence, dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
-from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out
+from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out, summed
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.parts.kernels.scene_kernel import PartsKernel
 from trunnion.scene.data_classes.scene import Scene
@@ -80,20 +81,21 @@ def export(
     starts: Mapping[str, float] | None = None,
     scalars: bool = False,
     reference: bool = False,
+    sums: Sums | None = None,
 ) -> Export:
     """Write an FMU.
 
     scene, overrides, outputs: as in ``trunnion.simulate``. When neither the scene nor ``outputs`` selects columns, the most used
     columns become outputs and all others local variables. flavour: native or python. platform: host, all, or names: linux64, win64,
-    darwin64, aarch64-darwin, with FMI 3.0 also aarch64-linux; the python flavour supports linux64 and win64. step: default of
-    solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest export), or auto (chosen by the structure of
-    the scene, for long runs). whole_vectors: vector components that are 0 also become parameters; normally the equations omit these
-    components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the parameter values are written (FMI
-    2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me (model exchange, native flavour
-    only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is its error estimate. starts: start
-    values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without arrays. reference: include
-    results of the scene with their allowed differences (FMI-LS-REF). SceneError for wrong input, SimulationError when the scene
-    cannot start."""
+    darwin64, aarch64-darwin, aarch64-linux (FMI 2.0: alone), with FMI 3.0 also aarch64-windows; the python flavour supports linux64
+    and win64. step: default of solver.step, s (0: error control). kernel: compiled (fastest steps), parts (fastest export), or auto
+    (chosen by the structure of the scene, for long runs). whole_vectors: vector components that are 0 also become parameters;
+    normally the equations omit these components. fmi: 2 or 3; FMI 3.0 needs the native flavour. parameters: SSV file to which the
+    parameter values are written (FMI 2.0 only). sources: include the C sources (native flavour only). kind: cs (co-simulation), me
+    (model exchange, native flavour only), or both. certify: add the parameter ``solver.errors``; with the value 1, each output is
+    its error estimate. starts: start values of the FMU's parameters, in SI units; other names are ignored. scalars: FMI 3.0 without
+    arrays. reference: include results of the scene with their allowed differences (FMI-LS-REF). sums: the sources of inputs that
+    are sums. SceneError for wrong input, SimulationError when the scene cannot start."""
     target, read, of = Path(file), Amounts(), kernel if sources else None
     step = read.time(step, "step")
     wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
@@ -107,7 +109,7 @@ def export(
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
     brief = outputs is None and loaded.outputs == EVERYTHING
-    made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars)
+    made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars, sums)
     also = _related(made, outputs, step, scalars) if reference else {}
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
@@ -134,7 +136,12 @@ def _related(made: Made, outputs: Names | None, step: float, scalars: bool) -> d
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
     """The requested platforms that the flavour supports."""
     names = platforms.chosen([platform] if isinstance(platform, str) else list(platform), standard)
-    return [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    made = [n for n in names if flavour == "native" or n in python_flavour.PLATFORMS]
+    if not made:
+        only = ", ".join(python_flavour.PLATFORMS)
+        what = f"the python flavour does not support {', '.join(names)}"
+        raise SceneError([Problem("--platform", what, f"{only}, or --flavour native")])
+    return made
 
 
 def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
@@ -174,13 +181,14 @@ class Made(ExportedModel):
 
     def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
                  kind: str = "cs", certify: bool = False, starts: Mapping[str, float] | None = None,
-                 scalars: bool = False):  # fmt: skip
+                 scalars: bool = False, sums: Sums | None = None):  # fmt: skip
         self.model, self.first, self.standard, self.kind = model, first, standard, kind
         self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
         self.scene = model.built.scene
         sim = self.scene.simulation
         listed = variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify)
-        self.all = begun(arranged(self.scene, listed), starts or {})
+        self.all = summed(begun(arranged(self.scene, listed), starts or {}), sums or {}, len(model.columns))
+        self.bases = {s.unit: s.base for given in self.all.sums.values() for s in given if s.base}
         self.listed = self.all.listed
         self.step = float(sim.every) if sim.every is not None else float(sim.until) / 1000.0
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)

@@ -43,18 +43,22 @@ PLATFORMS = {
     "darwin64": Platform(".dylib", (("x86_64-macos.10.15", "x86_64"), ("aarch64-macos.11.0", "apple_m1"))),
     "aarch64-darwin": Platform(".dylib", (("aarch64-macos.11.0", "apple_m1"),)),
     "aarch64-linux": Platform(".so", (("aarch64-linux-gnu.2.17", "generic"),)),
+    "aarch64-windows": Platform(".dll", (("aarch64-windows-gnu", "generic"),)),
 }
 NAMES = {
-    "2.0": {n: n for n in ("linux64", "win64", "darwin64", "aarch64-darwin")},
+    "2.0": {n: n for n in ("linux64", "win64", "darwin64", "aarch64-darwin")} | {"aarch64-linux": "linux64"},
     "3.0": {
         "linux64": "x86_64-linux",
         "win64": "x86_64-windows",
         "darwin64": "x86_64-darwin",
         "aarch64-darwin": "aarch64-darwin",
         "aarch64-linux": "aarch64-linux",
+        "aarch64-windows": "aarch64-windows",
     },
 }
 """For each standard: the name of each platform's folder."""
+ALONE = {"2.0": "aarch64-linux"}
+"""For a standard: the platform whose folder is that of another platform. An FMU contains only one of the two."""
 SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
@@ -76,7 +80,7 @@ library.
 """
 HOSTS = {
     ("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64",
-    ("Darwin", "x86_64"): "darwin64", ("Darwin", "arm64"): "darwin64",
+    ("Windows", "ARM64"): "aarch64-windows", ("Darwin", "x86_64"): "darwin64", ("Darwin", "arm64"): "darwin64",
 }  # fmt: skip
 
 
@@ -94,7 +98,10 @@ def chosen(names: Sequence[str], standard: str = "2.0") -> list[str]:
         if name != "all" and name not in folders:
             known = f"all, host, {', '.join(folders)}"
             raise SceneError([Problem("--platform", f"{name!r} is not a supported platform", known)])
-        out += list(folders) if name == "all" else [name]
+        out += [p for p in folders if p != ALONE.get(standard)] if name == "all" else [name]
+    if ALONE.get(standard) in out and len(set(out)) > 1:
+        what = f"FMI {standard} has one folder for 64-bit Linux, so {ALONE[standard]} excludes other platforms"
+        raise SceneError([Problem("--platform", what, "export it alone, or choose --fmi 3")])
     return [p for p in folders if p in out]
 
 

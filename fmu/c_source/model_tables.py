@@ -7,7 +7,8 @@ from itertools import accumulate
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu.c_source.failure_tables import cause_tables, causes
 from trunnion.fmu.c_text.literals import doubles, integers, number, string, strings
-from trunnion.fmu.variables.outputs_inputs_parameters import ERRORS, Variable
+from trunnion.fmu.variables.input_sums import source_table
+from trunnion.fmu.variables.outputs_inputs_parameters import ERRORS, Variable, followed
 from trunnion.fmu.variables.scene_parameters import Arrangement, depth
 from trunnion.fmu.variables.variable_types import derivatives as column_rates
 from trunnion.scene.findings.findings_and_paths import last_key, parse_path
@@ -41,7 +42,9 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
     begin = list(accumulate((len(p) for p in all_.programs), initial=0))
     tables = table_block(n.tables)
     given = len(model.built.scene.inputs)
-    derivatives = [v.index for v in [v for v in listed if v.causality == "input"][given:]]
+    begin_of = len(model.columns) + given
+    derivatives = [v.index for v in listed[begin_of : begin_of + 2 * len(followed(model))]]
+    source, sources = source_table(listed, all_.sums)
     rates = {base: i for i, base in column_rates(model).items()}
     next_ones = [-2 if c.quantity.steps else rates.get(i, -1) for i, c in enumerate(model.columns)]
     arrays = [
@@ -52,7 +55,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         integers("m_whole", [int(v.type != "") for v in listed]), integers("m_rates", next_ones),
         integers("m_integral", [int(c.quantity.integral) for c in model.columns]),
         strings("m_joint", [j.name for j in model.system.frictional]), strings("m_law", VIOLATIONS.values()),
-        _erring(model, listed),
+        _erring(model, listed), source,
     ]
     counts = [len(model.columns), given, len(derivatives)]
     values = [
@@ -63,7 +66,7 @@ def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: 
         METHODS[method_of(model.built.scene, sim.method)], int(model.system.bounded),
         int(sim.jams == "impact"), events_kept(sizes["nsliders"] + sizes["nstops"]), len(NAMES) + 1,
         "m_setting", "m_outcome", *causes(model)[:-1], "m_code", "m_begin", causes(model)[-1], "m_joint", "m_law",
-        *(FACES if faces else FACES_OF_SCALARS), *_certified(model, listed),
+        *(FACES if faces else FACES_OF_SCALARS), *_certified(model, listed), sources, "m_source",
     ]
     return HEAD + "".join([*arrays, faces]) + f"const fmu_model fmu_the_model={{{','.join(map(str, values))}}};\n"
 

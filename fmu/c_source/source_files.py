@@ -26,6 +26,25 @@ LEFT = ("fmi2Functions.h", "fmi3Functions.h")
 section 2.5.1.2)."""
 UNUSED = ("hosts/batch.c", "hosts/lane_batch.c", "hosts/static_friction_ratios.c", "hosts/tangents.c", "output/wear.c")
 """Files of the runtime that exported models do not call."""
+CMAKE = """# Builds the library of this FMU for this machine:
+#   cmake -S sources -B build -DFMI_HEADERS=FOLDER && cmake --build build --config Release
+# FOLDER contains fmi{fmi}Functions.h. Copy the library into the folder of this machine in binaries.
+cmake_minimum_required(VERSION 3.10)
+project({name} C)
+set(FMI_HEADERS "" CACHE PATH "Folder of fmi{fmi}Functions.h")
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_C_STANDARD 99)
+set(CMAKE_C_EXTENSIONS OFF)
+add_library({name} SHARED {files})
+target_include_directories({name} PRIVATE ${{FMI_HEADERS}})
+target_compile_definitions({name} PRIVATE FMI{fmi}_OVERRIDE_FUNCTION_PREFIX)
+set_target_properties({name} PROPERTIES PREFIX "")
+if(UNIX)
+  target_link_libraries({name} m)
+endif()
+"""
 TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 
 
@@ -50,7 +69,10 @@ def _begin(name: str, kind: str, prefix: str) -> str:
     names."""
     if name not in ("shell", "entry_points"):
         return ""
-    return f'#include "{prefix}.h"\n' if kind == "library" else f"#define FMI{kind[0]}_FUNCTION_PREFIX {prefix}_\n"
+    if kind == "library":
+        return f'#include "{prefix}.h"\n'
+    macro = f"FMI{kind[0]}_FUNCTION_PREFIX"
+    return f"#ifndef {macro.replace('_', '_OVERRIDE_', 1)}\n#define {macro} {prefix}_\n#endif\n"
 
 
 def _unit(text: str) -> str:
@@ -84,6 +106,7 @@ def with_sources(documents: Mapping[str, bytes], made: ExportedModel) -> dict[st
     """The documents of an FMU and its C sources. The sources are listed in the file that the standard requires."""
     files = texts(made.sources, sizes_of(made.sources, made.model), made.standard, made.identifier)
     out = dict(documents) | {f"sources/{name}": text.encode() for name, text in files.items()}
+    out["sources/CMakeLists.txt"] = CMAKE.format(name=made.identifier, fmi=made.standard[0], files=" ".join(files)).encode()
     if made.standard == "3.0":
         out["sources/buildDescription.xml"] = build_description(made.identifier, list(files))
     else:

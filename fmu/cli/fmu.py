@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from trunnion.scene.data_classes.scene import Scene as SceneData
 
 KERNEL = "How the equations are evaluated: compiled for the fastest runs, parts for the fastest export; auto chooses."
-PLATFORM = "host, all, linux64, win64, darwin64, aarch64-darwin; with FMI 3.0 also aarch64-linux."
+PLATFORM = "host, all, linux64, win64, darwin64, aarch64-darwin, aarch64-linux (FMI 2.0: alone); FMI 3.0: also aarch64-windows."
 Platform = Annotated[list[str], typer.Option("--platform", metavar="P", help=PLATFORM, default_factory=list, show_default="host")]
 Step = Annotated[
     str | None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement
 
@@ -60,7 +60,7 @@ def model_description(made: ExportedModel, guid: str, flavour: str) -> bytes:
         SubElement(root, "CoSimulation", {
             **everywhere, "canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "true",
             "maxOutputDerivativeOrder": "1", "providesDirectionalDerivative": "true"})  # fmt: skip
-    add_units(root, made.scalars)
+    add_units(root, made.scalars, bases=made.bases)
     _types(root, made.scalars)
     categories(root, "fmi2")
     experiment(root, scene, made.step)
@@ -94,12 +94,14 @@ def experiment(root: Element, scene: Scene, step: float) -> None:
         "startTime": "0", "stopTime": repr(float(sim.until)), "tolerance": repr(float(sim.rtol)), "stepSize": repr(step)})
 
 
-def add_units(root: Element, listed: list[Variable], extra: tuple[str, ...] = ()) -> None:
-    """Write UnitDefinitions. extra: further units."""
+def add_units(
+    root: Element, listed: list[Variable], extra: tuple[str, ...] = (), bases: Mapping[str, Mapping[str, str]] | None = None
+) -> None:
+    """Write UnitDefinitions. extra: further units. bases: attributes of the base units of units that are not units of Trunnion."""
     units = SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in listed if not v.type} | set(extra)):
         node = SubElement(units, "Unit", {"name": unit})
-        SubElement(node, "BaseUnit", base_of(unit))
+        SubElement(node, "BaseUnit", dict((bases or {}).get(unit) or base_of(unit)))
         for name, factor in DISPLAY.get(unit, ()):
             SubElement(node, "DisplayUnit", {"name": name, "factor": repr(factor)})
 

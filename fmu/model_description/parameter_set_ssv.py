@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable
 from trunnion.fmu.variables.variable_types import ENUMERATIONS
-from trunnion.fmu.xml_document import xml_bytes
+from trunnion.fmu.xml_document import with_prefix, xml_bytes
 from trunnion.scene.units.unit_parser import parse_unit
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -53,7 +53,7 @@ def add_units(parent: Element, units: Mapping[str, Mapping[str, str]]) -> None:
 
 def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, Mapping[str, str]] | None = None) -> bytes:
     """The SSV file as bytes. units: BaseUnit attributes by unit name; None if all units are units of Trunnion."""
-    root = Element("ParameterSet", {"xmlns": SSV, "xmlns:ssc": SSC, "version": "1.0", "name": name})
+    root = Element("ParameterSet", {"xmlns:ssv": SSV, "xmlns:ssc": SSC, "version": "1.0", "name": name})
     parent = SubElement(root, "Parameters")
     for v in values:
         given = {"value": v.value} | ({"unit": v.unit} if v.unit else {})
@@ -61,4 +61,4 @@ def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, Mappin
     used = sorted({v.unit for v in values if v.unit})
     if used:
         add_units(root, {u: base_of(u) if units is None else units[u] for u in used})
-    return xml_bytes(root)
+    return xml_bytes(with_prefix(root, "ssv"))

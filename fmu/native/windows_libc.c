@@ -12,6 +12,37 @@ int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) 
 
 /* The compiler calls this function when the variables of a function need more than a page of the stack; their size is in rax.
  * Windows allocates the pages of a stack in order, so each page is accessed before the next. All registers keep their values. */
+#if defined __aarch64__ /* here the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
+#include <fenv.h>
+__asm__(
+    ".globl __chkstk\n"
+    "__chkstk:\n"
+    "  mov x17, sp\n"
+    "  sub x16, x17, x15, lsl #4\n"
+    "1:\n"
+    "  sub x17, x17, #4096\n"
+    "  cmp x17, x16\n"
+    "  b.ls 2f\n"
+    "  ldr xzr, [x17]\n"
+    "  b 1b\n"
+    "2:\n"
+    "  ldr xzr, [x16]\n"
+    "  ret\n");
+
+/* The floating-point environment: the control register FPCR and the status register FPSR. */
+const fenv_t __mingw_fe_dfl_env = {0, 0};
+int fegetenv(fenv_t *e) {
+  unsigned long long control, status;
+  __asm__ volatile("mrs %0, fpcr\n mrs %1, fpsr" : "=r"(control), "=r"(status));
+  e->_Fe_ctl = (unsigned long)control, e->_Fe_stat = (unsigned long)status;
+  return 0;
+}
+int fesetenv(const fenv_t *e) {
+  __asm__ volatile("msr fpcr, %0\n msr fpsr, %1" : : "r"((unsigned long long)e->_Fe_ctl), "r"((unsigned long long)e->_Fe_stat));
+  return 0;
+}
+int __isnan(double x) { return x != x; }
+#else
 __asm__(
     ".globl ___chkstk_ms\n"
     "___chkstk_ms:\n"
@@ -31,6 +62,7 @@ __asm__(
     "  pop %rax\n"
     "  pop %rcx\n"
     "  ret\n");
+#endif
 
 /* The floating-point class of x, from its bits. */
 int __fpclassify(double x) {

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, add_units, parameter_set
+from trunnion.fmu.ssp.connection_sums import computed_by_components
 from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
-from trunnion.fmu.xml_document import xml_bytes
+from trunnion.fmu.variables.input_sums import Source, Sums
+from trunnion.fmu.xml_document import with_prefix, xml_bytes
 from trunnion.scene import load_scene
+from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_evaluation import NAMED
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.quantities import Quantity, number
@@ -26,7 +30,10 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
 TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
 """Connector types by type of an FMU variable. Variables of other types have no connectors."""
-SUMS = "remove one connection; loads add in a scene: give it one load with an input of its own for each source"
+SUMS = "remove one connection; only a scene adds its sources, so name the scene of this FMU, or connect through one that adds"
+X = TypeVar("X")
+Sources = Mapping[str, Mapping[str, Sequence[Source]]]
+"""The sources of inputs that are sums, by component and input."""
 SCALES = {"factor": 1.0, "offset": 0.0}
 """Default factor and offset of a unit relative to its base unit."""
 
@@ -69,9 +76,10 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
     if wrong:
         raise SceneError(wrong)
     system = load_system(Path(file))
-    parts = _parts(system, platform)
-    mistakes = [*_connected(system, parts), *_unique(system)]
-    values = list(_values(system, parts, mistakes))
+    parts, sums, copied = _parts(system, platform)
+    mistakes = [*_connected(system, parts), *_unique(system, sums)]
+    system = replace(system, connections=copied)
+    values = list(_values(system, parts, sums, mistakes))
     if mistakes:
         raise error_of(mistakes, system.lines, system.file)
     contents = {FILE: description(system, parts, values)} | {f"resources/{n}.fmu": p.data for n, p in parts.items()}
@@ -82,39 +90,61 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
     return Made(out, out.stat().st_size, tuple(parts), len(system.connections), len(values))
 
 
-def _parts(system: System, platform: Sequence[str] | str) -> dict[str, Part]:
-    """The components by name; SceneError with the problems of all components."""
-    parts, problems = {}, []
+def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, Part], Sources, list[Connection]]:
+    """The components by name, the inputs that they compute as sums, and the connections with their ends at the sources of these
+    sums. SceneError with the problems of all components."""
+    problems: list[Problem] = []
+    given = dict(_each(system, problems, lambda name, c: _existing(system, c) if c.fmu else _scene(system, c)))
+    fmus = {n: p for n, p in given.items() if isinstance(p, Part)}
+    scenes = {n: s for n, s in given.items() if not isinstance(s, Part)}
+    units = {n: {v: (x.unit, p.units.get(x.unit, {})) for v, x in p.ports.items()} for n, p in fmus.items()}
+    sums, copied = computed_by_components(system, {n: s.inputs for n, s in scenes.items()}, units)
+    made = dict(_each(system, problems, lambda name, c: _exported(scenes[name], c, platform, sums.get(name, {})), scenes))
+    if problems:
+        raise SceneError(problems)
+    return {n: fmus.get(n) or made[n] for n in system.components}, sums, copied
+
+
+def _each(
+    system: System, problems: list[Problem], work: Callable[[str, Component], X], among: Collection[str] | None = None
+) -> Iterator[tuple[str, X]]:
+    """The result of ``work`` for each component; problems are appended to ``problems``. among: names of components; None: all."""
     for name, c in system.components.items():
         try:
-            parts[name] = _part(_fmu(system, c, platform))
+            if among is None or name in among:
+                yield name, work(name, c)
         except SceneError as e:
             where = f"components.{name}"
             problems += [Problem(f"{where}: {p.where}", p.what, p.hint, p.file or system.file, p.line) for p in e.problems]
-    if problems:
-        raise SceneError(problems)
-    return parts
 
 
-def _fmu(system: System, c: Component, platform: Sequence[str] | str) -> bytes:
-    """The FMU of a component: the named file, or an export of the named scene."""
+def _existing(system: System, c: Component) -> Part:
+    """The component whose FMU the system names."""
+    file = system.folder / c.fmu
+    if not file.is_file():
+        raise SceneError([Problem("fmu", f"there is no file {file}")])
+    return _part(file.read_bytes())
+
+
+def _scene(system: System, c: Component) -> Scene:
+    """The scene of a component."""
+    there = system.folder / c.scene
+    return load_scene(there if there.exists() else c.scene)
+
+
+def _exported(scene: Scene, c: Component, platform: Sequence[str] | str, sums: Sums) -> Part:
+    """The component with the exported FMU of its scene. sums: inputs that are sums of sources; in the FMU they are local."""
     from trunnion.fmu.scene_export import export
 
-    if c.fmu:
-        file = system.folder / c.fmu
-        if not file.is_file():
-            raise SceneError([Problem("fmu", f"there is no file {file}")])
-        return file.read_bytes()
-    there = system.folder / c.scene
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "component.fmu"
-        scene = load_scene(there if there.exists() else c.scene)
         starts = _starts(c)
         changed = {n: x for n, x in starts.items() if n.startswith(f"{NAMED}.")}
         changed |= {f"inputs.{n}.start": x for n, x in starts.items() if n in scene.inputs}
         chosen = c.outputs and list(c.outputs)
-        export(scene, made, overrides={**c.changes, **changed}, outputs=chosen, platform=platform, starts=starts)
-        return made.read_bytes()
+        export(scene, made, overrides={**c.changes, **changed}, outputs=chosen, platform=platform, starts=starts, sums=sums)
+        part = _part(made.read_bytes())
+        return replace(part, ports={n: replace(p, causality="input") if n in sums else p for n, p in part.ports.items()})
 
 
 def _starts(c: Component) -> dict[str, float]:
@@ -186,22 +216,26 @@ def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, 
     return port
 
 
-def _unique(system: System) -> Iterator[Finding]:
-    """Inputs with more than one source."""
+def _unique(system: System, sums: Sources) -> Iterator[Finding]:
+    """Inputs with more than one source that are not sums, and repeated connections."""
     seen: set[tuple[str, str]] = set()
+    pairs: set[tuple[tuple[str, str], tuple[str, str]]] = set()
     for c in system.connections:
-        if c.end in seen:
+        if (c.start, c.end) in pairs:
+            yield Finding(c.place, f"{'.'.join(c.start)} and {'.'.join(c.end)} are connected twice", "remove one, or use a factor")
+        elif c.end in seen and c.end[1] not in sums.get(c.end[0], ()):
             yield Finding(c.place, f"{'.'.join(c.end)} has two sources", SUMS)
         seen.add(c.end)
+        pairs.add((c.start, c.end))
 
 
-def _values(system: System, parts: dict[str, Part], wrong: list[Finding]) -> Iterator[Given]:
+def _values(system: System, parts: dict[str, Part], sums: Sources, wrong: list[Finding]) -> Iterator[Given]:
     """Values of parameters; problems are appended to ``wrong``."""
     for name, c in system.components.items():
         for variable, value in c.parameters.items():
             path = ("components", name, "parameters", variable)
             port = parts[name].ports.get(variable)
-            if port is None or port.causality not in ("parameter", "input"):
+            if port is None or port.causality not in ("parameter", "input") or variable in sums.get(name, ()):
                 known = [v for v, p in parts[name].ports.items() if p.causality == "parameter"]
                 near = get_close_matches(variable, known, 1)
                 wrong.append(Finding(path, f"{name} has no parameter {variable}", f"did you mean {near[0]}?" if near else ""))
@@ -238,7 +272,7 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
     """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components."""
     root = Element(
         "SystemStructureDescription",
-        {"xmlns": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},
+        {"xmlns:ssd": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},
     )
     top = SubElement(root, "System", {"name": system.name})
     if values:
@@ -265,4 +299,4 @@ def description(system: System, parts: dict[str, Part], values: Sequence[Given])
                 SubElement(node, "ssc:LinearTransformation", scale)
     add_units(root, {u: base for u, base in _units(parts).items() if u in used})
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(system.until)})
-    return xml_bytes(root)
+    return xml_bytes(with_prefix(root, "ssd"))

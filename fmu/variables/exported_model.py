@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from trunnion.fmu.variables.fmi3_arrays import Face
@@ -14,7 +15,8 @@ from trunnion.simulation.run import Model
 
 
 class ExportedModel:
-    """The content of an exported model. ``trunnion.fmu.scene_export.Made`` derives it. sources: the generated C texts by name."""
+    """The content of an exported model. ``trunnion.fmu.scene_export.Made`` derives it. sources: the generated C texts by name.
+    bases: attributes of the base units of units that are not units of Trunnion, by unit."""
 
     model: Model
     scene: Scene
@@ -28,6 +30,7 @@ class ExportedModel:
     faces: list[Face]
     clocks: list[Clock]
     sources: dict[str, str]
+    bases: Mapping[str, Mapping[str, str]]
 
     @property
     def scalars(self) -> list[Variable]:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from trunnion.fmu.variables.input_sums import sources_of
 from trunnion.fmu.variables.outputs_inputs_parameters import NUMBER, PARAMETER, START_Q, START_QD, Variable, followed
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.run import Model
@@ -35,25 +36,26 @@ class Depends:
 
 
 class _Places:
-    """Indices in the list of variables. of: for each input, its index, and for followed inputs also the indices of its derivatives.
-    parameters: indices of parameters that outputs can depend on."""
+    """Indices in the list of variables. of: for each input, its index, and for followed inputs also the indices of its derivatives;
+    instead of an input that is a sum, its sources. parameters: indices of parameters that outputs can depend on."""
 
     def __init__(self, model: Model, listed: list[Variable], outputs: int):
         place = {v.name: i + 1 for i, v in enumerate(listed)}
         names, motions = list(model.system.inputs), followed(model)
-        self.of = [[place[n]] + [place[f"inputs.{n}.{k}"] for k in ("rate", "acceleration") if n in motions] for n in names]
+        kinds = {n: [n] + [f"inputs.{n}.{k}" for k in ("rate", "acceleration") if n in motions] for n in names}
+        self.of = [[sources_of(listed, place[k], outputs) for k in kinds[n]] for n in names]
         self.followed = [i for i, n in enumerate(names) if n in motions]
         numbers = [place[v.name] for v in listed if v.role in (NUMBER, PARAMETER, START_Q, START_QD)]
         self.parameters = numbers if len(numbers) * outputs <= MOST else []
 
     def every(self) -> set[int]:
         """The indices of all inputs and their derivatives."""
-        return {p for each in self.of for p in each}
+        return {p for each in self.of for kind in each for p in kind}
 
     def motions(self) -> set[int]:
         """The indices of the values and rates of followed inputs; start values depend on these. The accelerations of these inputs
         are not included, because they act like forces."""
-        return {p for i in self.followed for p in self.of[i][:2]}
+        return {p for i in self.followed for kind in self.of[i][:2] for p in kind}
 
 
 def dependencies(model: Model, listed: list[Variable], known: list[Dependence] | None) -> list[Depends]:
@@ -77,8 +79,8 @@ def _named(known: Dependence, places: _Places) -> set[int]:
     """The indices of inputs in the expression of a column. An input of a force is included if its value occurs in the expression.
     An input that a motion follows is included if its second derivative occurs, because position and rate of the motion are
     continuous."""
-    forces = {p for i in known.values if i not in places.followed for p in places.of[i]}
-    return forces | {p for i in known.seconds if i in places.followed for p in places.of[i]}
+    forces = {i for i in known.values if i not in places.followed}
+    return {p for i in forces | {i for i in known.seconds if i in places.followed} for kind in places.of[i] for p in kind}
 
 
 def _sorted(places: Iterable[int]) -> tuple[int, ...]:

@@ -23,11 +23,12 @@ from trunnion.system.signals.signal_tables import Outside
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_QD", "FMU_BANDWIDTH"
-PARAMETER = "FMU_PARAMETER"
+PARAMETER, SOURCE = "FMU_PARAMETER", "source"
 TOLERANCE, HOST_TOLERANCE = "FMU_TOLERANCE", "FMU_HOST_TOLERANCE"
 STEP, MAX_STEPS, ERRORS = "FMU_STEP", "FMU_MAX_STEPS", "FMU_ERRORS"
 BOUNDS = {"events": "FMU_MOST_EVENTS", "evaluations": "FMU_MOST_EVALUATIONS", "iterations": "FMU_MOST_ITERATIONS"}
-"""Roles of parameters: names in the C enumeration ``fmu_setting_kind`` (``model_and_instance.h``)."""
+"""Roles of parameters: names in the C enumeration ``fmu_setting_kind`` (``model_and_instance.h``). SOURCE is the role of
+sources of inputs (``input_sums``)."""
 BRIEF = ("point", "q", "qd", "drive", "friction", ("contact", "force"), ("extra", "verdict"), ("extra", "events"),
          ("extra", "overrun"), ("extra", "overruns"))
 """Keys of columns that are outputs by default: points, coordinates and rates, efforts of drives, friction, normal forces, audit. A

@@ -5,10 +5,11 @@ if it affects properties that are fixed in an FMU."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
+from trunnion.fmu.variables.input_sums import Sums, with_input_sources
 from trunnion.fmu.variables.outputs_inputs_parameters import PARAMETER, Variable
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_parser import FUNCTIONS, Call, Formula, Name, Node, Number
@@ -27,12 +28,13 @@ OPERATIONS = {
 class Arrangement:
     """The variables of an FMU. listed: variables in order of value references. followers: computed parameters, which come after
     ``listed`` and have no value references. programs: stack code of each follower. left_out: parameters of the scene that are not
-    parameters of the FMU."""
+    parameters of the FMU. sums: inputs that are sums of sources."""
 
     listed: list[Variable]
     followers: list[Variable]
     programs: list[list[str]]
     left_out: tuple[str, ...]
+    sums: Sums = field(default_factory=dict)
 
 
 def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
@@ -63,6 +65,11 @@ def begun(all_: Arrangement, starts: Mapping[str, float]) -> Arrangement:
     if wrong:
         raise SceneError(wrong)
     return replace(all_, listed=[replace(v, start=given.get(v.name, v.start)) for v in all_.listed])
+
+
+def summed(all_: Arrangement, sums: Sums, columns: int) -> Arrangement:
+    """The variables with the sources of inputs that are sums. columns: number of outputs."""
+    return replace(all_, listed=with_input_sources(all_.listed, sums, columns), sums=sums)
 
 
 def _place(scene: Scene, path: str, known: dict[str, Variable]) -> str | None:

@@ -46,7 +46,12 @@ static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fm
     d->states[known - fmu_first_state()] += seed;
     return;
   }
-  const int at = (int)known - MODEL->outputs, which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
+  int at = (int)known - MODEL->outputs;
+  if (at >= fmu_first_source()) {
+    const fmu_source *source = MODEL->source + (at - fmu_first_source());
+    seed *= source->factor, at = source->to;
+  }
+  const int which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
   const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
   if (m->state->time < in->begin) return; /* the input does not count yet */
   const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;

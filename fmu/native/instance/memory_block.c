@@ -15,6 +15,7 @@ static size_t fmu_layout(fmu_state *s) {
   s->settings = at, at += MODEL->settings;
   s->trial = at, at += MODEL->settings;
   s->inputs = at, at += TR_DOUBLES(fmu_input) * MODEL->inputs;
+  s->sources = at, at += SOURCE_VALUES * MODEL->sources;
   s->row = at, at += 1 + MODEL->columns->nout;
   s->ticks = at, at += MODEL->clocks ? TR_DOUBLES(fmu_tick) * MODEL->clocks->count : 0;
   s->heard = at, at += MODEL->clocks ? MODEL->kernel->nsliders : 0;
@@ -36,6 +37,7 @@ static void fmu_defaults(fmu_state *s) {
   strncpy(s->guid, MODEL->guid, sizeof s->guid - 1);
   for (int i = 0; i < MODEL->settings; ++i) FMU_A(s, settings)[i] = MODEL->setting[i].start;
   for (int i = 0; i < MODEL->inputs; ++i) FMU_INPUTS(s)[i].value = ((const tr_input *)(MODEL->tables + (int)MODEL->tables[i]))->u[0];
+  for (int i = 0; i < MODEL->sources; ++i) FMU_A(s, sources)[SOURCE_VALUES * i] = MODEL->source[i].start;
 }
 
 /* The value of the first parameter of a kind, or `otherwise` if the model has no such parameter. */

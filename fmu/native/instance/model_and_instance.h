@@ -15,6 +15,7 @@
 #define FAR 1e4         /* internal steps may reach this many communication steps ahead, even beyond a stop time */
 #define MANY_STEPS 1e9  /* this many internal steps in a communication step mean that there is no limit */
 
+#define SOURCE_VALUES 3 /* a source of an input has a value and two derivatives */
 #define FMU_STACK 256 /* stack depth of expressions (STACK of fmu/c_source/model_tables.py) */
 
 /* Statuses, with the numbers that FMI 2.0 and 3.0 give them, and value references. */
@@ -81,6 +82,13 @@ typedef struct fmu_erring {
   double scale;
 } fmu_erring;
 
+/* One of the sources of an input: the input is the sum of factor * value + offset over its sources. to: the input, counted as in
+ * value references. start: start value of the source. */
+typedef struct fmu_source {
+  int to;
+  double factor, offset, start;
+} fmu_source;
+
 /* FMI type of an FMU or an instance. */
 enum { FMU_COSIMULATION = 1, FMU_EXCHANGE = 2 };
 
@@ -120,6 +128,8 @@ typedef struct fmu_model {
   const fmu_clocks *clocks; /* NULL in FMI 2.0 */
   const fmu_erring *erring; /* for each output; NULL without error estimates */
   double tighter, larger;   /* tolerance of the run / that of the second run; error / difference of the two runs */
+  int sources;
+  const fmu_source *source; /* the sources of inputs that are sums */
 } fmu_model;
 
 extern const fmu_model fmu_the_model;
@@ -173,7 +183,7 @@ typedef struct fmu_state {
   double stride;  /* longest communication step so far */
   int certified;  /* 1: outputs are their error estimates; -1: the estimates are no longer valid; 0: no estimates */
   double apart;   /* last time at which both runs had the same number of events, s */
-  int settings, trial, inputs, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
+  int settings, trial, inputs, sources, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;
 
 /* Functions of the host. say: function that formats a message for

@@ -67,7 +67,7 @@ static int fmu_refit_second(fmu_state *s) {
 static int fmu_in_range(fmu_state *s) {
   fmu_state layout = {0};
   fmu_layout(&layout);
-  s->settings = layout.settings, s->trial = layout.trial, s->inputs = layout.inputs, s->row = layout.row, s->sim = layout.sim;
+  s->settings = layout.settings, s->trial = layout.trial, s->inputs = layout.inputs, s->sources = layout.sources, s->row = layout.row, s->sim = layout.sim;
   s->ticks = layout.ticks, s->heard = layout.heard, s->given_up = layout.given_up;
   s->other = layout.other, s->errors = layout.errors, s->second = layout.second;
   const int flags = s->ready | s->known | s->has_stop | s->has_tolerance | s->moved | s->ticking | s->event | s->midway;

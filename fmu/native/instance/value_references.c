@@ -1,8 +1,9 @@
-/* Value references, in this order: outputs, inputs, derivative inputs, parameters, clocks (FMI 3.0), states, state derivatives,
+/* Value references, in this order: outputs, inputs, derivative inputs, sources of inputs, parameters, clocks (FMI 3.0), states, state derivatives,
  * event indicators. */
 
-/* Number of all inputs: inputs of the scene and derivative inputs. */
-static int fmu_all_inputs(void) { return MODEL->inputs + MODEL->derivatives; }
+/* Number of inputs of the scene and of derivative inputs. The sources of inputs follow these. */
+static int fmu_first_source(void) { return MODEL->inputs + MODEL->derivatives; }
+static int fmu_all_inputs(void) { return fmu_first_source() + MODEL->sources; }
 
 /* Number of values of the variable at a reference. It is above 1 for an array (only in FMI 3.0), and 0 inside an array. */
 static int fmu_width(fmu_reference r) { return MODEL->width ? MODEL->width[r] : 1; }

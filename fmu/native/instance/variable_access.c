@@ -1,8 +1,9 @@
-/* Access to variables. The order of value references is: outputs, inputs, derivative inputs, parameters. */
+/* Access to variables. The order of value references is that of value_references.c. */
 
-/* Address of the value of input r. r counts the inputs, then the derivative inputs. */
+/* Address of the value of input r. r counts the inputs, then the derivative inputs, then the sources of inputs. */
 static double *fmu_input_at(const fmu_state *s, int r) {
   if (r < MODEL->inputs) return &FMU_INPUTS(s)[r].value;
+  if (r >= fmu_first_source()) return FMU_A(s, sources) + SOURCE_VALUES * (r - fmu_first_source());
   const int which = MODEL->derivative[r - MODEL->inputs];
   return FMU_INPUTS(s)[which / 2].given + which % 2;
 }
@@ -62,11 +63,29 @@ static fmu_status fmu_check_followers(fmu_instance *m, double *trial) {
   return FMU_OK;
 }
 
+/* The value (order 0) or a derivative of an input that is the sum of its sources. */
+static double fmu_sum_of_sources(const fmu_state *s, int to, int order) {
+  double sum = 0.0;
+  for (int i = 0; i < MODEL->sources; ++i) {
+    const fmu_source *x = MODEL->source + i;
+    if (x->to == to) sum += x->factor * FMU_A(s, sources)[SOURCE_VALUES * i + order] + (order ? 0.0 : x->offset);
+  }
+  return sum;
+}
+
+/* Whether input r is the sum of its sources. */
+static int fmu_is_sum(int r) {
+  for (int i = 0; i < MODEL->sources; ++i)
+    if (MODEL->source[i].to == r) return 1;
+  return 0;
+}
+
 /* Check a value for reference r, and store the value of a parameter in `trial`. Logs the reason if the value is not allowed. */
 static fmu_status fmu_try(fmu_instance *m, int r, double value, double *trial) {
   const int no = MODEL->outputs, ni = fmu_all_inputs();
   if (r < no) return fmu_log(m, FMU_ERROR, "value reference %u: an output cannot be set", (unsigned)r);
   if (!isfinite(value)) return fmu_log(m, FMU_ERROR, "value reference %u: the value %g is not a finite number", (unsigned)r, value);
+  FMU_NEED(r >= no + ni || !fmu_is_sum(r - no), "value reference %u: this input is the sum of its sources: set these", (unsigned)r);
   if (r < no + ni) return FMU_OK;
   if (m->state->mode == FMU_BETWEEN) return fmu_log(m, FMU_ERROR, "value reference %u: only inputs can be set between communication points, not parameters", (unsigned)r);
   fmu_status status = fmu_check_setting(m, MODEL->setting + (r - no - ni), value);
@@ -90,8 +109,14 @@ static void fmu_put_state(fmu_state *s, fmu_reference r, double value) {
   s->known = s->ready = 0;
 }
 
-/* Set input r. r counts the inputs, then the derivative inputs. */
+/* Set input r. r counts the inputs, then the derivative inputs, then the sources of inputs. */
 static void fmu_put_input(fmu_state *s, int r, double value) {
+  if (r >= fmu_first_source()) {
+    double *source = fmu_input_at(s, r);
+    source[0] = value, source[1] = source[2] = 0.0;
+    r = MODEL->source[r - fmu_first_source()].to;
+    value = fmu_sum_of_sources(s, r, 0);
+  }
   fmu_input *in = r < MODEL->inputs ? FMU_INPUTS(s) + r : 0;
   double *at = fmu_input_at(s, r);
   int moving = in && (in->told[0] != 0.0 || in->told[1] != 0.0 || in->given[0] != 0.0 || in->given[1] != 0.0);
@@ -126,20 +151,30 @@ static fmu_status fmu_set(fmu_instance *m, const fmu_reference *vr, size_t n, co
   return FMU_OK;
 }
 
+/* Whether a reference is an input whose derivatives a host can set. */
+static int fmu_told_of(fmu_reference vr) {
+  const int r = (int)vr - MODEL->outputs, first = fmu_first_source();
+  if (r < 0 || r >= fmu_all_inputs()) return 0;
+  return r < MODEL->inputs ? !fmu_is_sum(r) : r >= first && MODEL->source[r - first].to < MODEL->inputs;
+}
+
 /* Set the first or second derivatives of inputs from the present communication point on. */
 static fmu_status fmu_set_derivatives(fmu_instance *m, const fmu_reference *vr, size_t n, const int *order,
                                       const double *value) {
   fmu_state *s = m->state;
   for (size_t i = 0; i < n; ++i) {
-    if (vr[i] < (unsigned)MODEL->outputs || vr[i] >= (unsigned)(MODEL->outputs + MODEL->inputs))
+    if (!fmu_told_of(vr[i]))
       return fmu_log(m, FMU_ERROR, "value reference %u: only inputs have derivatives that can be set, and this is not an input", vr[i]);
     if (order[i] < 1 || order[i] > 2) return fmu_log(m, FMU_ERROR, "value reference %u: only derivatives of order 1 and 2 can be set, not of order %d", vr[i], order[i]);
     if (!isfinite(value[i])) return fmu_log(m, FMU_ERROR, "value reference %u: the derivative %g is not a finite number", vr[i], value[i]);
   }
   for (size_t i = 0; i < n; ++i) {
-    double *at = FMU_INPUTS(s)[vr[i] - MODEL->outputs].told + order[i] - 1;
-    if (*at == value[i]) continue;
-    *at = value[i];
+    const int r = (int)vr[i] - MODEL->outputs, source = r - fmu_first_source(), to = source < 0 ? r : MODEL->source[source].to;
+    if (source >= 0) FMU_A(s, sources)[SOURCE_VALUES * source + order[i]] = value[i];
+    const double told = source < 0 ? value[i] : fmu_sum_of_sources(s, to, order[i]);
+    double *at = FMU_INPUTS(s)[to].told + order[i] - 1;
+    if (*at == told) continue;
+    *at = told;
     s->changed |= FMU_NEW_INPUTS;
   }
   return FMU_OK;

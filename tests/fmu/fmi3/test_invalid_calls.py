@@ -102,11 +102,15 @@ def test_the_command_writes_fmi_3_and_tells_what_does_not_go_with_it(tmp_path: P
     for words, where, what in [
         (["--fmi", "3", "--flavour", "python"], "--flavour", "pythonfmu writes FMI 2.0 only"),
         (["--fmi", "4"], "--fmi", "4 is not a supported version of FMI"),
-        (["--fmi", "2", "--platform", "aarch64-linux"], "--platform", "FMI 2.0 has no folder for aarch64-linux"),
+        (["--fmi", "2", "--platform", "aarch64-windows"], "--platform", "FMI 2.0 has no folder for aarch64-windows"),
+        (["--platform", "aarch64-linux", "--platform", "all"], "--platform",
+         "FMI 2.0 has one folder for 64-bit Linux, so aarch64-linux excludes other platforms"),
+        (["--flavour", "python", "--platform", "aarch64-linux"], "--platform", "the python flavour does not support aarch64-linux"),
         (["--fmi", "3", "--platform", "amiga"], "--platform", "'amiga' is not a supported platform"),
     ]:
         with pytest.raises(SceneError) as refused:
             COMMAND.main(["fmu", "simple_pendulum", "-o", str(tmp_path / "none.fmu"), *words], standalone_mode=False)
         assert [(p.where, p.what) for p in refused.value.problems] == [(where, what)]
     assert chosen(["x86_64-windows", "linux64"], "3.0") == ["linux64", "win64"]
+    assert chosen(["all"]) == ["linux64", "win64", "darwin64", "aarch64-darwin"]
     assert not (tmp_path / "none.fmu").exists()

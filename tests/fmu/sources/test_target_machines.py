@@ -14,6 +14,7 @@ from fmpy.build import build_platform_binary
 from tests.fmu.fmpy_host import arm
 from tests.fmu.sources.c_library_build import DESIGNS, STRICT, Loaded, columns, foreign, printed, program, write, zig
 from tests.fmu.sources.msvc_rules import refused
+from trunnion.fmu.binaries.platform_builds import headers
 from trunnion.fmu.c_library.library_files import Library, library
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names, models_dir
@@ -110,7 +111,7 @@ def test_every_model_runs_within_its_arrays_and_keeps_the_rules(name: str, tmp_p
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_fmpy_builds_an_fmu_from_its_sources_that_computes_the_same(fmi: int, tmp_path: Path) -> None:
+def test_fmpy_and_the_cmake_file_of_an_fmu_build_it_from_its_sources_and_it_computes_the_same(fmi: int, tmp_path: Path) -> None:
     if not (shutil.which("cmake") and shutil.which("gcc")):
         pytest.skip("cmake and gcc are not installed")
     file, folder = tmp_path / "a.fmu", tmp_path / "unpacked"
@@ -120,7 +121,15 @@ def test_fmpy_builds_an_fmu_from_its_sources_that_computes_the_same(fmi: int, tm
     fmpy.extract(str(file), str(folder))
     shutil.rmtree(folder / "binaries")
     build_platform_binary(folder, all_warnings=True)
-    built = fmpy.simulate_fmu(str(folder), **how)
+    made = [fmpy.simulate_fmu(str(folder), **how)]
+    (binary,) = (folder / "binaries").glob("*/*.so")
+    binary.unlink()
+    words = ["-S", str(folder / "sources"), "-B", str(tmp_path / "build"), f"-DFMI_HEADERS={headers()}"]
+    for step in (words, ["--build", str(tmp_path / "build")]):
+        subprocess.run(["cmake", *step], check=True, stdout=subprocess.DEVNULL)
+    shutil.copyfile(tmp_path / "build" / binary.name, binary)
+    made.append(fmpy.simulate_fmu(str(folder), **how))
     for name in shipped.dtype.names:
-        a, b = np.asarray(shipped[name], float), np.asarray(built[name], float)
-        assert np.abs(a - b).max() <= SAME * max(1.0, np.abs(a).max()), name
+        for built in made:
+            a, b = np.asarray(shipped[name], float), np.asarray(built[name], float)
+            assert np.abs(a - b).max() <= SAME * max(1.0, np.abs(a).max()), name

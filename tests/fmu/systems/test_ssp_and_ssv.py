@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
-import shutil
+import re
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
 import pytest
 from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from scipy.integrate import solve_ivp
 
 from tests.fmu.fmpy_host import Host, arm, exported
+from trunnion import load_scene, simulate
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
+from trunnion.fmu.scene_export import export
 from trunnion.fmu.ssp.system_export import SSD, SUMS, export_system
+from trunnion.fmu.variables.input_sums import Source
 from trunnion.scene import scene_to_yaml
 
 ROTOR = """
@@ -36,14 +39,18 @@ components:
   rotor: {scene: rotor.yaml, set: {joints.shaft.damping: 0.4}, parameters: {"joints.shaft.start.qd[1]": 3 rad/s}}
   arm: {fmu: arm.fmu, parameters: {joints.knee.friction.mu: 0.2}}
 connections:
-  - {connect: "arm.hip.drive.effort[1] -> rotor.load", factor: -1, offset: 0.5}
-  - rotor.shaft.q[1] -> arm.angle
+  - {connect: "arm.hip.drive.effort[1] -> rotor.load", factor: -2, offset: 0.5}
+  - {connect: "arm.hip.drive.reaction[1] -> rotor.load", factor: -1}
+  - {connect: "rotor.shaft.q[1] -> arm.angle", offset: 0.25}
 simulation: {until: 0.2 s, step: 10 ms}
 """
-ROOT = Path(__file__).parents[3]
-DAMPING, STEPS = 0.6, (0.02, 0.01, 0.005)
-DOCUMENTED = ROOT / "models" / "systems" / "rotor_and_arm.yaml"
-"""The system that fmu/README.md runs."""
+MODELS = Path(__file__).parents[3] / "models" / "systems"
+SYSTEMS = {
+    "rotor_and_arm": ({"rotor.shaft.q[1]": "shaft.q[1]"}, (0.02, 0.01, 0.005)),
+    "carts_and_springs": (
+        {"first.guide.q[1]": "first_guide.q[1]", "second.guide.q[1]": "second_guide.q[1]"}, (0.01, 0.005, 0.0025)),
+}
+"""The systems of fmu/README.md: outputs and their columns in the scene of the whole; communication steps."""
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +59,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("system")
     (made / "rotor.yaml").write_text(ROTOR)
     (made / "system.yaml").write_text(SYSTEM)
-    shutil.copyfile(exported("arm"), made / "arm.fmu")
+    with zipfile.ZipFile(exported("arm")) as given, zipfile.ZipFile(made / "arm.fmu", "w") as z:  # told in another unit
+        for name in given.namelist():
+            data = given.read(name)
+            if name == "modelDescription.xml":
+                data = re.sub(rb'(<Unit name="mN\*m">\s*<BaseUnit)', rb'\1 factor="0.001"', data.replace(b'"N*m"', b'"mN*m"'))
+            z.writestr(name, data)
     return made
 
 
@@ -60,9 +72,9 @@ def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_sid
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """fmpy's order: first all parts step, then it passes on outputs; before the first step it passes nothing. It does not apply
-    factor and offset."""
+    factors, offsets and units: the FMU of the scene does, and adds its sources."""
     assert main(["ssp", str(folder / "system.yaml"), "-o", str(folder / "pair.ssp")]) == 0
-    assert "components rotor, arm; 2 connections, 2 parameters" in capsys.readouterr().out
+    assert "components rotor, arm; 3 connections, 2 parameters" in capsys.readouterr().out
     file, h, steps = str(folder / "pair.ssp"), 0.01, 20
     with zipfile.ZipFile(file) as z:
         (folder / "values.ssv").write_bytes(z.read("resources/parameters.ssv"))
@@ -71,39 +83,70 @@ def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_sid
     assert {(p.name, p.value, p.unit) for p in values.parameters} == {
         ("rotor.joints.shaft.start.qd[1]", "3.0", "rad/s"), ("arm.joints.knee.friction.mu", "0.2", "1")}  # fmt: skip
     got = simulate_ssp(file, stop_time=steps * h - h / 2, step_size=h, parameter_set=values)
-    rotor, other = Host(folder / "rotor.fmu", begin=False), Host(exported("arm"), begin=False)
+    export(load_scene(folder / "rotor.yaml"), folder / "plain.fmu", overrides={"joints.shaft.damping": 0.4})
+    rotor, other = Host(folder / "plain.fmu", begin=False), Host(exported("arm"), begin=False)
+    rotor.put("joints.shaft.start.qd[1]", 3.0)
     other.put("joints.knee.friction.mu", 0.2)
-    assert rotor.get("joints.shaft.damping", "joints.shaft.start.qd[1]") == [0.4, 3.0]
     for host in (rotor, other):
         host.fmu.exitInitializationMode()
-    load = angle = 0.0
+    effort = angle = 0.0
     for k in range(steps):
-        rotor.put("load", load)
+        rotor.put("load", 0.001 * -2 * effort + 0.5 + 0.001 * effort)
         other.put("angle", angle)
         rotor.fmu.doStep(k * h, h)
         other.fmu.doStep(k * h, h)
-        (load,), (angle,) = other.get("hip.drive.effort[1]"), rotor.get("shaft.q[1]")
+        (effort,), (angle,) = other.get("hip.drive.effort[1]"), rotor.get("shaft.q[1]")
         assert got["rotor.shaft.q[1]"][k] == pytest.approx(angle, abs=1e-9)
         assert got["arm.knee.q[1]"][k] == pytest.approx(other.get("knee.q[1]")[0], abs=1e-6)
     assert angle > 0.3
 
 
-def test_the_documented_system_converges_to_the_equation_of_the_whole_by_first_order(tmp_path: Path) -> None:
-    """A rotor (4 kg m², whose damping the system sets) carries a bar that hangs on its hub: one freedom. Cut in two, the rotor
-    tells its angle with rate and acceleration, and the drive its reaction. fmpy reads neither bindings nor values: the damping is
-    the start value of the FMU. With the effort in place of the reaction, the rotor turns the other way."""
-    made = export_system(DOCUMENTED, tmp_path / "pair.ssp")
-    mass, length, side, until = 0.6 * 0.04 * 0.04 * 7800, 0.6, 0.04, 1.0
-    inertia = 4.0 + mass * (length**2 + side**2) / 12 + mass * (length / 2) ** 2
+def test_an_input_with_sources_is_their_sum_in_values_derivatives_and_states(folder: Path) -> None:
+    """A source counts by its factor in directional derivatives and in derivatives by time, is part of the FMU's state, and is named
+    as dependency. Before a source is set, the sum is the start value of the scene."""
+    one = [Source(-2.0, 0.5), Source(4.0)]
+    export(load_scene(folder / "rotor.yaml"), folder / "sum.fmu", sums={"load": one}, outputs="*")
+    host = Host(folder / "sum.fmu", begin=False)
+    of, load = host.reference, "inputs.load.source"
+    assert host.get("load", f"{load}[1]", f"{load}[2]") == [2.0, -0.75, 0.0]
+    (outer,) = [v for v in host.md.outputs if v.variable.name == "shaft.qdd[1]"]
+    assert [v.name for v in outer.dependencies] == [f"{load}[1]", f"{load}[2]"]
+    host.fmu.exitInitializationMode()
+    host.put(f"{load}[2]", 3.0)
+    before = host.fmu.getFMUState()
+    host.put(f"{load}[1]", 1.0)
+    assert host.get("load") == [10.5]
+    host.fmu.setFMUState(before)
+    assert host.get("load", f"{load}[1]") == [14.0, -0.75]
+    row = [host.fmu.getDirectionalDerivative([of["shaft.qdd[1]"]], [of[x]], [1.0])[0] for x in (f"{load}[1]", f"{load}[2]")]
+    assert row == pytest.approx([-2.0 / 2.0, 4.0 / 2.0])
+    host.fmu.setRealInputDerivatives([of[f"{load}[1]"], of[f"{load}[2]"]], [1, 1], [1.0, 1.0])
+    host.fmu.doStep(0.0, 0.1)
+    host.put("joints.shaft.damping", 0.0)  # ends the internal step here
+    rate = host.get("shaft.qd[1]")[0]
+    exact = solve_ivp(lambda t, w: (14.0 + 2.0 * t - 0.5 * w) / 2.0, (0, 0.1), [0.0], rtol=1e-10, atol=1e-12).y[0, -1]
+    assert rate == pytest.approx(exact, abs=1e-6)
+    with pytest.raises(FMICallException):
+        host.put("load", 1.0)
 
-    def rate(_: float, y: np.ndarray) -> list[float]:
-        return [y[1], (-DAMPING * y[1] - mass * 9.81 * length / 2 * math.cos(y[0])) / inertia]
 
-    exact = solve_ivp(rate, (0, until), [0, 0], rtol=1e-10, atol=1e-12).y[0, -1]
-    off = [float(simulate_ssp(str(made.file), stop_time=until - h / 2, step_size=h)["rotor.shaft.q[1]"][-1]) - exact for h in STEPS]
-    assert abs(off[-1]) < 0.02
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_each_documented_system_converges_to_the_scene_of_the_whole_by_first_order(name: str, tmp_path: Path) -> None:
+    """fmpy reads neither bindings nor values, and has no sums: values are start values of the FMUs, and the FMUs add. Springs are
+    components without masses."""
+    made = export_system(MODELS / f"{name}.yaml", tmp_path / "whole.ssp")
+    columns, steps = SYSTEMS[name]
+    until = 1.0
+    exact = simulate(MODELS / f"{name}_in_one.yaml", until=until, every=until, rtol=1e-9)
+    runs = [(h, simulate_ssp(str(made.file), stop_time=until - h / 2, step_size=h)) for h in steps]
+    off = [math.hypot(*(float(got[x][-1] - exact[y][-1]) for x, y in columns.items())) for _, got in runs]
+    assert off[-1] < 0.02
     assert 1.6 < off[0] / off[1] < 2.5
     assert 1.6 < off[1] / off[2] < 2.5
+
+
+def test_every_documented_system_is_among_them() -> None:
+    assert {p.stem for p in MODELS.glob("*.yaml") if "\ncomponents:" in p.read_text()} == set(SYSTEMS)
 
 
 def test_the_structure_follows_its_schema_and_connectors_have_the_units_of_their_variables(folder: Path) -> None:
@@ -114,12 +157,13 @@ def test_the_structure_follows_its_schema_and_connectors_have_the_units_of_their
         root = ElementTree.fromstring(z.read("SystemStructure.ssd"))
     kinds = {(e.get("name"), c.get("name")): (c.get("kind"), c[0].get("unit"))
              for e in root.iter(f"{{{SSD}}}Component") for c in e.iter(f"{{{SSD}}}Connector")}  # fmt: skip
-    assert kinds["rotor", "load"] == ("input", "N*m")
+    assert kinds["rotor", "inputs.load.source[1]"] == ("input", "mN*m")
     assert kinds["arm", "angle"] == ("input", "rad")
     assert ("arm", "motor") not in kinds
-    assert kinds["arm", "hip.drive.effort[1]"] == ("output", "N*m")
+    assert kinds["arm", "hip.drive.effort[1]"] == ("output", "mN*m")
     of = {c.get("endConnector"): [dict(t.attrib) for t in c] for c in root.iter(f"{{{SSD}}}Connection")}
-    assert of == {"load": [{"factor": "-1.0", "offset": "0.5"}], "angle": []}
+    sources = {f"inputs.load.source[{i}]": [] for i in (1, 2)}
+    assert of == sources | {"angle": [{"factor": "1.0", "offset": "0.25"}]}
     assert made.file.read_bytes() == export_system(folder / "system.yaml", folder / "third.ssp").file.read_bytes()
 
 
@@ -133,6 +177,7 @@ connections:
   - arm.knee.q[2] -> arm.motor
   - rotor.load -> arm.motor
   - crank.q -> arm.angle
+  - arm.hip.drive.effort[1] -> rotor.load
 """
 
 
@@ -146,11 +191,11 @@ def test_everything_wrong_with_a_system_is_told_at_once_with_its_line(folder: Pa
         (3, "rotor has no parameter joints.shaft.dampin", "did you mean joints.shaft.damping?"),
         (3, "3 kg is not a value in N*m*s/rad", ""),
         (7, "rad cannot be connected to N*m", "connect quantities of one kind"),
-        (7, "rotor.load has two sources", SUMS),
         (8, "arm has no variable knee.q[2]", "did you mean knee.q[1]?"),
         (9, "load of rotor is not an output (it is input)", ""),
         (9, "arm.motor has two sources", SUMS),
         (10, "there is no component crank", "one of rotor, arm"),
+        (11, "arm.hip.drive.effort[1] and rotor.load are connected twice", "remove one, or use a factor"),
     ]
     assert not (folder / "wrong.ssp").exists()
 
