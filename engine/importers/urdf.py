@@ -10,6 +10,7 @@ import numpy as np
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, Names, Tie, floats, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse, pose, rpy
+from trunnion.importers.schema_table import schema
 from trunnion.importers.visual_meshes import Pictures
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, Findings, existing, read_root
@@ -19,7 +20,6 @@ TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
     "planar": "planar",
 }  # fmt: skip
-LEFT_OUT = {"gazebo": "settings for Gazebo", "transmission": "transmissions", "safety_controller": "safety controllers"}
 GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 1)}
 
 
@@ -32,7 +32,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
     root, found = read_root(path, "robot", hint)
     reader = UrdfReader(root, found, Pictures(path.resolve().parent, found))
-    found.note_left_out(root, LEFT_OUT)
+    schema("URDF").tell(root, found)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
@@ -147,7 +147,7 @@ class UrdfReader:
                 key, count = GEOMETRY[e.tag]
                 sizes = self.found.numbers(e, key, e.get(key), (count,)) or []
                 sizes += [self.found.attribute(e, "length")] if e.tag == "cylinder" else []
-                return [Solid(e.tag, tuple(sizes), at)]
+                return [Solid(e.tag, tuple(sizes), at)] if len(sizes) == count + (e.tag == "cylinder") else []
             if e.tag == "mesh":
                 scale = self.found.numbers(e, "scale", e.get("scale", "1 1 1"), (3,)) or [1.0] * 3
                 return self.meshes.solids(e.get("filename"), at, scale)

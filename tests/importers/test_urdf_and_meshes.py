@@ -141,15 +141,6 @@ def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
     assert r["far.q[1]"] == pytest.approx(0.1 - 0.02 * r["near.q[1]"], abs=1e-12)
 
 
-def test_settings_of_other_programs_are_noted(tmp_path: Path) -> None:
-    file = tmp_path / "robot.urdf"
-    weighed = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
-    file.write_text(f'<robot name="r">\n<link name="a">{weighed}</link>\n<gazebo reference="a"/><gazebo/>\n<transmission/></robot>')
-    notes = scene_of_urdf(file)[1]
-    assert notes[0] == "settings for Gazebo left out: <gazebo> in line 3 and 1 more"
-    assert notes[1] == "transmissions left out: <transmission> in line 4"
-
-
 def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> None:
     """Joints of a URDF start at 0, followers at their offset; a follower of a follower likewise."""
     file = tmp_path / "chain.urdf"
