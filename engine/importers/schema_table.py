@@ -76,19 +76,22 @@ class Table:
             found.notes.append(f"{what} left out: {named[0]}" + (f" and {len(items) - 1} more" if len(items) > 1 else ""))
 
     def _walk(self, e: Element, row: Row, all_content: str) -> Iterator[tuple[Element, str, str]]:
-        """(element, item, fate) of the items inside an element that have a label other than the element's, or are unknown.
-        ``all_content`` is a fate that applies to everything inside; "" if the table's rows apply."""
+        """(element, item, fate) of the items inside an element that have a label other than the element's, or are unknown. Unknown
+        content of an element from which nothing is taken is left out with the element. ``all_content`` is a fate that applies to
+        everything inside; "" if the table's rows apply."""
         own = all_content or row.fate
+        open_end = ANY in row.uses or (own != "taken" and (bool(all_content) or "taken" not in row.attributes.values()))
         for name, text in e.attributes.items():
             fate = all_content or row.attributes.get(name, UNKNOWN)
-            if name not in row.attributes and not (name.startswith("xmlns") or ANY in row.uses):
-                yield e, f"{e.tag} {name}", UNKNOWN
+            if fate == UNKNOWN:
+                if not (open_end or name.startswith("xmlns")):
+                    yield e, f"{e.tag} {name}", UNKNOWN
             elif ":" in fate and fate != own and not is_zero(text):
                 yield e, f"{e.tag} {name}", fate
         for c in e.children:
             known = self.child(row, c.tag)
             if known is None:
-                if ANY not in row.uses:
+                if not open_end:
                     yield c, c.tag, UNKNOWN
                 continue
             below, fate = all_content or known[1], known[0].fate

@@ -109,11 +109,15 @@ class UrdfReader:
         return frames
 
     def _place_frames(self, frames: dict[str, Element], out: Linkage) -> None:
-        """Make each frame a named point of the body that holds it."""
+        """Make each frame a named point of the body that holds it. The body gets the moments of inertia of a frame."""
         for n, j in frames.items():
             holder, at = self.place[_other_link(j, n)]
             origin = self._origin(j)
             self.place[n] = holder, at @ (origin if _link_of(j, "child") == n else inverse(origin))
+            inertial = self.links[n].first("inertial")
+            moments = self._moments(inertial)
+            if holder != GROUND and any(moments):
+                out.links[holder].inertia = out.links[holder].inertia + tensor(moments, self.place[n][1] @ self._origin(inertial))
             points = out.ground if holder == GROUND else out.links[holder].points
             points[Names().new(n, "point")] = floats(self.place[n][1][:3, 3])
 
@@ -128,14 +132,19 @@ class UrdfReader:
         angles = self.found.numbers(at, "rpy", at.get("rpy", "0 0 0"), (3,)) or [0.0] * 3
         return pose(xyz, rpy(*angles))
 
+    def _moments(self, inertial: Element | None) -> list[float]:
+        """The moments and products of inertia of an <inertial>."""
+        given = (inertial.first("inertia") or inertial) if inertial is not None else None
+        return [self.found.attribute(given, k) for k in MOMENTS] if given is not None else [0.0] * len(MOMENTS)
+
     def _link(self, name: str) -> Link:
         link = self.links[name]
         inertial = link.first("inertial")
         if inertial is None or self._is_massless(name):
             self.found.add(link, name, "moves and has no mass", "give the link an <inertial>")
             return Link(1.0, np.zeros(3), np.zeros((3, 3)))
-        frame, mass, moments = self._origin(inertial), inertial.first("mass"), inertial.first("inertia") or inertial
-        inertia = tensor([self.found.attribute(moments, k) for k in MOMENTS], frame)
+        frame, mass = self._origin(inertial), inertial.first("mass")
+        inertia = tensor(self._moments(inertial), frame)
         weight = self.found.attribute(mass, "value") if mass is not None else 0.0
         return Link(weight, frame[:3, 3], inertia, drawn([s for v in link.all("visual") for s in self._solids(v)], frame[:3, 3]))
 

@@ -75,9 +75,14 @@ def coordinates(m: Any, freedoms: list[Freedom], q: np.ndarray, *rates: np.ndarr
     return out
 
 
-def accelerations(scene: Scene, q: dict[str, np.ndarray], qd: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Accelerations of the scene's joints, on parts."""
-    row = evaluate(Model(scene, ("*.qdd[*",), kernel="parts"), q, qd, 0.0)
+def evaluable(scene: Scene) -> Model:
+    """The scene on parts, with accelerations as its columns."""
+    return Model(scene, ("*.qdd[*",), kernel="parts")
+
+
+def accelerations(model: Model, q: dict[str, np.ndarray], qd: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Accelerations of the joints in ``qd``."""
+    row = evaluate(model, q, qd, 0.0)
     return {n: np.array([row[f"{n}.qdd[{k + 1}]"] for k in range(len(v))]) for n, v in qd.items()}
 
 
@@ -99,24 +104,28 @@ def compared(file: Path, seeds: int = 3) -> Compared:
     scene, closing = opened(linkage.scene(), bodies)
     m = quiet(mujoco.MjModel.from_xml_path(str(file)))
     assert m.njnt == len(bodies.freedoms)
-    states = [random_state(m, seed) for seed in range(seeds)]
-    gap = max(_gap(m, scene, bodies, *s) for s in states)
+    states, ours = [random_state(m, seed) for seed in range(seeds)], evaluable(scene)
+    gap = max(_gap(m, ours, bodies, *s) for s in states)
     inertia = _given(m, bodies)
-    again = max(_gap(m, scene, bodies, *s) for s in states)
+    again = max(_gap(m, ours, bodies, *s) for s in states)
     return Compared(len(scene.bodies), m.nv, len(closing), gap, inertia, again, tuple(model.found.notes))
 
 
-def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> float:
+def _gap(m: Any, model: Model, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> float:
     import mujoco
 
     d = mujoco.MjData(m)
     d.qpos[:], d.qvel[:] = q, qd
     mujoco.mj_forward(m, d)
     ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
-    mine, want = accelerations(scene, ours, rates), np.concatenate(list(theirs.values()))
-    size, of_rates = np.abs(want).max(), np.square(qd).max()
-    unit = size if size > 1e-12 * of_rates else of_rates  # without acceleration: relative to the terms of rates
-    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / unit)
+    mine = accelerations(model, ours, rates)
+    return relative(np.concatenate(list(mine.values())), np.concatenate(list(theirs.values())), qd)
+
+
+def relative(mine: np.ndarray, want: np.ndarray, rates: np.ndarray) -> float:
+    """Largest difference of accelerations, relative to the largest; without acceleration relative to the terms of rates."""
+    size, of_rates = np.abs(want).max(), np.square(rates).max()
+    return float(np.abs(mine - want).max() / (size if size > 1e-12 * of_rates else of_rates))
 
 
 def _given(m: Any, bodies: Bodies) -> float:

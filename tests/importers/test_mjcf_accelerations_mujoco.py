@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.importers.mujoco_comparison import accelerations, compared, coordinates, quiet
+from tests.importers.mujoco_comparison import accelerations, compared, coordinates, evaluable, quiet
 from tests.importers.test_mjcf import FOUR_BAR
 from trunnion.basics.problems import SceneError
 from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf
@@ -98,7 +98,7 @@ def test_loops_move_as_the_rows_of_mujocos_constraints_say(how: str, tmp_path: P
     system = np.block([[M, -J.T], [J, np.zeros((len(J), len(J)))]])
     expected = np.linalg.lstsq(system, np.r_[tau, -bias], rcond=1e-12)[0][: m.nv]
     data = coordinates(m, bodies.freedoms, m.qpos0, v, expected)
-    mine = accelerations(linkage.scene(), data[0], data[1])
+    mine = accelerations(evaluable(linkage.scene()), data[0], data[1])
     for name, want in data[2].items():
         assert mine[name] == pytest.approx(want, rel=1e-8, abs=1e-8)  # differences by steps of 1e-5 are good to 1e-9
 

@@ -265,3 +265,15 @@ def _turn(axis: tuple[float, ...], angle: float) -> np.ndarray:
     out = np.eye(4)
     out[:3, :3] = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
     return out
+
+
+def test_the_moments_of_a_link_without_mass_are_those_of_the_body_that_holds_it(tmp_path: Path) -> None:
+    """The xx of the link lies along the yy of the body."""
+    foot = '<link name="f"><inertial><mass value="0"/><inertia ixx="0.01" iyy="0" izz="0"/></inertial></link>'
+    body = '<inertial><origin xyz="0 0 -0.5"/><mass value="1"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
+    (tmp_path / "leg.urdf").write_text(f"""<robot name="leg"><link name="w"/><link name="a">{body}</link>{foot}
+    <joint name="j" type="continuous"><parent link="w"/><child link="a"/><axis xyz="0 1 0"/></joint>
+    <joint name="k" type="fixed"><parent link="a"/><child link="f"/><origin xyz="1 2 3" rpy="0 0 {np.pi / 2}"/></joint></robot>""")
+    scene, _ = scene_of_urdf(tmp_path / "leg.urdf")
+    assert list(scene.bodies) == ["a"]
+    assert scene.bodies["a"].inertia == pytest.approx([0.02, 0.03, 0.02, 0, 0, 0], abs=1e-15)
