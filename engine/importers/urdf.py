@@ -73,6 +73,7 @@ class UrdfReader:
         out = Linkage(plain_name(self.name or name, ascii_only=False), self.found)
         for n in bodies:
             out.links[self.place[n][0]] = self._link(n)
+        out.complete_masses()
         self._place_frames(frames, out)
         if not grounded:
             out.ties[self.names.new("base", "joint")] = Tie("fixed", GROUND, self.place[root][0], np.eye(4), np.eye(4))
@@ -81,6 +82,9 @@ class UrdfReader:
                 self._joint(j, out)
         for j in self.joints:
             for m in j.all("mimic"):
+                if j.get("type") == "fixed":
+                    self.found.notes.append(f"mimic of a fixed joint left out: <mimic> in line {m.line}")
+                    continue
                 ratio, offset = (self.found.attribute(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0)))
                 out.follow(j, self.made.get(j.get("name"), ""), self.made.get(m.get("joint"), ""), ratio, offset)
         return out
@@ -89,6 +93,13 @@ class UrdfReader:
         inertial = self.links[link].first("inertial")
         mass = inertial.first("mass") if inertial is not None else None
         return mass is None or not self.found.attribute(mass, "value")
+
+    def _carries_mass(self, link: str) -> bool:
+        """Whether a link with mass comes after this link."""
+        after = [link]
+        for n in after:  # grows
+            after += [_link_of(j, "child") for j in self.joints if _link_of(j, "parent") == n and _link_of(j, "child") not in after]
+        return not all(map(self._is_massless, after))
 
     def _frames(self, root: str) -> dict[str, Element]:
         """The massless links that fixed joints connect to the root or to a link with mass, each with the last of these joints. The
@@ -141,8 +152,9 @@ class UrdfReader:
         link = self.links[name]
         inertial = link.first("inertial")
         if inertial is None or self._is_massless(name):
-            self.found.add(link, name, "moves and has no mass", "give the link an <inertial>")
-            return Link(1.0, np.zeros(3), np.zeros((3, 3)))
+            if not self._carries_mass(name):
+                self.found.add(link, name, "moves and has no mass", "give the link an <inertial>")
+            return Link(0.0, np.zeros(3), tensor(self._moments(inertial), self._origin(inertial)))
         frame, mass = self._origin(inertial), inertial.first("mass")
         inertia = tensor(self._moments(inertial), frame)
         weight = self.found.attribute(mass, "value") if mass is not None else 0.0

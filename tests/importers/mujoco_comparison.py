@@ -135,16 +135,16 @@ def _given(m: Any, bodies: Bodies) -> float:
 
     worst = 0.0
     m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # MuJoCo's short cuts for bodies with principal axes
+    named = {n: mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, n) for n in bodies.places if n}
+    at = {named[n]: p.link for n, p in bodies.places.items() if n and np.array_equal(p.at, np.eye(4))}
+    at |= {int(i): bodies.linkage.ties[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
     done = set()
-    for name, place in bodies.places.items():
-        i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, name) if name else -1
-        if i < 1 or place.link not in bodies.linkage.links or not np.array_equal(place.at, np.eye(4)):
+    for i, link in at.items():
+        if i < 1 or link not in bodies.linkage.links or link in done:  # a body without mass may be fixed to another at its place
             continue
-        if place.link in done:  # a body without mass, fixed to another at the same place
-            continue
-        done.add(place.link)
+        done.add(link)
         R = of_quaternion(m.body_iquat[i])
-        own = bodies.linkage.links[place.link].inertia
+        own = bodies.linkage.links[link].inertia
         worst = max(worst, float(np.abs(R @ np.diag(m.body_inertia[i]) @ R.T - own).max() / max(np.abs(own).max(), 1e-300)))
         moments, axes = np.linalg.eigh(own)
         axes[:, 2] *= np.sign(np.linalg.det(axes))

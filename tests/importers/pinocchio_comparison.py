@@ -50,7 +50,9 @@ def _scene_names(m: Any, scene: Scene) -> dict[str, str]:
     return out
 
 
-def _coordinates(m: Any, named: dict[str, str], q: np.ndarray, v: np.ndarray, a: np.ndarray, i: int) -> tuple[str, tuple[Any, Any, Any]]:
+def _coordinates(
+    m: Any, named: dict[str, str], q: np.ndarray, v: np.ndarray, a: np.ndarray, i: int
+) -> tuple[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """(the scene's joint, its coordinates, rates and accelerations). Pinocchio gives a continuous joint by cosine and sine, and the
     rates of a floating joint in the axes of the moving body."""
     joint, at, go = m.joints[i], m.joints[i].idx_q, m.joints[i].idx_v

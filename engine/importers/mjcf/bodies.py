@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import GROUND, LIGHT, Link, Linkage, Names, Tie, floats
+from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, Names, Tie, floats
 from trunnion.importers.mass_matrix import mass_matrix
 from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn
 from trunnion.importers.mjcf.includes_and_defaults import Model
@@ -164,9 +164,7 @@ class Bodies:
             scale = total / sum(link.mass for link in links.values())
             for link in links.values():
                 link.mass, link.inertia = link.mass * scale, link.inertia * scale
-        least = min((link.mass for link in links.values() if link.mass > 0), default=1.0)
-        for link in links.values():
-            link.mass = link.mass or LIGHT * least
+        self.linkage.complete_masses()
         self._tune_springs()
         lifts = not {"spring", "damper"} <= self.model.disabled  # with both disabled, MuJoCo omits all passive forces
         for name, share in self.lifted.items():
