@@ -24,7 +24,8 @@ from pathlib import Path
 from trunnion.importers.xml_reader import Element, Findings, is_zero
 
 FATES = ("taken", "noted", "refused", "irrelevant")
-FOLDER = Path(__file__).parent / "schemas"
+FILES = {"URDF": "urdf.txt", "SDF": "sdf.txt", "MJCF": "mjcf.txt"}
+"""Table of each format, in the folder ``schemas``."""
 ANY, UNKNOWN = "any", "unknown:"
 
 
@@ -111,7 +112,7 @@ def _first_of_each(items: list[tuple[Element, str]], named: list[str]) -> list[s
 def schema(name: str) -> Table:
     """The table of a format: URDF, SDF or MJCF."""
     table, above = Table(name, {}, {}), list[tuple[int, list[Row]]]()
-    for line in (FOLDER / f"{name.lower()}.txt").read_text(encoding="utf-8").splitlines():
+    for line in (Path(__file__).parent / "schemas" / FILES[name]).read_text(encoding="utf-8").splitlines():
         text, depth = line.strip(), len(line) - len(line.lstrip())
         label, is_label, words = text.partition(" = ")
         if not text or text[0] == "#":
