@@ -42,9 +42,9 @@ HEAD = """# Models of robots tried
 below with `trunnion import`, and compares accelerations at {states} random states with MuJoCo {mujoco} (MJCF) or Pinocchio {pin}
 (URDF). Constraints, contacts, actuators and fluid are switched off in MuJoCo, friction and couplings here.
 
-*Same*: models whose largest difference, relative to the largest acceleration, is at most 1e-9. MuJoCo has Trunnion's inertias
-there: its own rotation into principal axes is precise to about 1e-8. *Worst* is the largest difference of these. *No mechanism*:
-settings, materials, props that do not move, parts to be included. *Not compared*: files that the other program refuses.
+*Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo has
+Trunnion's inertias there: its own rotation into principal axes is precise to about 1e-8. *Worst* is the largest difference of
+these. *No mechanism*: settings, materials, props that do not move, parts to be included. *Not compared*: files that the other program refuses.
 
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|

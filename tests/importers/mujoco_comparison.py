@@ -20,8 +20,8 @@ from trunnion.simulation.run import Model
 
 @dataclass
 class Compared:
-    """bodies, freedoms, loops: of the scene. gap: largest difference of accelerations, relative to the largest. inertia: largest
-    relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has our inertias."""
+    """bodies, freedoms, loops: of the scene. gap: largest difference of accelerations, relative to the largest of all states.
+    inertia: largest relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has ours."""
 
     bodies: int
     freedoms: int
@@ -105,13 +105,17 @@ def compared(file: Path, seeds: int = 3) -> Compared:
     m = quiet(mujoco.MjModel.from_xml_path(str(file)))
     assert m.njnt == len(bodies.freedoms)
     states, ours = [random_state(m, seed) for seed in range(seeds)], evaluable(scene)
-    gap = max(_gap(m, ours, bodies, *s) for s in states)
+    gap = relative([_both(m, ours, bodies, *s) for s in states])
     inertia = _given(m, bodies)
-    again = max(_gap(m, ours, bodies, *s) for s in states)
+    again = relative([_both(m, ours, bodies, *s) for s in states])
     return Compared(len(scene.bodies), m.nv, len(closing), gap, inertia, again, tuple(model.found.notes))
 
 
-def _gap(m: Any, model: Model, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> float:
+Both = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Accelerations here and in the other program, and the rates."""
+
+
+def _both(m: Any, model: Model, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> Both:
     import mujoco
 
     d = mujoco.MjData(m)
@@ -119,13 +123,15 @@ def _gap(m: Any, model: Model, bodies: Bodies, q: np.ndarray, qd: np.ndarray) ->
     mujoco.mj_forward(m, d)
     ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
     mine = accelerations(model, ours, rates)
-    return relative(np.concatenate(list(mine.values())), np.concatenate(list(theirs.values())), qd)
+    return np.concatenate(list(mine.values())), np.concatenate(list(theirs.values())), qd
 
 
-def relative(mine: np.ndarray, want: np.ndarray, rates: np.ndarray) -> float:
-    """Largest difference of accelerations, relative to the largest; without acceleration relative to the terms of rates."""
-    size, of_rates = np.abs(want).max(), np.square(rates).max()
-    return float(np.abs(mine - want).max() / (size if size > 1e-12 * of_rates else of_rates))
+def relative(states: list[Both]) -> float:
+    """Largest difference of accelerations, relative to the largest acceleration of all states; where nothing accelerates, relative
+    to the terms of rates."""
+    size = max(float(np.abs(want).max()) for _, want, _ in states)
+    of_rates = max(float(np.square(rates).max()) for *_, rates in states)
+    return max(float(np.abs(mine - want).max()) for mine, want, _ in states) / (size if size > 1e-12 * of_rates else of_rates)
 
 
 def _given(m: Any, bodies: Bodies) -> float:
