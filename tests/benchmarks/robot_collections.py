@@ -26,7 +26,7 @@ from unittest import mock
 
 from tests.importers import mujoco_comparison, pinocchio_comparison
 from tests.importers.mujoco_comparison import Compared
-from trunnion.basics.problems import SceneError
+from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.importers.mjcf import bodies
 from trunnion.importers.visual_meshes import Pictures
 
@@ -44,7 +44,8 @@ below with `trunnion import`, and compares accelerations at {states} random stat
 
 *Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo has
 Trunnion's inertias there: its own rotation into principal axes is precise to about 1e-8. *Worst* is the largest difference of
-these. *No mechanism*: settings, materials, props that do not move, parts to be included. *Not compared*: files that the other program refuses.
+these. *No mechanism*: settings, materials, props that do not move, parts to be included. *Not compared*: files that the other
+program refuses.
 
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|
@@ -101,6 +102,8 @@ def result(file: Path) -> tuple[str, str, Compared | None]:
             return "none", "", None
         first = e.problems[0]
         return "refused", f"{first.where}: {first.what}" + (f"; {e.total - 1} more" if e.total > 1 else ""), None
+    except SimulationError as e:
+        return "refused", str(e), None
     except ValueError as e:
         return "other", str(e).strip().splitlines()[0].rpartition("/")[2][:90], None
     return ("same", "", c) if c.gap_with <= EXACT else ("differ", f"{c.gap_with:.0e} with {c.freedoms} freedoms", c)
