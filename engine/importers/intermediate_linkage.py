@@ -21,7 +21,7 @@ LISTED = 8
 UNLIMITED = 1e15
 """A joint limit of this magnitude or more means "no limit" (SDF writes 1e16)."""
 LIGHT = 1e-15
-"""Mass given to a massless link, relative to the masses that the link carries. It is below the rounding error of these masses."""
+"""Mass given to a massless link, relative to the lightest mass. It is below the rounding error of the masses."""
 
 
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -101,6 +101,12 @@ class Linkage:
         if self.forces:
             data["forces"] = self.forces
         return scene_from_dict(data)
+
+    def complete_masses(self) -> None:
+        """Give massless links a tiny mass."""
+        least = min((link.mass for link in self.links.values() if link.mass > 0), default=1.0)
+        for link in self.links.values():
+            link.mass = link.mass or LIGHT * least
 
     def _start_followers(self, name: str) -> None:
         """Give a joint that follows another the start coordinate that follows from its leader's, unless it has its own."""

@@ -10,6 +10,7 @@ import numpy as np
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, Names, Tie, floats, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse, pose, rpy
+from trunnion.importers.schema_table import schema
 from trunnion.importers.visual_meshes import Pictures
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, Findings, existing, read_root
@@ -19,7 +20,6 @@ TYPES = {
     "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
     "planar": "planar",
 }  # fmt: skip
-LEFT_OUT = {"gazebo": "settings for Gazebo", "transmission": "transmissions", "safety_controller": "safety controllers"}
 GEOMETRY = {"box": ("size", 3), "cylinder": ("radius", 1), "sphere": ("radius", 1)}
 
 
@@ -32,7 +32,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
     root, found = read_root(path, "robot", hint)
     reader = UrdfReader(root, found, Pictures(path.resolve().parent, found))
-    found.note_left_out(root, LEFT_OUT)
+    schema("URDF").tell(root, found)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
@@ -73,6 +73,7 @@ class UrdfReader:
         out = Linkage(plain_name(self.name or name, ascii_only=False), self.found)
         for n in bodies:
             out.links[self.place[n][0]] = self._link(n)
+        out.complete_masses()
         self._place_frames(frames, out)
         if not grounded:
             out.ties[self.names.new("base", "joint")] = Tie("fixed", GROUND, self.place[root][0], np.eye(4), np.eye(4))
@@ -81,6 +82,9 @@ class UrdfReader:
                 self._joint(j, out)
         for j in self.joints:
             for m in j.all("mimic"):
+                if j.get("type") == "fixed":
+                    self.found.notes.append(f"mimic of a fixed joint left out: <mimic> in line {m.line}")
+                    continue
                 ratio, offset = (self.found.attribute(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0)))
                 out.follow(j, self.made.get(j.get("name"), ""), self.made.get(m.get("joint"), ""), ratio, offset)
         return out
@@ -89,6 +93,13 @@ class UrdfReader:
         inertial = self.links[link].first("inertial")
         mass = inertial.first("mass") if inertial is not None else None
         return mass is None or not self.found.attribute(mass, "value")
+
+    def _carries_mass(self, link: str) -> bool:
+        """Whether a link with mass comes after this link."""
+        after = [link]
+        for n in after:  # grows
+            after += [_link_of(j, "child") for j in self.joints if _link_of(j, "parent") == n and _link_of(j, "child") not in after]
+        return not all(map(self._is_massless, after))
 
     def _frames(self, root: str) -> dict[str, Element]:
         """The massless links that fixed joints connect to the root or to a link with mass, each with the last of these joints. The
@@ -109,11 +120,15 @@ class UrdfReader:
         return frames
 
     def _place_frames(self, frames: dict[str, Element], out: Linkage) -> None:
-        """Make each frame a named point of the body that holds it."""
+        """Make each frame a named point of the body that holds it. The body gets the moments of inertia of a frame."""
         for n, j in frames.items():
             holder, at = self.place[_other_link(j, n)]
             origin = self._origin(j)
             self.place[n] = holder, at @ (origin if _link_of(j, "child") == n else inverse(origin))
+            inertial = self.links[n].first("inertial")
+            moments = self._moments(inertial)
+            if holder != GROUND and any(moments):
+                out.links[holder].inertia = out.links[holder].inertia + tensor(moments, self.place[n][1] @ self._origin(inertial))
             points = out.ground if holder == GROUND else out.links[holder].points
             points[Names().new(n, "point")] = floats(self.place[n][1][:3, 3])
 
@@ -128,14 +143,20 @@ class UrdfReader:
         angles = self.found.numbers(at, "rpy", at.get("rpy", "0 0 0"), (3,)) or [0.0] * 3
         return pose(xyz, rpy(*angles))
 
+    def _moments(self, inertial: Element | None) -> list[float]:
+        """The moments and products of inertia of an <inertial>."""
+        given = (inertial.first("inertia") or inertial) if inertial is not None else None
+        return [self.found.attribute(given, k) for k in MOMENTS] if given is not None else [0.0] * len(MOMENTS)
+
     def _link(self, name: str) -> Link:
         link = self.links[name]
         inertial = link.first("inertial")
         if inertial is None or self._is_massless(name):
-            self.found.add(link, name, "moves and has no mass", "give the link an <inertial>")
-            return Link(1.0, np.zeros(3), np.zeros((3, 3)))
-        frame, mass, moments = self._origin(inertial), inertial.first("mass"), inertial.first("inertia") or inertial
-        inertia = tensor([self.found.attribute(moments, k) for k in MOMENTS], frame)
+            if not self._carries_mass(name):
+                self.found.add(link, name, "moves and has no mass", "give the link an <inertial>")
+            return Link(0.0, np.zeros(3), tensor(self._moments(inertial), self._origin(inertial)))
+        frame, mass = self._origin(inertial), inertial.first("mass")
+        inertia = tensor(self._moments(inertial), frame)
         weight = self.found.attribute(mass, "value") if mass is not None else 0.0
         return Link(weight, frame[:3, 3], inertia, drawn([s for v in link.all("visual") for s in self._solids(v)], frame[:3, 3]))
 
@@ -147,7 +168,7 @@ class UrdfReader:
                 key, count = GEOMETRY[e.tag]
                 sizes = self.found.numbers(e, key, e.get(key), (count,)) or []
                 sizes += [self.found.attribute(e, "length")] if e.tag == "cylinder" else []
-                return [Solid(e.tag, tuple(sizes), at)]
+                return [Solid(e.tag, tuple(sizes), at)] if len(sizes) == count + (e.tag == "cylinder") else []
             if e.tag == "mesh":
                 scale = self.found.numbers(e, "scale", e.get("scale", "1 1 1"), (3,)) or [1.0] * 3
                 return self.meshes.solids(e.get("filename"), at, scale)

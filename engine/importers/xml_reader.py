@@ -3,7 +3,7 @@ definitions, and therefore entities, and limits the numbers of bytes, elements a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
@@ -64,6 +64,10 @@ class Element:
         for c in self.children:
             yield from c.inside()
 
+    def is_off(self) -> bool:
+        """Whether an element without attributes contains nothing but zeros or "false"."""
+        return not self.attributes and is_zero(" ".join(x.text for x in self.inside()))
+
 
 class Findings:
     """Collected problems and notes of an import."""
@@ -75,15 +79,6 @@ class Findings:
     def add(self, at: Element, where: str, what: str, hint: str = "") -> None:
         """Add a problem at an element's file and line."""
         self.problems.append(Problem(where, what, hint, at.file, at.line))
-
-    def note_left_out(self, root: Element, tags: Mapping[str, str]) -> None:
-        """Note the elements that are left out, by tag with their description: the first line, and how many there are. Elements
-        whose values are all 0 or false are omitted."""
-        for tag, what in tags.items():
-            present = [e for e in root.inside() if e.tag == tag and not _is_off(e)]
-            if present:
-                more = f" and {len(present) - 1} more" if len(present) > 1 else ""
-                self.notes.append(f"{what} left out: <{tag}> in line {present[0].line}{more}")
 
     def end(self) -> None:
         """Raise SceneError if there are problems."""
@@ -121,10 +116,10 @@ class Findings:
         return default if e is None else self.number(e, "text", e.text, default)
 
 
-def _is_off(e: Element) -> bool:
-    """Whether an element without attributes contains only zeros or "false"."""
-    words = [w for x in e.inside() for w in x.text.split()]
-    return bool(words) and not e.attributes and all(w == "false" or not w.strip("0.+-") for w in words)
+def is_zero(text: str) -> bool:
+    """Whether a text contains nothing but zeros or "false"."""
+    words = text.split()
+    return bool(words) and all(w == "false" or not w.strip("0.+-") for w in words)
 
 
 def existing(file: str | Path) -> Path:

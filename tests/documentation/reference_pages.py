@@ -9,7 +9,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from tests.documentation.reference_generators import command_line_page, python_api_page, result_pages, scene_keys_pages
+from tests.documentation.reference_generators import (
+    command_line_page,
+    import_items_page,
+    python_api_page,
+    result_pages,
+    scene_keys_pages,
+)
 from trunnion.scene.file_format.json_schema import json_schema
 
 REFERENCE = Path(__file__).resolve().parents[2] / "engine/docs/reference"
@@ -19,6 +25,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "columns.md": result_pages.columns_text,
     "command_line.md": command_line_page.page_text,
     "events.md": result_pages.events_text,
+    "import_items.md": import_items_page.page_text,
     "notation.md": partial(result_pages.notation_text, REFERENCE / "notation.md"),
     "outcomes.md": result_pages.outcomes_text,
     "python_api.md": python_api_page.page_text,

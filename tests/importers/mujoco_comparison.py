@@ -20,8 +20,8 @@ from trunnion.simulation.run import Model
 
 @dataclass
 class Compared:
-    """bodies, freedoms, loops: of the scene. gap: largest difference of accelerations, relative to the largest. inertia: largest
-    relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has our inertias."""
+    """bodies, freedoms, loops: of the scene. gap: largest difference of accelerations, relative to the largest of all states.
+    inertia: largest relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has ours."""
 
     bodies: int
     freedoms: int
@@ -75,9 +75,14 @@ def coordinates(m: Any, freedoms: list[Freedom], q: np.ndarray, *rates: np.ndarr
     return out
 
 
-def accelerations(scene: Scene, q: dict[str, np.ndarray], qd: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Accelerations of the scene's joints, on parts."""
-    row = evaluate(Model(scene, ("*.qdd[*",), kernel="parts"), q, qd, 0.0)
+def evaluable(scene: Scene) -> Model:
+    """The scene on parts, with accelerations as its columns."""
+    return Model(scene, ("*.qdd[*",), kernel="parts")
+
+
+def accelerations(model: Model, q: dict[str, np.ndarray], qd: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Accelerations of the joints in ``qd``."""
+    row = evaluate(model, q, qd, 0.0)
     return {n: np.array([row[f"{n}.qdd[{k + 1}]"] for k in range(len(v))]) for n, v in qd.items()}
 
 
@@ -99,24 +104,34 @@ def compared(file: Path, seeds: int = 3) -> Compared:
     scene, closing = opened(linkage.scene(), bodies)
     m = quiet(mujoco.MjModel.from_xml_path(str(file)))
     assert m.njnt == len(bodies.freedoms)
-    states = [random_state(m, seed) for seed in range(seeds)]
-    gap = max(_gap(m, scene, bodies, *s) for s in states)
+    states, ours = [random_state(m, seed) for seed in range(seeds)], evaluable(scene)
+    gap = relative([_both(m, ours, bodies, *s) for s in states])
     inertia = _given(m, bodies)
-    again = max(_gap(m, scene, bodies, *s) for s in states)
+    again = relative([_both(m, ours, bodies, *s) for s in states])
     return Compared(len(scene.bodies), m.nv, len(closing), gap, inertia, again, tuple(model.found.notes))
 
 
-def _gap(m: Any, scene: Scene, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> float:
+Both = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Accelerations here and in the other program, and the rates."""
+
+
+def _both(m: Any, model: Model, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> Both:
     import mujoco
 
     d = mujoco.MjData(m)
     d.qpos[:], d.qvel[:] = q, qd
     mujoco.mj_forward(m, d)
     ours, rates, theirs = coordinates(m, bodies.freedoms, d.qpos, d.qvel, d.qacc)
-    mine, want = accelerations(scene, ours, rates), np.concatenate(list(theirs.values()))
-    size, of_rates = np.abs(want).max(), np.square(qd).max()
-    unit = size if size > 1e-12 * of_rates else of_rates  # without acceleration: relative to the terms of rates
-    return float(np.abs(np.concatenate(list(mine.values())) - want).max() / unit)
+    mine = accelerations(model, ours, rates)
+    return np.concatenate(list(mine.values())), np.concatenate(list(theirs.values())), qd
+
+
+def relative(states: list[Both]) -> float:
+    """Largest difference of accelerations, relative to the largest acceleration of all states; where nothing accelerates, relative
+    to the terms of rates."""
+    size = max(float(np.abs(want).max()) for _, want, _ in states)
+    of_rates = max(float(np.square(rates).max()) for *_, rates in states)
+    return max(float(np.abs(mine - want).max()) for mine, want, _ in states) / (size if size > 1e-12 * of_rates else of_rates)
 
 
 def _given(m: Any, bodies: Bodies) -> float:
@@ -126,16 +141,16 @@ def _given(m: Any, bodies: Bodies) -> float:
 
     worst = 0.0
     m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # MuJoCo's short cuts for bodies with principal axes
+    named = {n: mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, n) for n in bodies.places if n}
+    at = {named[n]: p.link for n, p in bodies.places.items() if n and np.array_equal(p.at, np.eye(4))}
+    at |= {int(i): bodies.linkage.ties[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
     done = set()
-    for name, place in bodies.places.items():
-        i = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, name) if name else -1
-        if i < 1 or place.link not in bodies.linkage.links or not np.array_equal(place.at, np.eye(4)):
+    for i, link in at.items():
+        if i < 1 or link not in bodies.linkage.links or link in done:  # a body without mass may be fixed to another at its place
             continue
-        if place.link in done:  # a body without mass, fixed to another at the same place
-            continue
-        done.add(place.link)
+        done.add(link)
         R = of_quaternion(m.body_iquat[i])
-        own = bodies.linkage.links[place.link].inertia
+        own = bodies.linkage.links[link].inertia
         worst = max(worst, float(np.abs(R @ np.diag(m.body_inertia[i]) @ R.T - own).max() / max(np.abs(own).max(), 1e-300)))
         moments, axes = np.linalg.eigh(own)
         axes[:, 2] *= np.sign(np.linalg.det(axes))

@@ -217,7 +217,6 @@ WRONG = {
     "two numbers of a vertex": (MESH.format(vertex="0 0", face=""), "vertices or faces"),
     "a face beyond the vertices": (MESH.format(vertex=CORNERS, face="0 2 1 0 1 3 0 3 2 1 2 4"), "refers to a vertex"),
     "an order of no axes": ('<compiler eulerseq="xyw"/><worldbody/>', "not an order of axes"),
-    "a density that is no number": ('<option density="air"/><worldbody/>', "density"),
 }
 
 

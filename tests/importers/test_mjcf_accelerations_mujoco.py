@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.importers.mujoco_comparison import accelerations, compared, coordinates, quiet
+from tests.benchmarks import robot_collections
+from tests.importers.mujoco_comparison import accelerations, compared, coordinates, evaluable, quiet
 from tests.importers.test_mjcf import FOUR_BAR
-from trunnion.basics.problems import SceneError
 from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf
 
 EXACT = 1e-9
@@ -98,27 +98,17 @@ def test_loops_move_as_the_rows_of_mujocos_constraints_say(how: str, tmp_path: P
     system = np.block([[M, -J.T], [J, np.zeros((len(J), len(J)))]])
     expected = np.linalg.lstsq(system, np.r_[tau, -bias], rcond=1e-12)[0][: m.nv]
     data = coordinates(m, bodies.freedoms, m.qpos0, v, expected)
-    mine = accelerations(linkage.scene(), data[0], data[1])
+    mine = accelerations(evaluable(linkage.scene()), data[0], data[1])
     for name, want in data[2].items():
         assert mine[name] == pytest.approx(want, rel=1e-8, abs=1e-8)  # differences by steps of 1e-5 are good to 1e-9
 
 
 @pytest.mark.slow
-def test_every_model_of_dm_control_is_taken_over_or_refused_with_reason(needs: Callable[[str], None]) -> None:
+def test_every_robot_of_the_installed_packages_is_taken_over_exactly_or_refused_with_reason(needs: Callable[[str], None]) -> None:
+    """dm_control and others, with MuJoCo and Pinocchio; the same script writes the page."""
     needs("mujoco")
+    needs("pinocchio")
     needs("dm_control")
-    import dm_control
-
-    equal, unnamed = 0, []
-    for file in sorted(Path(dm_control.__file__).parent.rglob("*.xml")):
-        try:
-            found = compared(file, 1)
-        except SceneError as e:
-            unnamed += [p for p in e.problems if not (p.what and p.file)]
-            continue
-        except ValueError:
-            continue  # MuJoCo itself refuses it
-        assert found.gap_with <= EXACT, file
-        equal += 1
-    assert equal >= 30
-    assert not unnamed
+    found = [(name, *robot_collections.result(file)) for _, name, file in robot_collections.files()]
+    assert [f for f in found if f[1] == "differ" or (f[1] == "refused" and not f[2])] == []
+    assert sum(kind == "same" for _, kind, *_ in found) >= 30

@@ -108,3 +108,10 @@ def test_keyframes_start_as_in_mujoco(tmp_path: Path, needs: Callable[[str], Non
             mujoco.mj_objectVelocity(m, d, mujoco.mjtObj.mjOBJ_BODY, i, speed, 0)
             names = [f"{body}.{what}[{k}]" for what in ("position", "angular_velocity", "velocity") for k in (1, 2, 3)]
             assert column(scene, *names) == pytest.approx([*d.xipos[i], *speed], abs=1e-12)
+
+
+def test_an_actuator_of_another_part_adds_nothing_to_a_joint_without_a_name(tmp_path: Path) -> None:
+    body = f'<body name="b"><joint axis="0 1 0"/>{ARM[ARM.index("<inertial") :]}<site name="s"/></body>'
+    scene, _ = read(tmp_path, f'<worldbody>{body}</worldbody><actuator><motor site="s" armature="3" damping="2"/></actuator>')
+    (joint,) = scene.joints.values()
+    assert (joint.rotor_inertia, joint.damping) == (None, None)

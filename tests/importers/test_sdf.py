@@ -235,15 +235,6 @@ def test_a_frame_or_an_axis_that_means_nothing_is_a_problem(what: str, tmp_path:
         read(tmp_path, text.format(link=WEIGHED))
 
 
-def test_what_a_scene_lacks_is_noted_with_its_line(tmp_path: Path) -> None:
-    still = "<kinematic>0</kinematic><velocity_decay><linear>0.0</linear></velocity_decay>"
-    link = f'<link name="a">{WEIGHED}<enable_wind>true</enable_wind>{still}</link>'
-    _, notes = read(tmp_path, f'<model name="m">\n<plugin name="p"/>\n{link}\n<plugin/></model>')
-    assert [n for n in notes if "<" in n] == [
-        "plugins left out: <plugin> in line 2 and 1 more", "wind left out: <enable_wind> in line 3",
-    ]  # fmt: skip
-
-
 def test_forces_along_an_axis_of_a_ball_are_refused_with_their_line(tmp_path: Path) -> None:
     axis = "<axis>\n<xyz>0 1 0</xyz><dynamics><damping>0.3</damping></dynamics></axis>"
     ball = f'<joint name="j" type="ball"><parent>world</parent><child>a</child>\n{axis}</joint>'

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.importers.mujoco_comparison import accelerations, evaluable
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.importers import body_of_mesh, scene_of, scene_of_urdf
@@ -141,15 +142,6 @@ def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
     assert r["far.q[1]"] == pytest.approx(0.1 - 0.02 * r["near.q[1]"], abs=1e-12)
 
 
-def test_settings_of_other_programs_are_noted(tmp_path: Path) -> None:
-    file = tmp_path / "robot.urdf"
-    weighed = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
-    file.write_text(f'<robot name="r">\n<link name="a">{weighed}</link>\n<gazebo reference="a"/><gazebo/>\n<transmission/></robot>')
-    notes = scene_of_urdf(file)[1]
-    assert notes[0] == "settings for Gazebo left out: <gazebo> in line 3 and 1 more"
-    assert notes[1] == "transmissions left out: <transmission> in line 4"
-
-
 def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> None:
     """Joints of a URDF start at 0, followers at their offset; a follower of a follower likewise."""
     file = tmp_path / "chain.urdf"
@@ -274,3 +266,36 @@ def _turn(axis: tuple[float, ...], angle: float) -> np.ndarray:
     out = np.eye(4)
     out[:3, :3] = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
     return out
+
+
+def test_the_moments_of_a_link_without_mass_are_those_of_the_body_that_holds_it(tmp_path: Path) -> None:
+    """The xx of the link lies along the yy of the body."""
+    foot = '<link name="f"><inertial><mass value="0"/><inertia ixx="0.01" iyy="0" izz="0"/></inertial></link>'
+    body = '<inertial><origin xyz="0 0 -0.5"/><mass value="1"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
+    (tmp_path / "leg.urdf").write_text(f"""<robot name="leg"><link name="w"/><link name="a">{body}</link>{foot}
+    <joint name="j" type="continuous"><parent link="w"/><child link="a"/><axis xyz="0 1 0"/></joint>
+    <joint name="k" type="fixed"><parent link="a"/><child link="f"/><origin xyz="1 2 3" rpy="0 0 {np.pi / 2}"/></joint></robot>""")
+    scene, _ = scene_of_urdf(tmp_path / "leg.urdf")
+    assert list(scene.bodies) == ["a"]
+    assert scene.bodies["a"].inertia == pytest.approx([0.02, 0.03, 0.02, 0, 0, 0], abs=1e-15)
+
+
+def test_a_massless_link_between_moving_joints_adds_nothing(tmp_path: Path) -> None:
+    """A slide along x, a massless link, a slide along z, a body: the body falls."""
+    ends = '<parent link="{1}"/><child link="{2}"/><axis xyz="{3}"/>'
+    joint = f'<joint name="{{0}}" type="prismatic">{ends}<dynamics damping="2"/></joint>'
+    body = '<inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    (tmp_path / "xy.urdf").write_text(f"""<robot name="xy"><link name="w"/><link name="m"/><link name="a">{body}</link>
+    {joint.format("x", "w", "m", "1 0 0")}{joint.format("z", "m", "a", "0 0 1")}</robot>""")
+    model = evaluable(scene_of_urdf(tmp_path / "xy.urdf")[0])
+    found = accelerations(model, {"x": [0.3], "z": [0.2]}, {"x": np.array([3.0]), "z": np.array([1.0])})
+    assert [found["x"][0], found["z"][0]] == pytest.approx([-1.5, -9.81 - 0.5], rel=1e-12)
+
+
+def test_a_fixed_joint_follows_nothing(tmp_path: Path) -> None:
+    body = '<inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    joint = '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>{4}</joint>'
+    links = f'<link name="w"/><link name="a">{body}</link><link name="b">{body}</link>'
+    (tmp_path / "hand.urdf").write_text(f"""<robot name="hand">{links}
+    {joint.format("j", "continuous", "w", "a", "")}\n{joint.format("k", "fixed", "a", "b", '<mimic joint="j"/>')}</robot>""")
+    assert "mimic of a fixed joint left out: <mimic> in line 3" in scene_of_urdf(tmp_path / "hand.urdf")[1]

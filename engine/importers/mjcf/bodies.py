@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import GROUND, LIGHT, Link, Linkage, Names, Tie, floats
+from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, Names, Tie, floats
 from trunnion.importers.mass_matrix import mass_matrix
 from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn
 from trunnion.importers.mjcf.includes_and_defaults import Model
@@ -15,9 +15,6 @@ from trunnion.importers.mjcf.joints import JOINTS, Freedom, freedom
 from trunnion.importers.mjcf.mesh_solids import Mass
 from trunnion.importers.pose_matrices import Pose, along, pose, to_quaternion
 from trunnion.importers.xml_reader import Element
-
-MADE = ("composite", "flexcomp", "replicate", "attach", "plugin")
-"""Elements that generate bodies."""
 
 
 @dataclass
@@ -64,10 +61,7 @@ class Bodies:
     def _sorted(self, e: Element, at: Pose, around: str) -> Inside:
         out: Inside = {kind: [] for kind in CONTENT.values()}
         for c in e.children:
-            if c.tag in MADE:
-                what = f"<{c.tag}> generates bodies that the file does not list"
-                self.found.add(c, c.get("name") or c.tag, what, "save the compiled model from MuJoCo, and import that")
-            elif c.tag == "frame":
+            if c.tag == "frame":
                 more = self._sorted(c, at @ self.model.pose(c, c.attributes), c.get("childclass") or around)
                 for kind, entries in more.items():
                     out[kind] += entries
@@ -78,8 +72,10 @@ class Bodies:
     def _inside(self, inside: Inside, place: Place) -> None:
         """Add the sites and the child bodies of a body."""
         for e, at, around in inside["sites"]:
+            said = self.model.attributes(e, around)
             if e.get("name"):
-                self.sites[e.get("name")] = Place(place.link, place.at @ at @ self.model.pose(e, self.model.attributes(e, around)))
+                own, _ = self.masses.pose_and_size(e, said, said.get("type", "sphere"))
+                self.sites[e.get("name")] = Place(place.link, place.at @ at @ own)
         for e, at, around in inside["bodies"]:
             self._body(e, Place(place.link, place.at @ at), e.get("childclass") or around)
 
@@ -168,9 +164,7 @@ class Bodies:
             scale = total / sum(link.mass for link in links.values())
             for link in links.values():
                 link.mass, link.inertia = link.mass * scale, link.inertia * scale
-        least = min((link.mass for link in links.values() if link.mass > 0), default=1.0)
-        for link in links.values():
-            link.mass = link.mass or LIGHT * least
+        self.linkage.complete_masses()
         self._tune_springs()
         lifts = not {"spring", "damper"} <= self.model.disabled  # with both disabled, MuJoCo omits all passive forces
         for name, share in self.lifted.items():

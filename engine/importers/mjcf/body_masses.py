@@ -90,7 +90,7 @@ class Masses:
         kind = said.get("type", "sphere")
         if kind in FLAT:
             return None
-        at, size = self._pose_and_size(e, said, kind)
+        at, size = self.pose_and_size(e, said, kind)
         group = self.found.number(e, "group", said.get("group"), 0.0)
         given = self.found.number(e, "mass", said.get("mass"), -1.0)
         density = self.found.number(e, "density", said.get("density"), WATER)
@@ -127,7 +127,8 @@ class Masses:
         del self.found.problems[known:]
         return self._drawn[name]
 
-    def _pose_and_size(self, e: Element, said: Attributes, kind: str) -> tuple[Pose, list[float]]:
+    def pose_and_size(self, e: Element, said: Attributes, kind: str) -> tuple[Pose, list[float]]:
+        """(pose in the body, half sizes in m) of a geom or a site."""
         size = self.found.numbers(e, "size", said.get("size", ""), (0, 1, 2, 3)) or []
         count = SIZES.get(kind, 0)
         if "fromto" not in said or kind not in STRETCHED:

@@ -9,7 +9,7 @@ from trunnion.importers.intermediate_linkage import GROUND, Tie, floats, plain_n
 from trunnion.importers.mjcf.bodies import Bodies, Place
 from trunnion.importers.mjcf.joints import CLOSING
 from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose
-from trunnion.importers.xml_reader import Element
+from trunnion.importers.xml_reader import Element, is_zero
 
 REMEDY = 'active="false" disables it'
 PULLING = {"stiffness": "spring", "damping": "damper", "frictionloss": "frictionloss", "armature": ""}
@@ -117,7 +117,8 @@ class Closing:
         stops = e.children
         rest = self.found.numbers(e, "springlength", said.get("springlength", "-1"), (1, 2)) or [-1.0]
         line = e.tag == "spatial" and [c.tag for c in stops] == ["site", "site"] and len(set(rest)) == 1
-        if not line or own.get("frictionloss") or own.get("armature"):
+        yields = not is_zero(said.get("springyield", "0"))
+        if not line or yields or own.get("frictionloss") or own.get("armature"):
             self.found.add(e, e.title, "a tendon that exerts forces", "only springs between two sites are imported")
             return True
         places = [self._place(c, "site", self.bodies.sites) for c in stops]

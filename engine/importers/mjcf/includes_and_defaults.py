@@ -10,6 +10,7 @@ import numpy as np
 
 from trunnion.basics.problems import SceneError
 from trunnion.importers.pose_matrices import Pose, about, least_turn, of_quaternion, pose
+from trunnion.importers.schema_table import schema
 from trunnion.importers.xml_reader import DEEPEST, Element, is_file, read_root, read_xml
 
 FILES = 200
@@ -66,6 +67,7 @@ class Model:
         self.name = root.get("model")
         self._expand(root, file.resolve().parent, (file.resolve(),))
         self.root = root
+        schema("MJCF").tell(root, self.found)
         self.classes: dict[str, dict[str, Attributes]] = {MAIN: {}}
         for section in self.sections("default"):
             self._read_class(section, "")

@@ -11,7 +11,7 @@ from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.importers.intermediate_linkage import Linkage
 from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model
 from trunnion.importers.pose_matrices import Pose
-from trunnion.importers.xml_reader import Element
+from trunnion.importers.xml_reader import Element, is_zero
 
 JOINTS = ("joint", "freejoint")
 RATIO = "gear"
@@ -103,6 +103,8 @@ def add_damping(model: Model, e: Element, said: Attributes, nv: int, more: dict[
 def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) -> None:
     name = e.get("name") or e.tag
     stiffness = _coefficient(model, e, said, "stiffness")
+    if not is_zero(said.get("springyield", "0")):
+        model.found.add(e, name, "its spring yields, which scenes do not support", "remove springyield")
     swing = model.found.numbers(e, "springdamper", said.get("springdamper", "0 0"), (2,)) or [0.0, 0.0]
     f.swing = (swing[0], swing[1]) if min(swing) > 0 else None
     if "spring" in model.disabled:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import Linkage, floats, listed
+from trunnion.importers.intermediate_linkage import Linkage, floats
 from trunnion.importers.mjcf.bodies import Bodies
 from trunnion.importers.mjcf.equalities_and_tendons import Closing
 from trunnion.importers.mjcf.includes_and_defaults import Model
@@ -31,8 +31,7 @@ def scene_of_mjcf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
 def linkage_of_mjcf(file: Path) -> tuple[Linkage, Model, Bodies]:
     """(linkage, model, bodies) of an MJCF file. SceneError if the file cannot be read or nothing in it moves."""
     model = Model(existing(file))
-    gravity, notes = _gravity(model), model.found.notes
-    linkage = Linkage(model.name or file.stem, model.found, gravity)
+    linkage = Linkage(model.name or file.stem, model.found, _gravity(model))
     bodies = Bodies(model, linkage)
     if not linkage.links:
         model.found.add(model.root, "worldbody", "nothing in it moves")
@@ -42,43 +41,33 @@ def linkage_of_mjcf(file: Path) -> tuple[Linkage, Model, Bodies]:
     _keyframe(model, bodies)
     bodies.complete_masses()
     linkage.limits = {f.name: f.limits for f in bodies.freedoms if f.limits is not None}
-    notes.append("contacts are left out")
     return linkage, model, bodies
 
 
 def _gravity(model: Model) -> tuple[float, float, float]:
-    """The file's gravity, m/s²; adds notes on omitted options that change the motion."""
+    """The file's gravity, m/s²."""
     g = np.array([0.0, 0.0, -9.81])
     for e in model.sections("option"):
         g = model.three(e, e.attributes, "gravity", " ".join(map(str, g)))
-        counts = {"density": (1,), "viscosity": (1,), "wind": (3,)}
-        given = {k: model.found.numbers(e, k, e.get(k, ""), n) for k, n in counts.items() if e.get(k, "")}
-        fluid = [k for k, values in given.items() if any(values or ())]
-        if fluid:
-            model.found.notes.append(f"fluid forces left out ({', '.join(fluid)})")
     if "gravity" in model.disabled:
         g = np.zeros(3)
     return float(g[0]), float(g[1]), float(g[2])
 
 
 def _actuators(model: Model, bodies: Bodies) -> None:
-    """Add rotor inertias and damping of actuators to their joints, and a note that the actuators are omitted."""
-    every = model.entries("actuator")
-    by_name = {j.get("name"): f for j, f in zip(bodies.elements, bodies.freedoms, strict=True)}
-    for e in every:
-        said = model.attributes(e, "")
-        f = by_name.get(said.get("joint") or said.get("jointinparent") or "")
-        ratio = (model.found.numbers(e, RATIO, said.get(RATIO, "1"), range(1, 7)) or [1.0])[0]
+    """Add rotor inertias and damping of actuators to their joints."""
+    by_name = {j.get("name"): f for j, f in zip(bodies.elements, bodies.freedoms, strict=True) if j.get("name")}
+    for e in model.entries("actuator"):
+        f = by_name.get(e.get("joint") or e.get("jointinparent"))
         if f is None or f.kind.nv != 1:
             continue
+        said = model.attributes(e, "")
+        ratio = (model.found.numbers(e, RATIO, said.get(RATIO, "1"), range(1, 7)) or [1.0])[0]
         more = bodies.linkage.ties[f.name].more
         add_damping(model, e, said, 1, more, ratio * ratio)
         if "armature" in said:
             rotor = model.found.number(e, "armature", said["armature"], 0.0)
             more["rotor_inertia"] = more.get("rotor_inertia", 0.0) + ratio * ratio * rotor
-    if every:
-        names = [e.get("name") or e.get("joint") or e.tag for e in every]
-        model.found.notes.append(f"{len(every)} actuators left out (give joints an effort or a drive): {listed(names)}")
 
 
 def _keyframe(model: Model, bodies: Bodies) -> None:

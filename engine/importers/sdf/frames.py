@@ -56,12 +56,17 @@ class Frames:
         angles = np.deg2rad(x[3:]) if given.get("degrees") in ("true", "1") else x[3:]
         return pose(x[:3], rpy(*angles))
 
+    def base(self, e: Element, scope: str) -> str:
+        """Full name of the frame that the pose of an element names; "" if it names none. SDF 1.6 calls the attribute ``frame``."""
+        given = e.first("pose")
+        named = given.get("relative_to") or given.get("frame") if given is not None else ""
+        return self.full(scope, named) if named else ""
+
     def add(self, e: Element, scope: str, within: str, held_by: str = "", placement: str = "") -> str:
         """Add the frame of an element and return its full name. The frame is placed relative to ``relative_to`` of the element's
         pose, or by default to ``within`` (a full name)."""
-        name, given = self.full(scope, e.get("name")), e.first("pose")
-        if given is not None and given.get("relative_to"):
-            within = self.full(scope, given.get("relative_to"))
+        name = self.full(scope, e.get("name"))
+        within = self.base(e, scope) or within
         if name in self.known:
             self.found.add(e, e.get("name"), "another frame in its model has the same name", "rename one of them")
         self.known[name] = Frame(e, self.read(e), within, held_by, placement)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trunnion.basics.problems import SceneError
+from trunnion.importers.schema_table import schema
 from trunnion.importers.sdf.frames import OWN, WORLD, Frames
 from trunnion.importers.xml_reader import Element, Findings, is_file, read_xml
 
@@ -29,6 +30,7 @@ class Models:
     def __init__(self, root: Element, folder: Path, found: Findings):
         self.root, self.folder, self.found, self.count = root, folder, found, 0
         self.frames, self.links, self.joints = Frames(found), dict[str, Held](), list[Held]()
+        schema("SDF").tell(root, found)
         self.old = root.get("version") in ("1.0", "1.2", "1.3", "1.4")
         worlds = root.all("world")
         self.gravity = (0.0, 0.0, -9.81) if not worlds else (0.0, 0.0, -9.8)
@@ -94,5 +96,6 @@ class Models:
         except SceneError as error:
             self.found.problems += error.problems
             return
+        schema("SDF").tell(inside, self.found)
         for model in inside.all("model")[:1]:
             self._add_model(model, scope, still, e)

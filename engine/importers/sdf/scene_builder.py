@@ -17,11 +17,10 @@ from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
 
-LEFT_OUT = {
-    "plugin": "plugins", "state": "states that replace poses of links", "velocity_decay": "decay of velocities",
-    "kinematic": "motion without forces", "enable_wind": "wind", "gripper": "grippers", "actor": "actors",
+SOLIDS = {
+    "box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",),
+    "ellipsoid": ("radii",),
 }  # fmt: skip
-SOLIDS = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
 def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, list[str]]:
@@ -33,7 +32,6 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     root, found = read_root(path, "sdf", "SDF files begin with <sdf>")
     folder = path.resolve().parent
     reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
-    found.note_left_out(root, LEFT_OUT)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
@@ -61,7 +59,7 @@ class SdfReader:
         self.place |= {n: GROUND for n in self.links if n not in moving}
         for n, held in moving.items():
             self.place[n] = self.names.new(held.element.get("name"), "link")
-            out.links[self.place[n]] = self._link(held.element)
+            out.links[self.place[n]] = self._link(held.element, held.scope)
         self.found.end()
         carried = {self._end(j, "child") for j in self.joints if not j.still}
         for n in moving:
@@ -85,31 +83,34 @@ class SdfReader:
             follower, leader = (self.made.get(self.frames.full(j.scope, n), "") for n in (j.element.get("name"), m.get("joint")))
             out.follow(j.element, follower, leader, ratio, offset - ratio * ref)
 
-    def _link(self, e: Element) -> Link:
+    def _link(self, e: Element, scope: str) -> Link:
         given = e.first("inertial")
         if given is None:
             default = "no <inertial>: SDF's default mass (1 kg) and moments of inertia (1 kg m²) are used"
             self.found.notes.append(f"{e.get('name')}: {default}")
-            return Link(1.0, np.zeros(3), np.eye(3), drawn(self._solids(e), np.zeros(3)))
+            return Link(1.0, np.zeros(3), np.eye(3), drawn(self._solids(e, scope), np.zeros(3)))
         if given.get("auto") == "true" or given.first("fluid_added_mass") is not None:
             what = "inertial is computed from collisions" if given.get("auto") == "true" else "a fluid adds to its mass"
             self.found.add(given, e.get("name"), what, "give mass and inertia")
         at, moments = self.frames.read(given), given.first("inertia")
         inertia = tensor([self.found.child(moments, k, 1.0 if k[1] == k[2] else 0.0) for k in MOMENTS], at)
-        return Link(self.found.child(given, "mass", 1.0), at[:3, 3], inertia, drawn(self._solids(e), at[:3, 3]))
+        return Link(self.found.child(given, "mass", 1.0), at[:3, 3], inertia, drawn(self._solids(e, scope), at[:3, 3]))
 
-    def _solids(self, link: Element) -> list[Solid]:
+    def _solids(self, link: Element, scope: str) -> list[Solid]:
         """The solids of a link's visuals."""
-        out = []
+        out, own = [], self.frames.full(scope, link.get("name"))
         for v in link.all("visual"):
+            at, base = self.frames.read(v), self.frames.base(v, scope)
+            if base == WORLD or base in self.frames.known:
+                at = inverse(self.frames.place(own)) @ self.frames.place(base) @ at
             for g in v.within("geometry"):
                 parts = [g.first(k) for k in SOLIDS.get(g.tag, ())]
                 if parts and None not in parts:
                     sizes = [x for p in parts if p is not None for x in self.found.numbers(p, "text", p.text, (1, 3)) or []]
-                    out.append(Solid(g.tag, tuple(sizes), self.frames.read(v)))
+                    out.append(Solid(g.tag, tuple(sizes), at))
                 if g.tag == "mesh":
                     scale = self.found.numbers(g, "scale", g.text_of("scale") or "1 1 1", (3,)) or [1.0] * 3
-                    out += self.meshes.solids(g.text_of("uri"), self.frames.read(v), scale)
+                    out += self.meshes.solids(g.text_of("uri"), at, scale)
         return out
 
     # -- joints -------------------------------------------------------------------------------------------------------------
