@@ -23,7 +23,8 @@ from trunnion.simulation.results import event_decoder, outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = ROOT / "engine" / "docs" / "reference"
-OWN = {"engine/elements"}
+OWN = {"engine/elements", "engine/importers/schemas"}
+"""Folders that declare these names, or the items of other programs' formats."""
 PRODUCT = [p for top in ("engine", "fmu", "service") for p in sorted((ROOT / top).rglob("*"))
            if p.suffix in (".py", ".js", ".html", ".txt", ".h", ".c") and "_models" not in p.parts]  # fmt: skip
 OF_OTHERS = {("engine/importers/mjcf/joints.py", "ball"), ("engine/importers/sdf/joints.py", "ball")}
