@@ -86,8 +86,9 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
             hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if known else ():
-            if path.startswith("simulation.") or ".table." in path:
-                what = "a table" if ".table." in path else "a setting of the run"
+            in_table = "table" in (parse_path(path) or ())[2:]  # the second key is a name that the user chose
+            if path.startswith("simulation.") or in_table:
+                what = "a table" if in_table else "a setting of the run"
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
                 problems.append(Problem("parameters", said, "choose a number of the mechanism"))
     if not parameters:

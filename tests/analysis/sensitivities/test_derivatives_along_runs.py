@@ -53,7 +53,7 @@ def test_a_pendulum_of_small_swing_has_the_derivative_of_its_closed_form() -> No
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
-        "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
+        "joints": {"table": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
                             "start": {"q": 1.0}}},
     })  # fmt: skip
     numbers = ["joints.rail.spring.stiffness", "bodies.m.mass", "joints.rail.start.q"]
@@ -69,7 +69,7 @@ def test_a_run_that_stays_at_rest_has_accurate_derivatives() -> None:
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
-        "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
+        "joints": {"table": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
                             "start": {"q": 0.0}}},
     })  # fmt: skip
     s = trunnion.sensitivity(scene, ["joints.rail.start.q"], ["rail.q[1]"], 20.0, 0.5)
@@ -148,7 +148,7 @@ class TestCoulomb:
         scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
             "schema": 1, "name": "block", "gravity": [0, -g, 0], "friction": {"law": "coulomb"},
             "bodies": {"block": {"mass": 2.0, "inertia": [1, 1, 1]}},
-            "joints": {"rail": {"type": "prismatic", "axis": "x", "reference": "y", "inboard": "ground", "outboard": "block",
+            "joints": {"table": {"type": "prismatic", "axis": "x", "reference": "y", "inboard": "ground", "outboard": "block",
                                 "friction": {"mu": mu, "half_length": 10, "half_width": 0.001, "half_height": 0.001},
                                 "start": {"q": 0, "qd": v}}},
         })  # fmt: skip
@@ -161,14 +161,15 @@ class TestCoulomb:
 
 
 def test_a_kink_of_a_signal_whose_time_is_the_parameter() -> None:
-    """A force that steps up steeply at ``begin``: x = a (t − b)²/2 after it; dx/db = −a (t − b). The ramp lasts 1 ms."""
+    """A force that steps up steeply at ``begin``: x = a (t − b)²/2 after it; dx/db = −a (t − b). The ramp lasts 1 ms. The joint has
+    the name of a key, for which it is not taken."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "pushed", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
-        "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m",
-                            "effort": {"ramp": {"start": 0, "end": 6, "begin": 0.4, "duration": 1e-3}}}},
+        "joints": {"table": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m",
+                             "effort": {"ramp": {"start": 0, "end": 6, "begin": 0.4, "duration": 1e-3}}}},
     })  # fmt: skip
-    s = trunnion.sensitivity(scene, ["joints.rail.effort.ramp.begin"], ["rail.q[1]"], 1.0, 0.5)
+    s = trunnion.sensitivity(scene, ["joints.table.effort.ramp.begin"], ["table.q[1]"], 1.0, 0.5)
     assert s.derivatives[-1, 0, 0] == pytest.approx(-3.0 * (0.6 - 0.5e-3), rel=1e-9)
 
 
