@@ -89,9 +89,16 @@ def compiled_runtime() -> Path:
 
 def _build_runtime(folder: Path) -> None:
     write_headers(folder)
-    target, entries = folder / f"runtime{c_compiler.library_suffix()}", folder / "entry_points.c"
-    entries.write_text(entry_points("hosts/hosts.h", (RUNTIME / "hosts" / "hosts.h").read_text(), host=GUARDED))
-    c_compiler.build_library([RUNTIME / "runtime.c", entries], target, [RUNTIME, folder], library_cache.cache_folder())
+    target = folder / f"runtime{c_compiler.library_suffix()}"
+    sources = [RUNTIME / "runtime.c", written_entries(folder)]
+    c_compiler.build_library(sources, target, [RUNTIME, folder], library_cache.cache_folder())
+
+
+def written_entries(folder: Path) -> Path:
+    """The file of the functions that Python calls, written into a folder."""
+    file = folder / "entry_points.c"
+    file.write_text(entry_points("hosts/hosts.h", (RUNTIME / "hosts" / "hosts.h").read_text(), host=GUARDED))
+    return file
 
 
 def write_headers(folder: Path) -> None:

@@ -125,7 +125,7 @@ def breaks(scene: sm.Scene) -> tuple[Corner, ...]:
 
 def length_scale(scene: sm.Scene) -> float:
     """Length scale, m: the largest size of any body, or the largest distance between two of a body's points, joint points and mass
-    centre. If all these are zero, the largest radius of gyration; without inertia 1."""
+    centre. If all these are zero, the largest radius of gyration in mechanisms with wheels, otherwise 1."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
@@ -144,7 +144,8 @@ def length_scale(scene: sm.Scene) -> float:
         for found in sides_of(scene, j) if poses_of(scene, j) is not None else ():
             if found.body != "ground":
                 sizes.append(math.dist(found.point, scene.bodies[found.body].center))
-    return max(sizes) or max((gyration(b) for b in scene.bodies.values()), default=0.0) or 1.0
+    wheels = any(j.module or j.radii for j in scene.joints.values())
+    return max(sizes) or (max(map(gyration, scene.bodies.values()), default=0.0) if wheels else 0.0) or 1.0
 
 
 def gyration(body: sm.Body) -> float:

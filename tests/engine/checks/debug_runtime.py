@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from trunnion.kernel.compilation import c_compiler, library_cache
-from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers
+from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers, written_entries
 from trunnion.simulation.runtime_interface import c_signatures
 
 SOURCE = """#include "runtime.c"
@@ -55,7 +55,7 @@ def built() -> Path:
         (folder / "debug.c").write_text(SOURCE)
         to = folder / f"debug{c_compiler.library_suffix()}"
         flags = ("-DTR_DEBUG", *c_compiler.QUICK)
-        c_compiler.build_library([folder / "debug.c"], to, [RUNTIME, folder], library_cache.cache_folder(), flags)
+        c_compiler.build_library([folder / "debug.c", written_entries(folder)], to, [RUNTIME, folder], library_cache.cache_folder(), flags)
 
     folder, _ = library_cache.entry(f"debug-{library_cache.digest(runtime_key(), SOURCE)}", make)
     return folder / f"debug{c_compiler.library_suffix()}"

@@ -254,7 +254,7 @@ def test_a_scene_that_is_sent_reads_no_files_of_the_server(server: InProcess, tm
     inside = {"scene": {"assemblies": {"a": row}, "parameters": {"size": "2 m"}}}
     facts = server.post("/v1/scenes/check", inside).json()
     assert facts["bodies"] == ["a1_b", "a2_b"]
-    assert {"path": "parameters.size", "value": 2.0, "unit": "m"} in facts["parameters"]
+    assert ("parameters.size", 2.0, "m") in [(p["path"], p["value"], p["unit"]) for p in facts["parameters"]]
 
 
 def test_models_and_the_format_are_told(server: InProcess) -> None:
