@@ -55,7 +55,8 @@ def built() -> Path:
         (folder / "debug.c").write_text(SOURCE)
         to = folder / f"debug{c_compiler.library_suffix()}"
         flags = ("-DTR_DEBUG", *c_compiler.QUICK)
-        c_compiler.build_library([folder / "debug.c", written_entries(folder)], to, [RUNTIME, folder], library_cache.cache_folder(), flags)
+        sources = [folder / "debug.c", written_entries(folder)]
+        c_compiler.build_library(sources, to, [RUNTIME, folder], library_cache.cache_folder(), flags)
 
     folder, _ = library_cache.entry(f"debug-{library_cache.digest(runtime_key(), SOURCE)}", make)
     return folder / f"debug{c_compiler.library_suffix()}"
