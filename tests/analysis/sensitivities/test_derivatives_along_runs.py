@@ -53,7 +53,7 @@ def test_a_pendulum_of_small_swing_has_the_derivative_of_its_closed_form() -> No
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
-        "joints": {"table": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
+        "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
                             "start": {"q": 1.0}}},
     })  # fmt: skip
     numbers = ["joints.rail.spring.stiffness", "bodies.m.mass", "joints.rail.start.q"]
@@ -69,7 +69,7 @@ def test_a_run_that_stays_at_rest_has_accurate_derivatives() -> None:
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
-        "joints": {"table": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
+        "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "m", "spring": {"stiffness": 8.0},
                             "start": {"q": 0.0}}},
     })  # fmt: skip
     s = trunnion.sensitivity(scene, ["joints.rail.start.q"], ["rail.q[1]"], 20.0, 0.5)
@@ -148,7 +148,7 @@ class TestCoulomb:
         scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
             "schema": 1, "name": "block", "gravity": [0, -g, 0], "friction": {"law": "coulomb"},
             "bodies": {"block": {"mass": 2.0, "inertia": [1, 1, 1]}},
-            "joints": {"table": {"type": "prismatic", "axis": "x", "reference": "y", "inboard": "ground", "outboard": "block",
+            "joints": {"rail": {"type": "prismatic", "axis": "x", "reference": "y", "inboard": "ground", "outboard": "block",
                                 "friction": {"mu": mu, "half_length": 10, "half_width": 0.001, "half_height": 0.001},
                                 "start": {"q": 0, "qd": v}}},
         })  # fmt: skip
