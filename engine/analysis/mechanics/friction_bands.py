@@ -134,7 +134,7 @@ class BandSearch:
             return None
         block.y[model.system.nq : block.ny] = 0.0
         status = model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(block.width))
-        if model.system.unilateral and status == Status.FAIL_CLOSURE:
+        if status == Status.FAIL_PENETRATION:
             return None
         table = model.block.hold()
         if table is None:

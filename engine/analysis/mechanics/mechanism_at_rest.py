@@ -14,6 +14,7 @@ from trunnion.analysis.static_bounds.kernel_probe import Probe
 from trunnion.analysis.static_bounds.static_margin import hold_drives
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
+from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.structure.bodies_and_joints import state_coordinates
@@ -55,7 +56,7 @@ class Still:
         status = self.model.begin(Settings(rtol=1e-9), 0.0, 1.0, 1.0, np.zeros(self.block.width))
         self.block = self.model.block
         if status:
-            raise SimulationError(f"the start at rest cannot be evaluated (runtime status {status})")
+            raise SimulationError(f"the start at rest cannot be evaluated: {diagnose(self.model, status)}")
         self.block.attach_jacobian()
 
     @property

@@ -12,6 +12,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes.scene import Constant, Drive, Joint, Scene
 from trunnion.simulation.execution.drive_motion import positions
+from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.results.redundant_reactions import redundancy
 from trunnion.simulation.run import Model
@@ -142,8 +143,8 @@ def start_at_rest(model: Model) -> tuple[int, np.ndarray]:
     block.y[model.system.nq : block.ny] = 0.0
     row = np.zeros(block.width)
     status = model.begin(settings, 0.0, 1.0, 1.0, row)
-    if model.system.unilateral and status == Status.FAIL_CLOSURE:
-        raise SimulationError("parts of an open contact are inside each other at the start")
+    if status == Status.FAIL_PENETRATION:
+        raise SimulationError(str(diagnose(model, status)))
     return status, row
 
 

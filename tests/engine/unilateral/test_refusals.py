@@ -60,10 +60,14 @@ def test_model_exchange_is_refused() -> None:
 
 
 def test_a_start_inside_the_other_part_names_the_contact_its_depth_and_the_remedy() -> None:
-    r = trunnion.simulate(box(0.3, 0.2, 0.5, 1.0, 0.1, (0.4, 0.0, 0.0), (0.0, 0.0, 0.0), starts="open"), until=0.1)
+    scene = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.4, 0.0, 0.0), (0.0, 0.0, 0.0), starts="open")
+    r = trunnion.simulate(scene, until=0.1)
     assert (r.outcome.name, r.outcome.joint) == ("penetration", "left")
     assert r.outcome.numbers["depth"] == pytest.approx(0.1, rel=1e-12)
     assert "leave out starts: open" in r.outcome.advice
+    for of_rest in (trunnion.hold, trunnion.equilibrium):
+        with pytest.raises(trunnion.SimulationError, match="leave out starts: open"):
+            of_rest(scene)
 
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
