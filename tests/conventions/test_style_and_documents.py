@@ -267,7 +267,6 @@ def test_every_contact_element_belongs_to_a_joint_type_and_the_other_way_round()
 
 
 TYPES_BY_NAME = {
-    "engine/scene/scalable_mechanisms.py": "writes two scenes",
     "engine/importers/urdf.py": "translates the words of another format",
     "engine/importers/freecad_asmt.py": "translates the words of another format",
     "engine/importers/mjcf/joints.py": "translates the words of another format",

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 COMPARED = "Compare these columns, such as 'ball.*'."
 NORM = "How errors are measured: max, or rms (better for columns that jump)."
-SCALING = "Measure how computing time grows with the number of bodies, friction joints, loops and cases, instead of the error."
 
 
 def command(
@@ -33,7 +32,6 @@ def command(
     samples: Annotated[int, typer.Option(metavar="N", help="Number of instants at which runs are compared.")] = 100,
     fixed: Annotated[bool, typer.Option("--fixed/--no-fixed", help="Also measure runs with fixed steps.")] = True,
     solvers: Annotated[bool, typer.Option("--solvers/--no-solvers", help="Also measure other installed programs.")] = True,
-    scaling: Annotated[bool, typer.Option("--scaling", help=SCALING)] = False,
     changes: Changes,
     outputs: Annotated[list[str], columns_option(COMPARED, show_default="positions of all bodies")],
     folder: Annotated[str | None, typer.Option("-o", "--output", metavar="DIR", help="Folder for the written files.")] = None,
@@ -41,18 +39,12 @@ def command(
 ) -> int:
     """Measure error against computing time for every method, tolerance, step and friction law."""
     from trunnion.analysis.work_precision.error_measure import NORMS
-    from trunnion.cli.output.cost_growth_report import measure_and_report
 
     reader = ArgumentReader()
     place = read_folder(folder, reader)
     for name, value, usual in (("--repeat", repeat, 7), ("--samples", samples, 100)):
         if value < 1:
             reader.add(name, f"{value} is too small", f"at least 1; {usual} is a good start")
-    if scaling:
-        for word in [*([] if scene is None else [scene]), *ctx.args]:
-            reader.add("SCENE", f"{word!r} is not used by --scaling", "omit it: --scaling generates its own scenes")
-        reader.end()
-        return measure_and_report(place, repeat, as_json)
     chosen = settings.values(reader)
     arguments: dict[str, Any] = {
         "methods": chosen["method"], "rtols": chosen["rtol"], "laws": chosen["law"], "until": chosen["until"],

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.benchmarks.speed.processor_time import clocked, pin
+from tests.scalable_mechanisms import revolute_chain
 from trunnion.kernel.c_code.code_generator import Output, Stage, emit
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.units.unit_inputs import CONST, STATE, inputs
@@ -23,7 +24,6 @@ from trunnion.recursion.outward_accelerations import outward
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import revolute_chain
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Block, Settings
 from trunnion.system.construction.system_builder import build

@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from tests.benchmarks.speed.processor_time import pin
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 

@@ -14,14 +14,14 @@ from dataclasses import replace
 from mmap import PAGESIZE
 from pathlib import Path
 
+from tests.benchmarks.speed.cost_growth import Family, Size
 from tests.benchmarks.speed.processor_time import pin
+from tests.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion import load_scene
-from trunnion.analysis.work_precision.cost_growth import Family, Size
 from trunnion.analysis.work_precision.machine_description import describe_machine
 from trunnion.plots.style.figure_files import reduce_colours, save_figure
 from trunnion.plots.style.palette import GRID, color
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Block, Settings
 

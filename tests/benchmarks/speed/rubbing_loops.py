@@ -13,8 +13,8 @@ from tests.benchmarks.speed.four_bar_loops import rubbing
 from tests.benchmarks.speed.processor_time import pin
 from tests.engine.mechanisms.scissor_lift import scissor
 from tests.engine.mechanisms.stewart_platform import stewart
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 

@@ -8,12 +8,12 @@ from typing import get_args, get_type_hints
 
 import pytest
 
+from tests.scalable_mechanisms import revolute_chain
 from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.elements.joints.declaration_checks import faults, registered
 from trunnion.elements.joints.joint_kind import E2, E3, Axis, about_e1, of_quaternion, slide, turn
 from trunnion.scene.data_classes.scene import Joint
 from trunnion.scene.library.starter_scene import starter_text
-from trunnion.scene.scalable_mechanisms import revolute_chain
 
 WRONG = {
     "a row too many": ("cylindrical", {"rows_s": (0, 1, 2)}, "2 freedoms, 5 rows and 0 ties do not add up to 6"),

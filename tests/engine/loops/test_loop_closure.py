@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 from tests.engine.mechanisms.paper_examples_closed_form import slider_crank
 from tests.paper_friction_law import PAPER
 from tests.reference.scenes.random_friction_scenes import rubbing
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.scene import Scene, load_scene
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.simulation.run import simulate
 
 CLOSURE = 1e-9

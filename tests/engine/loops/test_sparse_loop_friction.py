@@ -18,12 +18,12 @@ from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
 from tests.engine.mechanisms.stewart_platform import stewart
 from tests.engine.parts.test_compiled_kernel_equivalence import State, called
 from tests.sampling import slow
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.parts.kernels import scene_kernel
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.runtime.abi import PairState
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.simulation.run import Model, run, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.construction.system_builder import Built, build

@@ -14,11 +14,11 @@ from tests.engine.checks.reference_comparison import results, worst
 from tests.reference import solve
 from tests.reference.scenes.random_scenes import Case, random_loop
 from tests.reference.scenes.result_table import table
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.analysis.mechanics.state_evaluation import evaluate
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.simulation.results.redundant_reactions import Redundancy, redundancy
 from trunnion.simulation.run import Model, run, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings

@@ -16,8 +16,8 @@ from tests.reference.dynamics import loose
 from tests.reference.mechanics.newton_euler_equations import Equations
 from tests.reference.mechanics.rotation import random_rotation
 from tests.reference.states_of_results import state_at
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.simulation.run import simulate
 

@@ -11,9 +11,9 @@ from tests.reference import forward
 from tests.reference.mechanics.body_properties import GROUND, part
 from tests.reference.mechanics.newton_euler_equations import Equations
 from tests.reference.scenes.random_scenes import Case
+from tests.scalable_mechanisms import n_four_bar
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.scalable_mechanisms import n_four_bar
 from trunnion.simulation.run import simulate
 
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.scalable_mechanisms import revolute_chain
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.scene.data_classes.joints import Friction
-from trunnion.scene.scalable_mechanisms import revolute_chain
 from trunnion.system.construction.system_builder import build
 
 ARRAYS = (Space.T, Space.OUT, Space.A)

@@ -1,8 +1,9 @@
 """Growth of the cost with the number of bodies, friction joints, loops and cases. Each of these quantities has a family of scenes
-and an exponent."""
+and an exponent. ``-o DIR`` writes the figures and their chart."""
 
 from __future__ import annotations
 
+import argparse
 import csv
 import math
 import time
@@ -13,14 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tests.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion.analysis.work_precision.benchmark_runs import exact_law, time_repeats
-from trunnion.analysis.work_precision.machine_description import describe_machine
-from trunnion.analysis.work_precision.request_and_results import Progress
+from trunnion.analysis.work_precision.machine_description import describe_machine, pin_to_one_core
 from trunnion.basics.atomic_files import writing
 from trunnion.plots.style.palette import GRID, INK, color
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import apply
-from trunnion.scene.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
@@ -71,31 +71,22 @@ def growth_exponent(values: Sequence[tuple[float, float]]) -> float:
     return float(np.polyfit(x, y, 1)[0])
 
 
-def measure_cost_growth(repeats: int = 7, largest: int = 64, progress: Progress = lambda *_: None) -> list[Family]:
+def measure_cost_growth(repeats: int = 7, largest: int = 64) -> list[Family]:
     """Measure all families. largest: number of bodies of the longest chain; the largest number of loops is a quarter of this
     number."""
     bodies = _powers_of_two(1, largest)
     frictional = _powers_of_two(1, CHAIN)
     loops = _powers_of_two(1, max(2, largest // 4))
     cases = _powers_of_two(1, 256)
-    total = len(bodies) + len(frictional) + len(loops) + 1
-    done = 0
-
-    def measure(n: int, scene: sm.Scene) -> Size:
-        nonlocal done
-        progress(scene.title or scene.name, done, total)
-        done += 1
-        return _measure_step(n, scene, repeats)
-
     each = "one step of rk5 (6 evaluations)"
     return [
-        Family("bodies", f"chain of revolutes: {each}", tuple(measure(n, revolute_chain(n)) for n in bodies)),
+        Family("bodies", f"chain of revolutes: {each}", tuple(_measure_step(n, revolute_chain(n), repeats) for n in bodies)),
         Family(
             "friction joints",
             f"{CHAIN} bodies, n with friction: {each}",
-            tuple(measure(n, frictional_chain(n)) for n in frictional),
+            tuple(_measure_step(n, frictional_chain(n), repeats) for n in frictional),
         ),
-        Family("loops", f"N-four-bar: {each}", tuple(measure(n, n_four_bar(n)) for n in loops)),
+        Family("loops", f"N-four-bar: {each}", tuple(_measure_step(n, n_four_bar(n), repeats) for n in loops)),
         Family(
             "cases", "runs of example 8.1 (1 s), one after another, friction changed between them", _measure_cases(cases, repeats)
         ),
@@ -206,3 +197,24 @@ def _panel(axes: Axes, f: Family) -> None:
     axes.minorticks_off()
     axes.yaxis.set_major_formatter(FuncFormatter(lambda t, _: f"{t:g}"))
     axes.legend(fontsize=7.5, loc="upper left")
+
+
+def main() -> None:
+    """Print a line for each family and size, and write the chart."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("-o", dest="folder", type=Path)
+    parser.add_argument("--repeat", type=int, default=7)
+    given = parser.parse_args()
+    with pin_to_one_core():
+        families = measure_cost_growth(given.repeat)
+    for f in families:
+        print(f"{f.name}: {f.what}; cost n^{f.exponent:.2f}")
+        for s in f.sizes:
+            print(f"{s.n:5d}  {1e6 * s.minimum:.3g} ({1e6 * s.median:.3g}) µs, built in {s.build:.2f} s")
+    if given.folder:
+        given.folder.mkdir(parents=True, exist_ok=True)
+        write_cost_growth(families, given.folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from trunnion.analysis.work_precision import cost_growth as measuring
-from trunnion.analysis.work_precision.cost_growth import (
+from tests.benchmarks.speed import cost_growth as measuring
+from tests.benchmarks.speed.cost_growth import (
     Family,
     Size,
     frictional_chain,
