@@ -28,7 +28,6 @@ from trunnion.service.basics.recent_items import RecentItems
 from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
-from trunnion.service.executor.part_tallies import is_tallied, write_tally
 from trunnion.service.executor.part_versions import computed_by
 from trunnion.service.request_models.job_request import plan_of_document
 
@@ -94,13 +93,11 @@ def run_chunk(
 
 
 def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
-    """Write rows, tally and part of a piece; returns their size in bytes."""
+    """Write rows and part of a piece; returns their size in bytes."""
     size = 0
     if runner.plan.series is not None and runner.rows is not None:
         kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
         size = parts.write_rows(piece, kept)
-    if is_tallied(runner.plan):
-        size += write_tally(parts, piece, runner.plan, table)
     return size + parts.write_part(piece, computed_by(table, engine_build()))
 
 

@@ -53,14 +53,6 @@ class Parts:
         self.write(path, data)
         return len(data)
 
-    def tally(self, piece: Piece) -> str:
-        """Path of a piece's tally."""
-        return f"{self.root}/{piece.job}/tally-{piece.start:09d}-{piece.stop:09d}.parquet"
-
-    def all_tally(self, job: str) -> str:
-        """Path of the total tally of a job."""
-        return f"{self.root}/{job}/tally.parquet"
-
     def rows_part(self, piece: Piece) -> str:
         """Path of the trajectory rows of a piece."""
         return f"{self.root}/{piece.job}/rows-{piece.start:09d}-{piece.stop:09d}.parquet"
@@ -94,14 +86,14 @@ class Parts:
         return read_part_bytes(data, piece, columns), len(data)
 
     def part_outcomes(self, piece: Piece) -> tuple[dict[str, int], int, str] | None:
-        """The number of cases by outcome in the part of a piece, the size in bytes with rows and tally, and the version that
-        computed it; None without a valid part."""
+        """The number of cases by outcome in the part of a piece, the size in bytes with rows, and the version that computed
+        it; None without a valid part."""
         try:
             table, size = self.read_part(piece, ["outcome"])
         except CorruptPart:
             return None
-        beside = (self.rows_part(piece), self.tally(piece))
-        size += sum(int(self.fs.size(path)) for path in beside if self.exists(path))
+        rows = self.rows_part(piece)
+        size += int(self.fs.size(rows)) if self.exists(rows) else 0
         return count_by(table), size, version_of(table)
 
     def exists(self, path: str) -> bool:
@@ -125,11 +117,6 @@ class Parts:
         """The last bytes of a file, at most ``most``."""
         data: Any = self.fs.cat_file(path, start=-min(most, int(self.fs.size(path))))
         return bytes(data)
-
-    def read_many(self, paths: list[str]) -> list[bytes | None]:
-        """The bytes of files, read concurrently where possible; None for each unreadable file."""
-        found: Any = self.fs.cat(paths, on_error="return")
-        return [bytes(data) if isinstance(data := found.get(path), bytes) else None for path in paths]
 
     def folders(self) -> list[str]:
         """The folders of all jobs."""

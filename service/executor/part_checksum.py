@@ -42,11 +42,6 @@ class Piece:
         return Piece(self.job, f"{self.document} rows", self.start, self.stop)
 
     @property
-    def of_tally(self) -> Piece:
-        """Identity of the tally of these cases."""
-        return Piece(self.job, f"{self.document} tally", self.start, self.stop)
-
-    @property
     def text(self) -> str:
         """The identity as it is stored in the metadata."""
         return json.dumps([self.job, self.document, self.start, self.stop])

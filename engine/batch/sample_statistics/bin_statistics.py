@@ -5,7 +5,7 @@ Tables are processed one by one and are not stored.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
@@ -158,14 +158,9 @@ def _column(column: Any) -> np.ndarray:
     return x.astype(str) if x.dtype == object else x.astype(float)
 
 
-def binned(
-    tables: Iterable[Picked], x: str, y: str, bins: tuple[int, int], ends: Mapping[str, tuple[float, float]] | None = None
-) -> tuple[Axis, Axis | None]:
-    """The axes for the columns x and y ("": no axis) of tables from ``picked``. ends: {column: further numbers that the column's
-    axis must contain}."""
+def binned(tables: Iterable[Picked], x: str, y: str, bins: tuple[int, int]) -> tuple[Axis, Axis | None]:
+    """The axes for the columns x and y ("": no axis) of tables from ``picked``."""
     spans = [Span(n) for n in (x, y) if n]
-    for s in spans:
-        s.see(np.array((ends or {}).get(s.name, ())))
     for table in tables:
         for s in spans:
             s.see(table[s.name])

@@ -17,7 +17,7 @@ scramble are evenly spread and not independent.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -103,7 +103,9 @@ def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], un
     cases = table["case"].to_numpy()
     n = int(np.argmin(cases == np.arange(len(cases)))) if len(cases) and (cases != np.arange(len(cases))).any() else len(cases)
     points = n // each
-    enough(points)
+    if points < 2 * REPLICATES:
+        what = f"{points} points of the crossed sample have been run; {2 * REPLICATES} are needed"
+        raise SceneError([Problem("indices", what, "wait for more points, or raise count")])
     table = table.slice(0, points * each)
     outcome = np.array(table["outcome"].to_pylist(), object)
     out = []
@@ -115,13 +117,6 @@ def indices(table: pyarrow.Table, paths: Sequence[str], names: Sequence[str], un
     if (outcome != "done").any():
         out.append(_indices((FAILED, "1", tuple(paths)), (outcome != "done").astype(float).reshape(points, each), {}))
     return out
-
-
-def enough(points: int) -> None:
-    """Raise SceneError for too few points."""
-    if points < 2 * REPLICATES:
-        what = f"{points} points of the crossed sample have been run; {2 * REPLICATES} are needed"
-        raise SceneError([Problem("indices", what, "wait for more points, or raise count")])
 
 
 def _missing(values: np.ndarray, outcome: np.ndarray) -> dict[str, int]:
@@ -141,22 +136,15 @@ def _indices(told: Told, f: np.ndarray, missing: dict[str, int]) -> Indices:
     if found and not whole.all():
         for fill in (known.min(), known.mean(), known.max()):
             there = _jackknifed(np.where(np.isnan(f), fill, f), np.arange(len(f)) % REPLICATES)
-            found = [around(a, b) for a, b in zip(found, there, strict=True)]
-    notes = told_of(flat, int(whole.sum()), len(f), len(known), f.size)
-    return assembled(told, found, len(f), f.size, missing, notes)
-
-
-def assembled(
-    told: Told, found: list[Estimate], points: int, cases: int, missing: dict[str, int], notes: list[str]
-) -> Indices:  # fmt: skip
-    """The indices from the estimates ``found``, in the order of ``_numbers``; without estimates, all indices are None."""
+            found = [_around(a, b) for a, b in zip(found, there, strict=True)]
+    notes = _notes(flat, int(whole.sum()), len(f), len(known), f.size)
     d, pairs = len(told[2]), list(combinations(told[2], 2))
-    mean, deviation, *each = found or [NOTHING] * (2 + 2 * d + len(pairs))
+    mean, deviation, *each = found or [NOTHING] * (2 + 2 * d + len(pairs))  # in the order of _numbers
     second = dict(zip(pairs, each[2 * d :], strict=True))
-    return Indices(*told, tuple(each[:d]), tuple(each[d : 2 * d]), second, mean, deviation, points, cases, missing, tuple(notes))
+    return Indices(*told, tuple(each[:d]), tuple(each[d : 2 * d]), second, mean, deviation, len(f), f.size, missing, tuple(notes))
 
 
-def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list[str]:
+def _notes(flat: bool, whole: int, points: int, known: int, cases: int) -> list[str]:
     """Notes about a result. whole: number of complete points among ``points``; known: number of cases with a value among
     ``cases``."""
     if flat:
@@ -171,7 +159,7 @@ def told_of(flat: bool, whole: int, points: int, known: int, cases: int) -> list
     return notes
 
 
-def around(a: Estimate, b: Estimate) -> Estimate:
+def _around(a: Estimate, b: Estimate) -> Estimate:
     """The estimate a, with the smallest interval that contains both intervals."""
     if a.low is None or b.low is None or a.high is None or b.high is None:
         return a
@@ -180,17 +168,11 @@ def around(a: Estimate, b: Estimate) -> Estimate:
 
 def _jackknifed(f: np.ndarray, group: np.ndarray) -> list[Estimate]:
     """The estimates of ``_numbers`` with jackknife intervals. group: replicate of each point."""
-    return jackknifed(lambda kept: _numbers(f[kept]), group)
-
-
-def jackknifed(numbers: Callable[[np.ndarray], np.ndarray], group: np.ndarray) -> list[Estimate]:
-    """Estimates with jackknife intervals. numbers: function from a mask of rows (n) to estimates; group: replicate of each row
-    (n)."""
     student = brought("scipy.special", "analysis", "an interval").stdtrit
     present = np.unique(group)
     r = len(present)
-    whole = numbers(np.ones(len(group), bool))
-    pseudo = np.array([r * whole - (r - 1) * numbers(group != g) for g in present])
+    whole = _numbers(f)
+    pseudo = np.array([r * whole - (r - 1) * _numbers(f[group != g]) for g in present])
     middle, half = pseudo.mean(axis=0), student(r - 1, 0.5 + 0.5 * CONFIDENCE) * pseudo.std(axis=0, ddof=1) / np.sqrt(r)
     return [Estimate(float(m), float(m - h), float(m + h)) for m, h in zip(middle, half, strict=True)]
 

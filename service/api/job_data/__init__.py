@@ -1,1 +1,1 @@
-"""Access to the rows, plans and tallies of jobs."""
+"""Access to the rows and plans of jobs."""

@@ -12,11 +12,9 @@ from pydantic import BaseModel, Field
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import known_result
 from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, picked
-from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 from trunnion.service.api.documents.problem_documents import content_schema, error_responses
 from trunnion.service.api.job_data.job_rows import find_job, job_contents, result_rows
-from trunnion.service.api.job_data.tally_totals import DRAWN, DrawnDocument, job_tally, sample_document, sampled_rows
 from trunnion.service.api.routes.results_and_trajectories import run_case_again
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
@@ -58,15 +56,6 @@ class CellsDocument(BaseModel):
     most: CELL
 
 
-class ColumnDocument(BaseModel):
-    """Statistics of a column over all finished cases: number of values, least, mean and largest value."""
-
-    known: int
-    least: float | None
-    mean: float | None
-    most: float | None
-
-
 class BinsDocument(BaseModel):
     """All finished cases of a job, in bins."""
 
@@ -78,10 +67,6 @@ class BinsDocument(BaseModel):
     y: AxisDocument | None
     of: str | None
     cells: CellsDocument
-    drawn: DrawnDocument | None = DRAWN
-    whole: dict[str, ColumnDocument] | None = Field(
-        None, description="If cases are sampled: statistics of the columns over all cases."
-    )
 
 
 class CaseEvent(BaseModel):
@@ -161,21 +146,19 @@ def _counted(
     s: Service, job: str, named: tuple[str, str, str], most: tuple[int, int], within: tuple[Within, ...]
 ) -> dict[str, Any]:
     """The document of the bins for the present rows. The rows are scanned twice: first for the axes, then for the bins. Rows that
-    do not fit in memory are read again for the second scan. For jobs with very many cases, only the sampled rows are used."""
+    do not fit in memory are read again for the second scan."""
     import pyarrow as pa
 
-    schema, there, whole = job_contents(s, job).schema, find_job(s, job), job_tally(s, job)
+    schema, there = job_contents(s, job).schema, find_job(s, job)
     x, y, of = named
     wanted = dict.fromkeys([*(n for n in named if n), "case", "outcome", *(w.name for w in within)])
     shown = pa.schema([schema.field(n) for n in wanted])
 
     def read() -> Iterable[Any]:
-        tables = result_rows(s, job, shown, 0, there.cases) if whole is None else iter([sampled_rows(whole, shown)])
-        return (picked(table, [n for n in named if n], within) for table in tables)
+        return (picked(table, [n for n in named if n], within) for table in result_rows(s, job, shown, 0, there.cases))
 
-    held = list(read()) if whole is not None or there.cases * len(wanted) <= MOST_HELD else None
-    ends = {n: e for n in (x, y) if whole is not None and not within and n and (e := whole.ends(n))}
-    axes = binned((cases for cases, _, _ in (held or read())), x, y, most, ends)
+    held = list(read()) if there.cases * len(wanted) <= MOST_HELD else None
+    axes = binned((cases for cases, _, _ in (held or read())), x, y, most)
     counted, left_out = Bins(*axes, of), 0
     for cases, outcome, lost in held or read():
         counted.add(cases, outcome)
@@ -184,13 +167,7 @@ def _counted(
     return {
         "complete": there.done == there.cases, "cases": int(counted.count.sum()), "left_out": left_out,
         "missing": counted.missing, "x": told[0], "y": told[1], "of": of or None, "cells": counted.cells(),
-        "drawn": sample_document(whole), "whole": {n: _column(whole, n) for n in named if n} if whole is not None else None,
     }  # fmt: skip
-
-
-def _column(whole: Tally, name: str) -> dict[str, Any]:
-    low, high = whole.ends(name) or (None, None)
-    return {"known": int(whole.known[whole.names.index(name)]), "least": low, "mean": whole.mean(name), "most": high}
 
 
 def _axis(schema: Any, a: Axis) -> dict[str, Any]:

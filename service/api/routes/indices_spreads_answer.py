@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
@@ -11,20 +11,11 @@ from pydantic import BaseModel, Field
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import SceneError
-from trunnion.batch.sample_statistics.mergeable_statistics import indices_in
 from trunnion.batch.sample_statistics.quantiles import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
 from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer, fit_answer
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
 from trunnion.service.api.job_data.job_rows import find_job, job_contents, result_rows
-from trunnion.service.api.job_data.tally_totals import (
-    DRAWN,
-    DrawnDocument,
-    job_tally,
-    note_on_sample,
-    sample_document,
-    sampled_rows,
-)
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
 from trunnion.service.executor.study_rounds import round_results
@@ -34,11 +25,24 @@ from trunnion.service.store.table_definitions import ENDED
 if TYPE_CHECKING:
     import pyarrow
 
+MOST_CASES = 2_000_000
+"""Largest number of cases from which indices and quantiles are computed. A larger job has its first cases as a sample: the first
+points of a sample are a sample, too."""
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Of = Annotated[
     list[Annotated[str, Field(max_length=200)]] | None,
     Query(description="Results of the job (repeatable; default: all).", max_length=100),
 ]
+
+
+class DrawnDocument(BaseModel):
+    """The first cases of a job, from which an answer was computed."""
+
+    cases: int = Field(description="Number of used cases: the first finished ones.")
+    of: int = Field(description="Number of finished cases.")
+
+
+DRAWN = Field(None, description=f"null: the answer covers all cases. Of a larger job, it covers the first {MOST_CASES} cases.")
 
 
 class EstimateDocument(BaseModel):
@@ -85,6 +89,7 @@ class IndicesAnswer(BaseModel):
 
     complete: bool = Field(description="Whether all cases have been run.")
     indices: list[IndicesDocument]
+    drawn: DrawnDocument | None = DRAWN
 
 
 class Quantile(EstimateDocument):
@@ -131,12 +136,9 @@ def _indices(s: Service, job: str, of: list[str] | None) -> Response:
     there, plan = find_job(s, job), job_contents(s, job).plan
     names = [n for n in of or [r.name for r in plan.reductions] if n in {r.name for r in plan.reductions}]
     crossed = plan.cases.sampling == "saltelli"
-    if crossed and (whole := job_tally(s, job)) is not None:
-        answer = indices_in(whole, plan.cases, plan.reductions, of or names)
-    else:
-        table = _table(s, job, names)[0] if crossed else job_contents(s, job).schema.empty_table()
-        answer = indices_of(plan.cases, plan.reductions, table, of or names)
-    return Json({"complete": there.done == there.cases, "indices": [i.document() for i in answer]})
+    table, drawn = _table(s, job, names) if crossed else (job_contents(s, job).schema.empty_table(), None)
+    answer = indices_of(plan.cases, plan.reductions, table, of or names)
+    return Json({"complete": there.done == there.cases, "indices": [i.document() for i in answer], "drawn": drawn})
 
 
 @router.get("/{job}/spreads", response_model=SpreadsAnswer, responses=error_responses(404))
@@ -166,8 +168,7 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
         raise SceneError(problems)
     table, drawn = _table(s, job, [*names, *bounds])
     told = spreads_of(plan.cases, plan.reductions, table, names, chosen, bounds)
-    spread = [x.document() | note_on_sample(x.note, drawn) for x in told]
-    return Json({"complete": there.done == there.cases, "spreads": spread, "drawn": drawn})
+    return Json({"complete": there.done == there.cases, "spreads": [x.document() for x in told], "drawn": drawn})
 
 
 @router.get("/{job}/answer", response_model=StudyAnswer, responses=error_responses(404, 409))
@@ -198,13 +199,12 @@ def _begun_study(s: Service, job: str) -> StudyProgress:
     return StudyProgress(study)
 
 
-def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, Any] | None]:
-    """(rows, document of the sample). The rows hold the outcomes and the named results of a job's finished cases; the document is
-    None. For jobs with very many cases, the rows are those of a sample, which the document describes."""
+def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, int] | None]:
+    """(rows, ``DrawnDocument``). The rows hold the outcomes and the named results of a job's finished cases, for a job of more than
+    MOST_CASES cases those of its first cases. The document is None if no cases are left out."""
     import pyarrow as pa
 
-    there, schema, whole = find_job(s, job), job_contents(s, job).schema, job_tally(s, job)
+    there, schema = find_job(s, job), job_contents(s, job).schema
     shown = pa.schema([schema.field(n) for n in dict.fromkeys(("case", "outcome", *names))])
-    if whole is not None:
-        return sampled_rows(whole, shown), sample_document(whole)
-    return pa.concat_tables([shown.empty_table(), *result_rows(s, job, shown, 0, there.cases)]), None
+    table = pa.concat_tables([shown.empty_table(), *result_rows(s, job, shown, 0, min(there.cases, MOST_CASES))])
+    return table, {"cases": len(table), "of": there.done} if there.cases > MOST_CASES else None

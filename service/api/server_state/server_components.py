@@ -22,7 +22,6 @@ from fastapi import Request
 from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Plan
-from trunnion.batch.sample_statistics.mergeable_statistics import Tally
 from trunnion.service.api.documents.job_document import job_document
 from trunnion.service.api.server_state.read_turns import ReadTurns
 from trunnion.service.basics.prometheus_metrics import Metrics
@@ -40,8 +39,6 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 log = logging.getLogger("trunnion.service")
 CACHED_JOBS, CACHED_LENGTHS = 64, 256
-CACHED_TALLIES = 4
-"""Largest number of jobs whose tallies are cached. The tallies of one job need up to some hundred megabytes."""
 Make = Callable[[], Iterator[bytes]]
 """A function that creates the bytes of a response."""
 CHECK_PROCESSES, RUN_PROCESSES, EXPORT_PROCESSES = 2, 2, 2
@@ -61,15 +58,6 @@ class JobContents:
 
 
 @dataclass
-class JobTally:
-    """The total of the tallies of a job. pieces: the case ranges (start, stop) that the total includes."""
-
-    lock: threading.Lock = field(default_factory=threading.Lock)
-    pieces: set[tuple[int, int]] = field(default_factory=set)
-    tally: Tally | None = None
-
-
-@dataclass
 class Turns:
     """Long requests of one kind. there: number of waiting and running requests. busy: number of running requests. Only for use in
     the event loop."""
@@ -80,8 +68,7 @@ class Turns:
 
 @dataclass
 class Service:
-    """The components of a server. contents, studies, tallies: caches by job. lengths: cache of the lengths of responses, by entity
-    tag."""
+    """The components of a server. contents, studies: caches by job. lengths: cache of the lengths of responses, by entity tag."""
 
     settings: Settings
     store: WorkStore
@@ -101,7 +88,6 @@ class Service:
     contents: RecentItems[str, JobContents] = field(default_factory=partial(RecentItems, CACHED_JOBS))
     studies: RecentItems[str, StudyProgress] = field(default_factory=partial(RecentItems, CACHED_JOBS))
     study_lock: threading.Lock = field(default_factory=threading.Lock)
-    tallies: RecentItems[str, JobTally] = field(default_factory=partial(RecentItems, CACHED_TALLIES))
     lengths: RecentItems[str, int] = field(default_factory=partial(RecentItems, CACHED_LENGTHS))
     reads: ReadTurns = field(default_factory=ReadTurns)
 

@@ -43,8 +43,8 @@ export function span(values) {
   return top === most && foot === least ? {} : { zmin: foot, zmax: top };
 }
 
-// A text about the counted cases: all, selected, or sampled.
-const counted = (got, selection) => (got.drawn ? `${few(got.cases, "case")} of ${many(got.drawn.of)}, sampled` : `${selection.size ? "" : "All "}${few(got.cases, "case")}`);
+// A text about the counted cases: all or selected.
+const counted = (got, selection) => `${selection.size ? "" : "All "}${few(got.cases, "case")}`;
 
 // The bins of the cases that did not end early; the bins of all cases if none ended early. Without such a case, no cell has a value.
 async function complete(table, all, names, options) {

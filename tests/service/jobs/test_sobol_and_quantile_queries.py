@@ -7,13 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 import trunnion
 from tests.batch.test_sobol_indices import known
-from tests.service.http_servers import MU, PATIENCE, SMALL, Served, as_stored
+from tests.service.http_servers import MU, PATIENCE, SMALL, InProcess, Served, as_stored
 from tests.service.page.chromium_tab import browser, page, picture, show, tab, until
+from trunnion.batch.sample_statistics.result_queries import indices_of, spreads_of
 from trunnion.cli import main
+from trunnion.service.api.job_data.job_rows import job_contents, result_rows
+from trunnion.service.api.routes import indices_spreads_answer
 from trunnion.service.client.remote_jobs import Job, connect
 
 __all__ = ["browser", "page", "tab"]
@@ -152,3 +156,17 @@ def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, jo
     until(page, "document.getElementById('jobverdict').textContent.includes('128 cases')")
     page.locator(".values").first.fill("gauss(0.3, 0.02)")
     until(page, "document.getElementById('jobverdict').textContent.includes('not a distribution')")
+
+
+def test_a_very_large_job_is_answered_from_its_first_cases(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    sample = {"ranges": {"joints.guide.friction.mu": [0.05, 0.6]}, "count": 40, "seed": 3, "method": "saltelli"}
+    job = server.submit({"scene": "double_pendulum", "reductions": [TRAVEL], "until": 0.1, "sample": sample})
+    assert server.ended(job)["done"] == 160
+    monkeypatch.setattr(indices_spreads_answer, "MOST_CASES", 131)
+    indices, spreads = (server.get(f"/v1/jobs/{job}/{what}").json() for what in ("indices", "spreads"))
+    assert indices["drawn"] == spreads["drawn"] == {"cases": 131, "of": 160}
+    there = job_contents(server.service, job).plan
+    rows = pa.concat_tables(result_rows(server.service, job, there.schema, 0, 131))
+    assert indices["indices"] == [i.document() for i in indices_of(there.cases, there.reductions, rows)]
+    assert spreads["spreads"] == [s.document() for s in spreads_of(there.cases, there.reductions, rows)]
+    assert indices["indices"][0]["points"] == 131 // 4
