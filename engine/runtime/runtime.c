@@ -62,7 +62,7 @@ TR_OFTEN
 #include "modes/coupled_pairs.c"
 TR_RARE
 #include "modes/pairs_at_rest.c"
-#include "modes/sliding_directions.c"
+#include "modes/frozen_sliding_directions.c"
 #include "modes/mode_fit.c"
 #include "modes/slip_onset.c"
 #include "modes/cone_equations_ball.c"
@@ -99,7 +99,7 @@ TR_OFTEN
 
 TR_RARE
 #include "diagnosis/jam.c"
-#include "diagnosis/root_fold.c"
+#include "diagnosis/continuation_past_fold.c"
 #include "diagnosis/end_of_reach.c"
 
 #include "time_stepping/moreau.c"
@@ -107,7 +107,7 @@ TR_RARE
 #include "time_stepping/moreau_error_control.c"
 
 TR_OFTEN
-#include "stepping/step_limits.c"
+#include "stepping/singular_step_limits.c"
 TR_RARE
 #include "stepping/unilateral_impact.c"
 #include "stepping/unilateral_contacts.c"

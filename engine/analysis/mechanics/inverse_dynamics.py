@@ -199,7 +199,8 @@ def _rows(model: Model, t: np.ndarray, curves: Mapping[Freedom, np.ndarray]) -> 
 
 
 def _instant(model: Model, numbers: Numbers, parameters: np.ndarray, now: float) -> tuple[int | None, np.ndarray]:
-    """(status of the start at this time, its row), assembled from the pose of ``numbers``; status None: the loops do not close."""
+    """(status, row) of a run that starts at time ``now``. The start is assembled from the pose of ``numbers``. The status is None
+    if the loops do not close."""
     model.block.take(numbers, parameters)
     model.block.configure(Settings(rtol=1e-9))
     out = np.zeros(model.block.width)

@@ -30,7 +30,7 @@ The sum differs from the velocity only if the runtime freezes a direction of hug
 AT_REST = 1e-138
 """Like HAIR, but for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
 dependent rates and does not change the sign. For a starting pair, this holds below 1e-12 m/s. For a pair on a line
-(``sliding_directions.c``, with larger norms), it always holds."""
+(``frozen_sliding_directions.c``, with larger norms), it always holds."""
 
 
 class Rest(Enum):
@@ -208,7 +208,7 @@ class Law:
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
         """The sign that friction uses. It is that of ``sign``, but in two cases it stays +1 after the reversal: for a pair on a
-        line (``sliding_directions.c``), whose friction continues until the event, and for a starting pair with a velocity at
+        line (``frozen_sliding_directions.c``), whose friction continues until the event, and for a starting pair with a velocity at
         round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)

@@ -11,7 +11,7 @@ import numpy as np
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.parts.bytecode.program import LANES
-from trunnion.parts.derivatives import sensitivities
+from trunnion.parts.derivatives import linear_and_sensitivity_units as units
 from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.jacobian import jacobian
 from trunnion.parts.derivatives.tangent_layout import TangentTables
@@ -40,7 +40,7 @@ def jacobian_unit(system: System, active: Sequence[int], redundant: bool) -> Uni
 
 def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> UnitDescription:
     """``tr_linear`` of a scene and these columns."""
-    rates, columns = sensitivities.linear_rates(system, active), sensitivities.linear_columns(system, chosen)
+    rates, columns = units.linear_rates(system, active), units.linear_columns(system, chosen)
     scene = DifferentiatedScene(rates.scene, rates.tangents, DifferentiatedScene(columns.scene, columns.tangents))
     numbers = {"abi": number(), "nc": rates.scene.nc + columns.scene.nc, "ninputs": len(system.inputs)}
     return UnitDescription(LINEAR, scene, numbers, {n: f"l_{n}" for n in ("prepare", "rates", "columns")})
@@ -48,17 +48,17 @@ def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> 
 
 class Sensitivities:
     """The functions of a sensitivity unit: those of the motion, and those of the columns (``outputs``). See
-    ``parts.derivatives.sensitivities``."""
+    ``parts.derivatives.linear_and_sensitivity_units``."""
 
     def __init__(self, system: System, parameters: int, active: Sequence[int], chosen: list[Column], quadratures: bool):
         self.keep: list[Any] = []
-        motion = sensitivities.motion(system, parameters, active, quadratures)
-        outputs = sensitivities.outputs(system, parameters, chosen, quadratures)
+        motion = units.motion(system, parameters, active, quadratures)
+        outputs = units.outputs(system, parameters, chosen, quadratures)
         self.scenes = [scene_at(DifferentiatedScene(u.scene, u.tangents), self.keep) for u in (motion, outputs)]
         rates = sum(j.kind.nv for j in system.frictional)
         powers = len(names_of_powers(system)) if quadratures else 0
         self.sizes = {
-            "states": sensitivities.states(system), "powers": powers, "residuals": len(active) + system.neta, "rates": rates,
+            "states": units.states(system), "powers": powers, "residuals": len(active) + system.neta, "rates": rates,
             "holds": len(system.sliders), "hooks": system.latches, "active": len(active),
             "extra": EXTRA.numbers + len(system.sliders),
             "constants": motion.scene.nc, "point": _room(motion.scene, motion.tangents), "values": motion.values,

@@ -156,8 +156,8 @@ def energies() -> Primitive:
 
 
 def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[dict[str, SX], SX]:
-    """Symbols of a joint's pose (and of the lengths of overlapping parts). Also the components ``needs`` of f_c, m_c as expressions
-    of the reaction N (6) on the joint's child."""
+    """(inputs, components). inputs: symbols of a joint's pose and, if its parts overlap, of their lengths, by name. components: the
+    components ``needs`` of f_c and m_c, as expressions of the inputs and of the reaction N (6) on the joint's child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)

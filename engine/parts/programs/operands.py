@@ -15,7 +15,7 @@ from trunnion.system.structure.parameter_table import Leaf
 
 
 def element_operands(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
-    """Operands of an element's primitives during a step: numbers (including ``more``), modes, bristle states."""
+    """Operands of an element's primitives during a step: the element's numbers followed by ``more``, modes, bristle states."""
     f, system = e.friction, s.system
     modes = Slot(Space.X, system.external.mode(f.sliders[0].flag), 0)
     out = {"numbers": _numbers(s, program, f, more), "modes": modes}

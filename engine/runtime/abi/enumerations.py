@@ -66,7 +66,7 @@ class PairState(Named):
 
 
 LINE = 1e134
-"""Norm of a mode's direction above which the pair moves along a line (``modes/sliding_directions.c``)."""
+"""Norm of a mode's direction above which the pair moves along a line (``modes/frozen_sliding_directions.c``)."""
 
 
 class PairKind(Named, prefix="TR_KIND_"):

@@ -110,7 +110,7 @@ typedef struct tr_loops {
   double least_pivot;  /* smallest pivot within `rank`, at the state that determined `rank` */
   double recursive_pivot; /* root of the recursion's smallest pivot (``friction/newton_recursive.c``); 0: S is factorised */
   double round_off;    /* many loops: residual that a correction hardly reduced, which is round-off of points far from the origin */
-  int known;           /* whether `begin` is valid (``stepping/step_limits.c``) */
+  int known;           /* whether `begin` is valid (``stepping/singular_step_limits.c``) */
   double begin, end;   /* independence (tr_loop_independence) at the start and at the end of the step */
   double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
 } tr_loops;

@@ -41,7 +41,8 @@ class DampingCurveLaw(ForceLaw):
     def findings(self, path: Path, data: DampingCurve) -> Iterator[Finding]:
         yield from faults_of_points(path, "speed", data.speed, data.effort)
         if data.speed and 0.0 not in data.speed:
-            yield Finding((*path, "speed"), "no speed is 0: a damper at rest has no effort", "add the speed 0 with the effort 0")
+            hint = "add the speed 0 with the effort 0: a damper at rest exerts nothing"
+            yield Finding((*path, "speed"), "the curve has no point at the speed 0", hint)
         elif data.speed and data.speed[-1] <= 0.0:
             yield Finding((*path, "speed"), "no speed is above 0", "add one; with 0 as the first, both directions are alike")
         for i, (v, f) in enumerate(zip(data.speed, data.effort, strict=False)):

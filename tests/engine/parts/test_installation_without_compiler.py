@@ -17,7 +17,7 @@ from trunnion.kernel.compilation import library_cache, prebuilt_libraries
 from trunnion.kernel.interface.output_columns import columns, needs_quadratures
 from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.jacobian import jacobian
-from trunnion.parts.derivatives.sensitivities import linear_columns, linear_rates
+from trunnion.parts.derivatives.linear_and_sensitivity_units import linear_columns, linear_rates
 from trunnion.parts.kernels import tables_in_memory
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.parts.primitives import primitive_cache as store
