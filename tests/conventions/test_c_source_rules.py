@@ -178,11 +178,19 @@ OTHERS = [*(ENGINE / "kernel").rglob("*.hpp"), *(ROOT / "fmu" / "native").rglob(
 """Files outside the runtime that may use its constants (Python by ``trunnion.runtime.abi.header_constants.number``)."""
 
 
+REPLACEMENT = NATIVE / "portable_compiler_settings.h"
+"""Defines the names of ``base/compiler.h`` for exported sources, on purpose."""
+
+
 def test_a_number_has_one_name_and_a_name_one_number() -> None:
-    """All files are one translation unit. A name with a second definition would have different meanings above and below it."""
-    text = "".join(f.read_text(encoding="utf-8") for f in sorted(RUNTIME.rglob("*.[ch]")))
-    defined = Counter(re.findall(r"^#define ([A-Z_0-9]+) (?!_Pragma)", text, re.MULTILINE))
-    assert [name for name, count in defined.items() if count > 1] == []
+    """The files of a unit see each other's names. A name with a second definition would have different meanings above and below
+    it."""
+    files = [f for f in {*SOURCES, *(ENGINE / "kernel").rglob("*.hpp")} if f != REPLACEMENT]
+    texts = [f.read_text(encoding="utf-8") for f in files]
+    in_runtime = "".join(text for f, text in zip(files, texts, strict=True) if f.is_relative_to(RUNTIME))
+    defined = Counter(re.findall(r"^#define ([A-Z_0-9]+) (?!_Pragma)", in_runtime, re.MULTILINE))
+    numbers = Counter(name for text in texts for name in DEFINED.findall(text))
+    assert [name for name, count in (*defined.items(), *numbers.items()) if count > 1] == []
 
 
 def test_a_number_that_several_files_use_stands_among_the_tolerances() -> None:

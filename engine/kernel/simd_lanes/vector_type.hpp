@@ -62,9 +62,9 @@ EACH_OF_TWO(pow) EACH_OF_TWO(atan2) EACH_OF_TWO(fmod) EACH_OF_TWO(hypot)
 #if defined __FMA__ || defined __ARM_FEATURE_FMA
 /* Sine and cosine with an error below one unit in the last place. The nearest multiple of pi/2 is subtracted in three parts, the
  * first two of which are doubles (W. J. Cody, W. Waite 1980, with fused products). The remainder is a sum of two doubles. The
- * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). Beyond FAR, the library functions
- * are used. */
-#define FAR 1e5
+ * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). Beyond LARGE_ANGLE, the library
+ * functions are used. */
+#define LARGE_ANGLE 1e5
 extern "C" double sin(double);
 extern "C" double cos(double);
 INLINE tr_lanes_of fused(tr_lanes_of a, tr_lanes_of b, tr_lanes_of c) { return __builtin_elementwise_fma(a, b, c); }
@@ -100,7 +100,7 @@ template <int quarter> INLINE V circular(V a) {
   const tr_lanes_of cosine = left + (((1.0 - left) - half) + (z * (z * polynomial(z, COSINE)) - r * rest));
   V out = pick((turns & 1) != 0, of(cosine), of(sine));
   out = of((tr_lanes_of)((tr_bits)out.v ^ ((turns & 2) << 62)));
-  const tr_bits beyond = ~(fabs(a).v < FAR);
+  const tr_bits beyond = ~(fabs(a).v < LARGE_ANGLE);
   return __builtin_expect(any(beyond), 0) ? pick(beyond, far_away(a, quarter), out) : out;
 }
 INLINE V sin(V a) { return circular<0>(a); }

@@ -44,7 +44,7 @@ static fmu_status fmu_set_off(fmu_instance *m) {
 
 /* The latest end of the internal steps towards `target`. It is beyond `target`, unless the host has just made a change: another
  * change is then likely, which would discard the work beyond `target`. */
-static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + FAR * h; }
+static double fmu_limit(const fmu_state *s, double target, double h) { return s->moved ? target : target + LOOKAHEAD_STEPS * h; }
 
 /* Largest number of internal steps in a communication step. */
 static long fmu_most_steps(const fmu_state *s) {

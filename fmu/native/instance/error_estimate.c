@@ -1,7 +1,7 @@
 /* Error estimates of outputs, from the difference to a second run with a tighter tolerance (theory, "Global error"). */
 
 #define RESOLVED 3e-3   /* smallest meaningful difference of the runs, relative to tolerance times size of an output */
-#define ROUND_OFF 1e-13 /* smallest error, relative to the size of an output or the scale of its unit, whichever is larger */
+#define LEAST_STATED_ERROR 1e-13 /* smallest error, relative to an output or to the scale of its unit, whichever is larger */
 #define LINEAR 0.3      /* largest error that counts as small, relative to the size of an output plus the scale of its unit */
 #define DECIDED_LATE 1.0 /* if the numbers of events differ for longer than this, relative to 1/rate, the two runs have diverged */
 
@@ -32,7 +32,8 @@ static int fmu_compare(fmu_state *s, int alike) {
     if (kind->jumps && !alike) continue;
     double apart = fabs(row[i] - other[i]), size = fabs(row[i]);
     if (kind->wraps) apart = fmod(apart, TURN), apart = fmin(apart, TURN - apart);
-    error[i] = kind->errs ? fmax(error[i], fmax(MODEL->larger * apart, fmax(RESOLVED * rtol * size, ROUND_OFF * fmax(size, kind->scale)))) : NAN;
+    const double least = fmax(RESOLVED * rtol * size, LEAST_STATED_ERROR * fmax(size, kind->scale));
+    error[i] = kind->errs ? fmax(error[i], fmax(MODEL->larger * apart, least)) : NAN;
     if (kind->tells && error[i] > LINEAR * (kind->scale + size)) small = 0;
   }
   return small;

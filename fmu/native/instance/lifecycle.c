@@ -1,6 +1,6 @@
 /* Life cycle of an instance: creation, times and tolerance of the run, initialization, termination. */
 
-#define LEAST_RTOL 1e-14 /* bounds of relative tolerances: smaller values are below round-off, larger values give useless results */
+#define LEAST_GIVEN_RTOL 1e-14 /* bounds of relative tolerances: smaller ones are round-off, larger ones give useless results */
 #define MOST_RTOL 0.1
 
 /* The reason why an instance of this type and GUID cannot be created; NULL if it can be created. */
@@ -52,7 +52,7 @@ static fmu_status fmu_agree(fmu_instance *m, int tolerance_defined, double toler
   FMU_NEED(!tolerance_defined || tolerance > 0.0, "the tolerance %g must be positive", tolerance);
   s->start = s->time = s->reached = start;
   s->has_stop = stop_defined && isfinite(stop), s->stop = stop;
-  s->has_tolerance = tolerance_defined != 0, s->tolerance = fmin(fmax(tolerance, LEAST_RTOL), MOST_RTOL);
+  s->has_tolerance = tolerance_defined != 0, s->tolerance = fmin(fmax(tolerance, LEAST_GIVEN_RTOL), MOST_RTOL);
   s->ready = 0;
   return FMU_OK;
 }

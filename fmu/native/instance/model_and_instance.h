@@ -12,7 +12,7 @@
 #include "hosts/hosts.h"
 
 #define SAME_POINT 1e-9 /* relative to the communication step: times at most this far apart count as the same communication point */
-#define FAR 1e4         /* internal steps may reach this many communication steps ahead, even beyond a stop time */
+#define LOOKAHEAD_STEPS 1e4 /* internal steps may reach this many communication steps ahead, even beyond a stop time */
 #define MANY_STEPS 1e9  /* this many internal steps in a communication step mean that there is no limit */
 
 #define SOURCE_VALUES 3 /* a source of an input has a value and two derivatives */
