@@ -123,15 +123,17 @@ def _system(_: int, system: System) -> Iterator[Subject]:
 
 def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
     """Freedoms along which friction acts. The column name of a rotational freedom contains its number among the rotational
-    freedoms, from 1."""
-    turn = 0
-    for k in range(j.kind.nv) if j.friction else ():
-        assert j.friction is not None
-        if k in CONTACTS[j.friction.contact].bound:
-            continue  # The outputs of the contacts include the friction along this freedom.
-        turns = j.kind.turns(k)
-        turn += turns
-        words = {"what": "torque", "place": f"torque[{turn}]"} if turns else {"what": "force", "place": "force"}
+    freedoms, from 1; so does that of a translation, if friction acts along several."""
+    if not j.friction:
+        return
+    bound = CONTACTS[j.friction.contact].bound  # The outputs of the contacts include the friction along these freedoms.
+    travels = [k for k in range(j.kind.nv) if k not in bound and not j.kind.turns(k)]
+    for k in range(j.kind.nv):
+        if k in bound:
+            continue
+        turn = sum(map(j.kind.turns, set(range(k + 1)) - set(bound)))
+        force = f"force[{travels.index(k) + 1}]" if len(travels) > 1 and k in travels else "force"
+        words = {"what": "torque", "place": f"torque[{turn}]"} if j.kind.turns(k) else {"what": "force", "place": force}
         yield Subject((j.name, k), _freedom(j, k).words | words, j, k)
 
 

@@ -14,6 +14,7 @@ TR_OFTEN
 
 #include "constraints/internal_forces.c"
 #include "constraints/loop_solve.c"
+#include "constraints/unloaded_contacts.c"
 #include "constraints/internal_forces_derivative.c"
 
 #include "friction/pair_motion.c"

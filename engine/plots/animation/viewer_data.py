@@ -145,7 +145,10 @@ def _joint(j: JointMark, result: Result, channels: _Channels, meshes: _Meshes) -
     }  # fmt: skip
 
 
-SHOWN = ("q[*]", "offset[*]", "turn[*]", "friction.torque[*]", "friction.force", "contact[*].normal_force", "contact[*].angle")
+SHOWN = (
+    "q[*]", "offset[*]", "turn[*]", "friction.torque[*]", "friction.force", "friction.force[*]", "contact[*].normal_force",
+    "contact[*].angle",
+)  # fmt: skip
 """Columns of a joint or bushing in the panel of values."""
 
 

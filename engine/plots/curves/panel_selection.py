@@ -153,7 +153,8 @@ def _joint_panels(result: Result, joint: str) -> Iterator[Panel]:
     events = [e for e in result.events if e.joint == joint]
     numbered = [f"{joint}.friction.torque[{k}]" for k in (1, 2, 3)]
     yield from _panel(result, f"Friction torque of {joint}", "friction torque", numbered, events)
-    yield from _panel(result, f"Friction force of {joint}", "friction force", [f"{joint}.friction.force"], events)
+    forces = [f"{joint}.friction.force{k}" for k in ("", "[1]", "[2]")]
+    yield from _panel(result, f"Friction force of {joint}", "friction force", forces, events)
     rates = result.matching(f"{joint}.qdd[*]")
     for unit, quantity in (("rad/s^2", "angular acceleration"), ("m/s^2", "acceleration")):
         names = [n for n in rates if result.units[n] == unit]

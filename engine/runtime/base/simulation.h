@@ -167,9 +167,9 @@ typedef struct tr_impact {
 
 /* A joint that only pushes. In an impact: `multiplier` is its value if `given`; otherwise `shift` is the required change of the
  * gap's rate, divided by −h. rebound: speed after its last impact, m/s; 0: none since it was closed. now: speed after the impact at
- * which impacts end, m/s; otherwise INFINITY. */
+ * which impacts end, m/s; otherwise INFINITY. unloaded: 1 while it is open, but closed contacts keep its gap 0. */
 typedef struct tr_touch {
-  double given, multiplier, shift, rebound, now;
+  double given, multiplier, shift, rebound, now, unloaded;
 } tr_touch;
 
 /* Events that the host has not read yet, and the last event. */

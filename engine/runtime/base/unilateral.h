@@ -18,6 +18,9 @@ static inline int tr_is_contact_away(const tr_sim *s, int c) {
   return inside >= 0 && !tr_is_pressed(s, inside);
 }
 
+/* Whether contact c touches, but has no load: closed contacts keep its gap 0. It is open. */
+static inline int tr_is_contact_unloaded(const tr_sim *s, int c) { return tr_is_contact_open(s, c) && tr_touch_of(s, c)->unloaded > 0.0; }
+
 /* The contact with the flag `stop` of its mouths; −1: none. */
 static inline int tr_contact_of_mouth(const tr_sim *s, int stop) {
   for (int c = 0; c < s->k->nunilateral; ++c)

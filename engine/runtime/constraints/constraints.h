@@ -61,6 +61,13 @@ static void tr_narrow_without_friction(tr_sim *s);
  * `nothing`: no row has an effect; all scales become 1, so that all pivots stay round-off. */
 static void tr_find_rank(tr_sim *s, int nothing);
 
+/* Whether the row of contact c, which is open, depends on rows of closed contacts and loops. Requires the factor. */
+static int tr_is_contact_dependent(tr_sim *s, int c);
+
+/* Load, N, that contact c would have if it were closed and shared loads with contacts of equal stiffness; negative: it would pull. c is
+ * open and dependent. 0 without scaled reactions. Requires the solution. */
+static double tr_load_of_open_contact(tr_sim *s, int c);
+
 /* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.
  * Returns r. Requires the factor. */
 static int tr_null_space(tr_sim *s, double *V);

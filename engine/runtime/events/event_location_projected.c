@@ -115,7 +115,7 @@ static void tr_release_together(tr_sim *s, int i) {
 static void tr_refine_pending_event(tr_sim *s) {
   double te = s->pending.t, *ye = TR_A(s, event_y);
   const int i = s->pending.which, lands = i < s->k->nsliders ? -1 : tr_contact_of_stop(s, i - s->k->nsliders);
-  if (lands >= 0 && tr_is_contact_open(s, lands)) {
+  if (lands >= 0 && tr_is_contact_open(s, lands) && !tr_is_contact_unloaded(s, lands)) {
     tr_refine_landing(s, lands);
     return;
   }

@@ -51,7 +51,7 @@ static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   for (int i = 0; i < ns; ++i) {
     inside[i] = 0;
     const int contact = tr_contact_of_stop(s, i);
-    if (contact >= 0 && (tr_is_pressed(s, i) || tr_is_contact_away(s, contact))) continue; /* tr_mark_pulls_inside */
+    if (contact >= 0 && (tr_is_pressed(s, i) || tr_is_contact_away(s, contact) || tr_is_contact_unloaded(s, contact))) continue; /* tr_mark_pulls_inside */
     const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
     const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
     double top = tr_top_inside(g0, g1, m0, m1);

@@ -5,29 +5,30 @@
 #define LANDING_STEPS 12    /* Newton steps on the time of a landing, which converge from the side where the gap is negative */
 #define LANDING_SAME 1e-15  /* × max(time, 1 s): a smaller Newton step is round-off */
 
-/* Normal forces of all contacts at the fraction theta of the last step. Returns 0 if there is no solution. */
-static int tr_normal_forces_inside(tr_sim *s, double theta, double *force) {
+/* Pulls of all closed contacts, and loads that unloaded ones would have, at the fraction theta of the last step. Returns 0 if there is
+ * no solution. */
+static int tr_pulls_inside(tr_sim *s, double theta, double *pull) {
   tr_dense_state(s, theta, TR_A(s, yout));
   if (s->k->nquat) tr_normalise_quaternions(s, TR_A(s, yout));
   if (!tr_rhs(s, s->step.t0 + theta * s->step.size, TR_A(s, yout), TR_A(s, dy))) return 0;
-  for (int c = 0; c < s->k->nunilateral; ++c) force[c] = tr_normal_force(s, c);
+  for (int c = 0; c < s->k->nunilateral; ++c) pull[c] = tr_is_contact_unloaded(s, c) ? tr_load_of_open_contact(s, c) : -tr_normal_force(s, c);
   return 1;
 }
 
 static int tr_mark_pulls_inside(tr_sim *s, char *inside) {
   const int n = s->k->nunilateral, watch = s->step.watch;
-  double force[4][n + 1], kept[tr_solution_size(s)];
+  double pull[4][n + 1], kept[tr_solution_size(s)];
   int any = 0, closed = 0;
-  for (int c = 0; c < n; ++c) closed |= !tr_is_contact_open(s, c);
+  for (int c = 0; c < n; ++c) closed |= !tr_is_contact_open(s, c) || tr_is_contact_unloaded(s, c);
   if (!closed || !tr_ensure_dense(s)) return 0;
   tr_save_solution(s, kept);
   s->step.watch = 0;
   const double at[4] = {0.0, SHORTLY_WITHIN, 1.0 - SHORTLY_WITHIN, 1.0};
   int known = 1;
-  for (int q = 0; q < 4 && known; ++q) known = tr_normal_forces_inside(s, at[q], force[q]);
+  for (int q = 0; q < 4 && known; ++q) known = tr_pulls_inside(s, at[q], pull[q]);
   for (int c = 0; c < n && known; ++c) {
-    const double g0 = -force[0][c], m0 = (-force[1][c] - g0) / SHORTLY_WITHIN, g1 = -force[3][c], m1 = (g1 + force[2][c]) / SHORTLY_WITHIN;
-    if (!tr_is_contact_open(s, c)) any |= inside[tr_unilateral_of(s, c)->stop] = tr_may_pass_zero(g0, m0, g1, m1);
+    const double g0 = pull[0][c], m0 = (pull[1][c] - g0) / SHORTLY_WITHIN, g1 = pull[3][c], m1 = (g1 - pull[2][c]) / SHORTLY_WITHIN;
+    if (!tr_is_contact_open(s, c) || tr_is_contact_unloaded(s, c)) any |= inside[tr_unilateral_of(s, c)->stop] = tr_may_pass_zero(g0, m0, g1, m1);
   }
   s->step.watch = watch;
   tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy));

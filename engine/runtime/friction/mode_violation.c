@@ -33,6 +33,7 @@ static double tr_mode_violation(tr_sim *s, int i, const double *depth) {
   }
   int j = i - k->nsliders, c = tr_contact_of_stop(s, j);
   if (c >= 0 && tr_is_contact_away(s, c)) return -1.0;
+  if (c >= 0 && tr_is_contact_unloaded(s, c)) return tr_load_of_open_contact(s, c) / (TOL_LIFT * tr_force_unit(s));
   if (c >= 0 && tr_is_pressed(s, j)) return -tr_normal_force(s, c) / (TOL_LIFT * tr_force_unit(s));
   return (tr_is_pressed(s, j) ? -depth[j] : depth[j]) / TOL_STOP;
 }

@@ -98,10 +98,10 @@ static int tr_case_start(tr_batch *b) {
   int status = tr_start(s, 0.0, set->until, set->every, b->rows);
   if (status == TR_NEED_REDUNDANT) {
     if (!b->variant[1].fresh) return status;
-    double y[s->ny + 1];
-    memcpy(y, TR_A(s, y), sizeof(double) * s->ny);
+    double y[s->ny + 1], x[k->nx + 1]; /* x has the state of contacts */
+    memcpy(y, TR_A(s, y), sizeof(double) * s->ny), memcpy(x, TR_A(s, x), sizeof(double) * k->nx);
     s = tr_case_block(b, 1);
-    memcpy(TR_A(s, y), y, sizeof(double) * s->ny);
+    memcpy(TR_A(s, y), y, sizeof(double) * s->ny), memcpy(TR_A(s, x), x, sizeof(double) * k->nx);
     status = tr_start(s, 0.0, set->until, set->every, b->rows);
   }
   if (status != TR_OK) return status;

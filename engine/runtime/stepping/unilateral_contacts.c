@@ -12,9 +12,9 @@
 #define CHOICES_MOST 60 /* largest number of changes in a decision */
 
 /* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
- * rate: rate of the gap, m/s. approach: this rate before an impact, 0 without. flight: duration of the next flight, s. */
+ * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact, 0 without. flight: duration of the next flight, s. */
 typedef struct tr_met {
-  int touches, ends, was;
+  int touches, ends, was, touched;
   double restitution, rate, approach, flight;
 } tr_met;
 
@@ -27,7 +27,7 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
   double *y = TR_A(s, y);
-  for (int c = 0; c < k->nunilateral; ++c) tr_set_contact(s, c, closed[c]);
+  for (int c = 0; c < k->nunilateral; ++c) tr_set_contact(s, c, closed[c]), tr_touch_of(s, c)->unloaded = 0.0;
   tr_restore_modes(s, modes);
   tr_evaluate_maps_at(s, t, y);
   s->loops.rank = 0;
@@ -37,6 +37,14 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   if (!tr_project(s, t, y)) return TR_FAIL_CLOSURE;
   if (!tr_rhs(s, t, y, TR_A(s, dy)) && !k->sets) return TR_FAIL_MULTIPLIERS;
   return k->sets ? tr_handle_event(s, t, y, -1, 0) : TR_OK;
+}
+
+/* By how much contact c, whose gap is 0 and at rest, violates its condition, in tolerances. Sets whether it is unloaded. */
+static double tr_contact_misfit(tr_sim *s, int c, int closed) {
+  const double force = TOL_LIFT * tr_force_unit(s);
+  if (closed) return -tr_normal_force(s, c) / force;
+  if ((tr_touch_of(s, c)->unloaded = tr_is_contact_dependent(s, c))) return tr_load_of_open_contact(s, c) / force;
+  return -tr_gap_acceleration(s, c, 1) / (STEADY * tr_speed_unit(s) * s->set.rate);
 }
 
 /* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. Returns a status. */
@@ -55,9 +63,8 @@ static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
     double most = 1.0;
     int worst = -1;
     for (int c = 0; c < n; ++c) {
-      const double pull = -tr_normal_force(s, c) / (TOL_LIFT * tr_force_unit(s));
-      const double by = closed[c] ? pull : -tr_gap_acceleration(s, c, 1) / (STEADY * tr_speed_unit(s) * s->set.rate);
-      if (rests[c] && by > most) most = by, worst = c;
+      const double by = rests[c] ? tr_contact_misfit(s, c, closed[c]) : 0.0;
+      if (by > most) most = by, worst = c;
     }
     if (worst < 0) return TR_OK;
     closed[worst] = !closed[worst];
@@ -101,8 +108,19 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
     s->stats.events += hits || met[c].was == open;
     if (hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_CLOSED, index, 0, 0, 0);
     if (met[c].ends) tr_log_event(s, s->clock.t + met[c].flight / (1.0 - ratio), TR_EV_CONTACT_RESTS, index, 0, 0, 0);
-    if (met[c].was && open && !hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_OPENED, index, 0, 0, 0);
+    if (met[c].touched && open && !tr_is_contact_unloaded(s, c) && !hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_OPENED, index, 0, 0, 0);
     touch->rebound = hits && open ? met[c].rate : 0.0;
+  }
+}
+
+/* The friction of contacts that were open has no mode yet: set it by the present rates where they touch. */
+static void tr_set_modes_of_open_contacts(tr_sim *s, const tr_met *met) {
+  tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
+  for (int c = 0; c < s->k->nunilateral; ++c) {
+    const int i = tr_unilateral_of(s, c)->pair;
+    if (i < 0 || !met[c].touches || !tr_is_contact_open(s, c) || tr_pair_of(s, i)->kind != TR_KIND_SET) continue;
+    tr_mode_of(s, i)->flag = tr_is_at_rest(s, i) ? TR_STUCK : TR_SLIPS;
+    tr_freeze_direction(s, i);
   }
 }
 
@@ -119,7 +137,7 @@ static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mo
       if (!tr_make_impact(s, s->clock.t, y, at, now)) return TR_FAIL_MODES;
       tr_evaluate_gaps(s, y, gap, rate);
       for (int c = 0; c < n; ++c) met[c].rate = rate[c];
-    }
+    } else tr_set_modes_of_open_contacts(s, met);
     const int code = tr_settle_contacts(s, met);
     if (code != TR_OK) return code;
   } while (tr_mark_ends(s, met));
@@ -135,12 +153,12 @@ static int tr_decide_contacts(tr_sim *s) {
   tr_save_modes(s, modes), memcpy(old, y, sizeof old);
   tr_set_time(s, s->clock.t);
   tr_stop_depths_and_pushes(s, y, depth, e);
-  for (int c = 0; c < n; ++c) met[c] = (tr_met){.was = !tr_is_contact_open(s, c), .restitution = e[tr_unilateral_of(s, c)->stop]}, tr_touch_of(s, c)->now = INFINITY;
+  for (int c = 0; c < n; ++c) met[c] = (tr_met){.was = !tr_is_contact_open(s, c), .touched = !tr_is_contact_open(s, c) || tr_is_contact_unloaded(s, c), .restitution = e[tr_unilateral_of(s, c)->stop]}, tr_touch_of(s, c)->now = INFINITY;
   const int code = tr_decide_from(s, met, old, modes);
   s->step.have_k1 = s->step.have_jac = s->loops.known = 0, s->step.margin = NAN;
   if (code != TR_OK) {
     memcpy(y, old, sizeof old), tr_restore_modes(s, modes);
-    for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was);
+    for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), tr_touch_of(s, c)->unloaded = met[c].touched && !met[c].was;
     tr_evaluate_maps_at(s, s->clock.t, y);
     if (s->k->sets) tr_set_row_kinds(s);
     return code;
@@ -199,7 +217,7 @@ static int tr_check_missed_contacts(tr_sim *s) {
 static double tr_longest_open_step(const tr_sim *s) {
   double pace = s->friction.pace;
   int open = 0;
-  for (int c = 0; c < s->k->nunilateral; ++c) open |= tr_is_contact_open(s, c);
+  for (int c = 0; c < s->k->nunilateral; ++c) open |= tr_is_contact_open(s, c) && !tr_is_contact_unloaded(s, c);
   for (int i = 0; i < s->k->nv && open; ++i)
     if (s->k->vkind[i] == TR_COORDINATE_ANGLE) pace = fmax(pace, fabs(TR_A(s, y)[s->k->nq + i]) / TURN);
   return open && pace > 0.0 ? OPEN_PART / pace : INFINITY;

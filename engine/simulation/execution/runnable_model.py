@@ -78,10 +78,10 @@ class Model:
         status = self.block.start(t, until, every, row)
         if status != bl.NEED_REDUNDANT:
             return status
-        y = self.block.y.copy()
+        y, x = self.block.y.copy(), self.block.x.copy()  # x has the state of contacts
         self._load(redundant=True)
         self.block.configure(settings)
-        self.block.y[:] = y
+        self.block.y[:], self.block.x[:] = y, x
         return self.block.start(t, until, every, row)
 
     @property

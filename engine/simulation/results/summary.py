@@ -21,7 +21,7 @@ NEGLIGIBLE = 1e-9
 same kind."""
 STIFF_STEPS = 100
 """Smallest number of steps limited by stability that a note reports; fewer cost little."""
-MAIN = ("friction.torque[*]", "friction.force", "contact[*].normal_force", "friction.work")
+MAIN = ("friction.torque[*]", "friction.force", "friction.force[*]", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 
 

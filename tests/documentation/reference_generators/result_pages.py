@@ -18,7 +18,7 @@ variables and reductions of batches have the same names. `--outputs PATTERN` sel
 STANDING_FOR = {
     "JOINT.STEM[": "JOINT.DEVICE.effort[",
     "the WHAT of": "the DEVICE of",
-    "friction.PLACE": "friction.torque[NUMBER]`, `JOINT.friction.force",
+    "friction.PLACE": "friction.torque[NUMBER]`, `JOINT.friction.force`, `JOINT.friction.force[NUMBER]",
     "friction WHAT": "friction torque or force",
     "DISPLACEMENT": "rad or m",
     "EFFORT": "N*m or N",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import trunnion
 from tests.engine.unilateral.unilateral_scenes import G, body, corner, scene
 from trunnion.simulation.run import simulate
 
@@ -133,3 +134,93 @@ def test_a_box_on_four_feet_lands_slides_stops_and_then_tips_or_slides_as_by_han
         assert load[front] == pytest.approx(0.25 * weight * (1 + side * mu * high / half), rel=1e-8)
         assert load[rest] == pytest.approx(0.25 * weight, rel=1e-8)
     assert r.audit.verdict == "within"
+
+
+def loads_of_feet(feet: np.ndarray, y: np.ndarray, mu: float, mass: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Loads of feet of equal stiffness on a plane under a body that slides at the state y (x, y, angle, and rates): (loads N; arms
+    from the mass centre; friction per load). The compressions lie in a plane, and a foot whose compression is negative has no
+    load."""
+    c, s = np.cos(y[2]), np.sin(y[2])
+    arms, one = feet[:, :2] @ np.array([[c, s], [-s, c]]), np.ones(len(feet))
+    speeds = y[3:5] + y[5] * np.column_stack([-arms[:, 1], arms[:, 0]])
+    ways = -mu * speeds / np.hypot(*speeds.T)[:, None]
+    balance = np.vstack([one, arms[:, 1] - feet[:, 2] * ways[:, 1], arms[:, 0] - feet[:, 2] * ways[:, 0]])
+    loaded = np.ones(len(feet), bool)
+    for _ in range(len(feet) + 9):
+        plane = np.column_stack([one, arms])
+        pressed = plane @ np.linalg.solve(balance @ (plane * loaded[:, None]), [mass * G, 0.0, 0.0])
+        if (loaded == (pressed > 0.0)).all():
+            return np.where(loaded, pressed, 0.0), arms, ways
+        loaded = pressed > 0.0
+    raise np.linalg.LinAlgError("no set of loaded feet")
+
+
+FALSE_JAMS = (70, 76)
+"""Seeds whose body ends as jammed at the start, although it can slide on fewer feet: with all feet closed, friction has no
+solution, and the decision of contacts begins with all of them closed."""
+
+
+def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray, np.ndarray]:
+    """A random body that slides and spins on four to six feet for 0.1 s: (feet, μ, mass, states at the start and at the end).
+    Raises LinAlgError if it tips or stops."""
+    rng = np.random.default_rng(seed)
+    n, high, mass, mu = rng.integers(4, 7), rng.uniform(0.1, 0.3), rng.uniform(1, 5), rng.uniform(0.1, 0.45)
+    turn = 2 * np.pi * (np.arange(n) + rng.uniform(-0.3, 0.3, n)) / n
+    reach = rng.uniform(0.2, 0.3, 2) * rng.uniform(0.5, 1.0, (n, 2))
+    feet = np.column_stack([reach * np.column_stack([np.cos(turn), np.sin(turn)]), np.full(n, -high)])
+    y0, count = np.r_[0.0, 0.0, 0.0, rng.uniform(-2, 2, 2), rng.uniform(-4, 4)], [0]
+
+    def rates(_: float, y: np.ndarray) -> np.ndarray:
+        count[0] += 1
+        load, arms, ways = loads_of_feet(feet, y, mu, mass)
+        if count[0] > 2000 or np.hypot(*y[3:5]) + abs(y[5]) < 0.2:
+            raise np.linalg.LinAlgError("the body stops")
+        rub = ways * load[:, None]
+        return np.r_[y[3:], rub.sum(0) / mass, (arms[:, 0] @ rub[:, 1] - arms[:, 1] @ rub[:, 0]) / (0.05 * mass)]
+
+    return feet, mu, mass, y0, solve_ivp(rates, (0.0, 0.1), y0, "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+
+
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize("seed", range(120))
+def test_a_body_on_more_feet_than_statics_can_tell_apart_slides_and_spins_with_the_loads_of_equal_stiff_feet(seed: int) -> None:
+    """Feet lose their load and get it again without an event: their gap stays 0. Open contacts with gap 0 close at the start."""
+    for again in range(99):
+        try:
+            feet, mu, mass, y0, end = slide_on_feet([seed, again])
+            break
+        except np.linalg.LinAlgError:
+            continue
+    start = {"q": [0, 0, -feet[0, 2], 1, 0, 0, 0], "qd": [*map(float, y0[3:5]), 0, 0, 0, float(y0[5])]}
+    made = on_feet(feet, mu, mass, 0.05 * mass, start, starts=("touching", "open")[seed % 2])
+    r = simulate(made, until=0.1, rtol=1e-11, kernel="parts")
+    if seed in FALSE_JAMS:
+        assert r.outcome.name == "jammed"
+        return
+    assert r.outcome.ok, r.outcome
+    assert not [e for e in r.events if e.kind.startswith("contact")]
+    found = [*(r[f"fly.q[{k}]"][-1] for k in (1, 2)), *(r[f"fly.qd[{k}]"][-1] for k in (1, 2)), r["fly.qd[6]"][-1]]
+    assert found == pytest.approx(end[[0, 1, 3, 4, 5]], abs=1e-9)
+    for row, y in ((0, y0), (-1, end)):
+        load = [abs(r[f"foot{k}.reaction.force[1]"][row]) for k in range(len(feet))]
+        assert load == pytest.approx(loads_of_feet(feet, y, mu, mass)[0], abs=1e-7)
+
+
+def test_columns_of_friction_in_two_directions_have_names_of_their_own_and_oppose_the_sliding() -> None:
+    start = {"q": [0, 0, 0, 1, 0, 0, 0], "qd": [0.8, 0.6, 0, 0, 0, 0]}
+    r = simulate(on_feet(np.zeros((1, 3)), 0.2, 1.0, 0.1, start), until=0.01, kernel="parts")
+    assert len(set(r.names)) == len(r.names)
+    friction = [r[f"foot0.friction.force[{k}]"][-1] for k in (1, 2)]
+    assert np.abs(friction) == pytest.approx([0.8 * 0.2 * G, 0.6 * 0.2 * G], rel=1e-9)
+    assert [r[f"foot0.qd[{k}]"][0] for k in (1, 2)] == pytest.approx([0.8, 0.6])
+
+
+def test_a_sweep_of_a_box_on_four_feet_has_the_motion_of_single_runs() -> None:
+    feet = np.array([[x, y, -0.2] for x in (-0.2, 0.2) for y in (-0.1, 0.1)])
+    made = on_feet(feet, 0.2, 1.0, 0.1, {"q": [0, 0, 0.2, 1, 0, 0, 0], "qd": [1.0, 0.5, 0, 0, 0, 0]})
+    path, values = "bodies.b.mass", [1.0, 2.0]
+    table = trunnion.sweep(made, {path: values}, until=0.1, reductions=["final:fly.qd[1]"]).table
+    for k, value in enumerate(values):
+        r = simulate(made, until=0.1, overrides={path: value})
+        assert r["fly.qd[1]"][-1] == pytest.approx(1.0 - 0.2 * G * 0.1 / np.hypot(1.0, 0.5), abs=1e-6)
+        assert table["final:fly.qd[1]"][k].as_py() == pytest.approx(r["fly.qd[1]"][-1], abs=1e-9)
