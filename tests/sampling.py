@@ -67,7 +67,7 @@ def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
 def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
     """(kept, others), chosen one after the other: each is the first case with the most values of parameters that no kept case
     has."""
-    met: set[tuple[str, int]] = set()
+    met: set[tuple[str, Any]] = set()
     kept, others = [], list(cases)
     while others and len(kept) < keep:
         best = max(others, key=lambda c: len(_values(c) - met))
@@ -77,6 +77,8 @@ def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item]
     return kept, others
 
 
-def _values(case: pytest.Item) -> set[tuple[str, int]]:
-    """The values of a case's parameters: names and indices."""
-    return set(case.callspec.indices.items())
+def _values(case: pytest.Item) -> set[tuple[str, Any]]:
+    """The values of a case's parameters, with their names. Objects other than numbers and words differ if they are not the same
+    object. The indices that pytest 9.2 gives to parameters count cases, not values."""
+    plain = (str, int, float, type(None))
+    return {(name, value if isinstance(value, plain) else id(value)) for name, value in case.callspec.params.items()}

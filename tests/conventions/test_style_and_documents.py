@@ -94,13 +94,15 @@ def test_the_first_code_block_is_one_line_to_run_and_one_to_test() -> None:
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
-    """CI picks the command from the README by a pattern; the pattern must find it."""
+    """CI picks the command from the README by a pattern; the pattern must find it. It waits for its tools before the last part."""
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     pick = re.search(r"command=\$\((.*)\)$", script, re.MULTILINE)
     assert pick is not None
     got = subprocess.run(["bash", "-c", pick.group(1)], cwd=ROOT, capture_output=True, text=True).stdout.strip()
     assert got == blocks("bash")[0][1]
-    assert 'eval "$command"' in script
+    halves = re.findall(r'^eval "(\$\{command.*)"$', script, re.MULTILINE)
+    joined = f"command='{got}'; echo \"{' && '.join(halves)}\""
+    assert subprocess.run(["bash", "-c", joined], capture_output=True, text=True).stdout.strip() == got
 
 
 def test_windows_is_told_the_same_two_lines() -> None:

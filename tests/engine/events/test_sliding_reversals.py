@@ -52,7 +52,7 @@ def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
     assert found == pytest.approx(stops[:10, 0], abs=1e-8)
 
 
-@pytest.mark.default_cases(7)
+@pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(10))
 def test_the_pendulum_stops_where_one_freedom_says_so(stop: int) -> None:
     """A run that ends at the reversal has rate zero, and the angle of the model with one freedom."""
