@@ -110,8 +110,8 @@ def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass
     ("ratchets_in_loops", 101, "l2"), ("started_linkages", 100, "l2"), ("grippers", 101, "link_a"),
 ])  # fmt: skip
 def test_loads_that_redundant_loops_share_do_not_jump_where_a_mass_reaches_0(family: str, seed: int, body: str) -> None:
-    """Joints without friction have contacts by geometry. Earlier, their size followed from the inertia, and motions differed by 1e-6
-    to 2e-3."""
+    """Joints without friction have contacts by geometry. Earlier, their size followed from the inertia, and motions differed by
+    1e-6 to 2e-3."""
     scene = crossed(family, seed)
     runs = [simulate(heavy_parts(scene, body, x), until=0.4, every=0.1, rtol=1e-9, outputs="*.position*") for x in (1e-9, 0.0)]
     assert [r.outcome.name for r in runs] == ["done"] * 2
