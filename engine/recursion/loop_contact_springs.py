@@ -2,11 +2,11 @@
 
 All contacts of a joint have the same radial stiffness; an end face has this stiffness along the axis. Each row is a contact force
 divided by the square root of the contact's stiffness. Therefore the sum of the squared rows is proportional to the elastic energy.
-A joint without friction has no contact sizes; its contacts get an arm that is a fraction of the parts' radius of gyration."""
+A joint without friction has no contact sizes; its contacts get an arm that is a fraction of the distances between joints."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 
@@ -21,9 +21,10 @@ from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, Signal
 from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of
+from trunnion.system.structure.parameter_table import Leaves
 
 PART = 0.1
-"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the radius of gyration of the joint's parts."""
+"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the size of its block."""
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
@@ -78,12 +79,28 @@ def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[
     return {label: arm for s in element.sizes for label in s.labels}
 
 
-def contact_arm(m: Model, j: Joint) -> SX:
-    """Half the length of the contacts of a joint without friction, m. It is PART times the radius of gyration of the joint's
-    parts."""
+def contact_arm(m: Model, j: Joint, points: Mapping[int, Sequence[Leaves]]) -> SX:
+    """Half the length of the contacts of a joint without friction, m (``arm_of``). points: those of its block, by body."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
-    square = sum((spin(m, b) / m.sym.leaf(b.mass) for b in bodies), SX(0)) / len(bodies)
-    return PART * ca.sqrt(square + NO_SIZE)
+    return arm_of(block_size(m.sym, points), [spin(m, b) for b in bodies], [m.sym.leaf(b.mass) for b in bodies])
+
+
+def arm_of(size: SX, spins: Sequence[SX], masses: Sequence[SX]) -> SX:
+    """PART times the size of the joint's block, m. size: its square, m². A block of size 0 counts as large as the radius of
+    gyration of the joint's parts."""
+    square = sum((j / m for j, m in zip(spins, masses, strict=True)), SX(0)) / len(masses)
+    return PART * ca.sqrt(ca.if_else(size > NO_SIZE, size, square + NO_SIZE))
+
+
+def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:
+    """Mean square of the distances of points from the mean point of their body, m². It does not depend on masses, frames, or the
+    place where a loop is cut."""
+    total, count = SX(0), 0
+    for own in (list(map(sym.leaves, x)) for x in points.values()):
+        middle = sum(own, SX(3, 1)) / len(own)
+        total += sum(ca.dot(p - middle, p - middle) for p in own)
+        count += len(own)
+    return ca.sparsify(total) / count
 
 
 def spin(m: Model, b: Body) -> SX:

@@ -13,7 +13,7 @@ from trunnion.recursion.loop_contact_springs import contact_arm, friction_change
 from trunnion.recursion.outward_accelerations import Accelerations
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
-from trunnion.system.structure.loop_joints import loop_joints, rows_of, rubbing_on_loops, rubs
+from trunnion.system.structure.loop_joints import block_points, loop_joints, rows_of, rubbing_on_loops, rubs
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
@@ -21,8 +21,11 @@ def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX
     system = m.sym.system
     if not rubs(system):
         return _by_inertia(m, acc, pick)
-    joints = [(j, on_outboard(m, acc, j, pick), pose_of(m, j), contact_arm(m, j)) for j in loop_joints(system)]
-    return ca.sparsify(ca.vertcat(*[spring_rows(m.sym, j, *wrench, pose.Ein, pose.Eout, arm) for j, wrench, pose, arm in joints]))
+    points, rows = block_points(system), []
+    for j in loop_joints(system):
+        pose, arm = pose_of(m, j), contact_arm(m, j, points[j.name])
+        rows.append(spring_rows(m.sym, j, *on_outboard(m, acc, j, pick), pose.Ein, pose.Eout, arm))
+    return ca.sparsify(ca.vertcat(*rows))
 
 
 def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:

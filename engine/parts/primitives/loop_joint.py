@@ -22,12 +22,11 @@ from trunnion.recursion import cam_follower_constraint, point_on_curve_constrain
 from trunnion.recursion import cut_joint_constraints as cutting
 from trunnion.recursion.body_kinematics import GROUND_MOTION
 from trunnion.recursion.joint_reactions import at_point, on_pin_part
-from trunnion.recursion.loop_contact_springs import PART, spring_rows
+from trunnion.recursion.loop_contact_springs import arm_of, spring_rows
 from trunnion.recursion.pin_in_slot_constraint import slot_axes
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, FrictionElement, Joint
 from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Mimic, Profile, Slot, Wheels
-from trunnion.system.structure.loop_joints import NO_SIZE
 
 
 def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], cutting.Cut]:
@@ -189,11 +188,11 @@ def weighed(sign: int) -> Primitive:
 
 @cache
 def arm(bodies: int) -> Primitive:
-    """Inputs: half the trace of the inertia, and the mass, of each body of a joint. Output: half length of the joint's contacts.
-    Joints without friction use this length."""
-    spin, mass = SX.sym("spin", bodies), SX.sym("mass", bodies)
-    square = sum((spin[k] / mass[k] for k in range(bodies)), SX(0)) / bodies
-    return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass}, {"out": PART * ca.sqrt(square + NO_SIZE)})
+    """Inputs: half the trace of the inertia, and the mass, of each body of a joint; squared size of the joint's block. Output: half
+    length of the joint's contacts. Joints without friction use this length."""
+    spin, mass, size = SX.sym("spin", bodies), SX.sym("mass", bodies), SX.sym("size")
+    out = arm_of(size, ca.vertsplit(spin), ca.vertsplit(mass))
+    return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass, "size": size}, {"out": out})
 
 
 @cache

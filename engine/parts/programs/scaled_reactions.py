@@ -11,7 +11,8 @@ from trunnion.parts.primitives.primitive_cache import loop_joint
 from trunnion.parts.primitives.primitive_keys import sized
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
-from trunnion.system.structure.loop_joints import NO_SIZE, loop_joints, rows_of, rubs
+from trunnion.system.structure.loop_joints import NO_SIZE, block_points, loop_joints, rows_of, rubs
+from trunnion.system.structure.parameter_table import Leaves
 
 
 class ScaledReactions:
@@ -24,7 +25,9 @@ class ScaledReactions:
         self.size = sum(self.rows.values())
         self._spins: dict[int, Slot] = {}
         self._numbers: dict[str, Slot] = {}
-        self._arms = {j.name: self._arm(j) for j in self.joints} if self.rubs else {}
+        self._sizes: dict[int, Slot] = {}
+        points = block_points(scene.system) if self.rubs else {}
+        self._arms = {j.name: self._arm(j, points[j.name]) for j in self.joints} if self.rubs else {}
 
     def at(self, name: str) -> int:
         """Index of the first scaled reaction of a joint."""
@@ -116,12 +119,30 @@ class ScaledReactions:
         prepare.call(Builtin.SCALE, [out, n.slice(0, 1), out], [1])
         return out
 
-    def _arm(self, j: Joint) -> Slot:
-        """Half length of the contacts of a joint without friction, m."""
+    def _arm(self, j: Joint, points: dict[int, list[Leaves]]) -> Slot:
+        """Half length of the contacts of a joint without friction, m. points: those of its block, by body."""
         s, bodies = self.scene, [b for b in (j.out, j.inb) if b != GROUND]
         spins, masses, out = s.constant_slot(len(bodies)), s.constant_slot(len(bodies)), s.constant_slot(1)
         for k, b in enumerate(bodies):
             s.prepare.copy(self.spin(b), spins.slice(k, 1))
             s.prepare.copy(s.inertial_numbers(b).slice(0, 1), masses.slice(k, 1))
-        s.call(s.prepare, loop_joint.arm(len(bodies)), spin=spins, mass=masses, out=out)
+        if id(points) not in self._sizes:
+            self._sizes[id(points)] = self._size(points)
+        s.call(s.prepare, loop_joint.arm(len(bodies)), spin=spins, mass=masses, size=self._sizes[id(points)], out=out)
         return out
+
+    def _size(self, points: dict[int, list[Leaves]]) -> Slot:
+        """Squared size of a block (``recursion.loop_contact_springs.block_size``), m²."""
+        s, prepare = self.scene, self.scene.prepare
+        total, middle, away = s.constant_slot(1), s.constant_slot(3), s.constant_slot(3)
+        prepare.zero(total)
+        for own in points.values():
+            places = [s.numbers(p) for p in own]
+            prepare.zero(middle)
+            for p in places:
+                prepare.call(Builtin.ADD_COLUMNS, [p, s.constant([1.0 / len(own)]), middle], [3, 1])
+            for p in places:
+                prepare.call(Builtin.COMBINE, [p, middle, s.constant([-1.0]), away], [3, 1, 3])
+                prepare.call(Builtin.ADD_DOT, [away, away, total], [3, 1])
+        prepare.call(Builtin.SCALE, [total, s.constant([1.0 / sum(map(len, points.values()))]), total], [1])
+        return total

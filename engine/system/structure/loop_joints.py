@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, System, way_to_ground
 from trunnion.system.structure.friction_joint_indices import Element, elements
+from trunnion.system.structure.parameter_table import Leaves
 
 USUAL = 1e8
 """Default radial stiffness of a joint's contacts, N/m: about that of a steel pin of 20 mm in a bearing. The value matters only if
@@ -30,6 +33,22 @@ def loop_joints(system: System) -> list[Joint]:
     cuts = system.joints[len(system.bodies) :]
     wanted = {c.name for c in cuts} | {system.tree[b].name for c in cuts for b in bodies_of_loop(system, c)}
     return [j for j in system.joints if j.name in wanted]
+
+
+def block_points(system: System) -> dict[str, dict[int, list[Leaves]]]:
+    """For each joint on a loop: the points of the joints on its block, by body, in the body's axes. Two joints are on one block if
+    they share a loop, or are connected by joints that do. Blocks do not depend on the cut joints."""
+    blocks: dict[str, set[str]] = {}
+    for c in system.joints[len(system.bodies) :]:
+        loop = {c.name, *(system.tree[b].name for b in bodies_of_loop(system, c))}
+        block = loop.union(*(blocks[n] for n in loop if n in blocks))
+        blocks |= dict.fromkeys(block, block)
+    found: dict[int, dict[int, list[Leaves]]] = {}
+    for j in (j for j in system.joints if j.name in blocks and j.mimic is None):
+        points = found.setdefault(id(blocks[j.name]), defaultdict(list))
+        points[j.inb].append(j.inb_point)
+        points[j.out].append(j.out_point)
+    return {name: found[id(block)] for name, block in blocks.items()}
 
 
 def rubs(system: System) -> bool:

@@ -1,8 +1,8 @@
 """Joints as fits of a pin in a bearing: every constrained direction is a spring, the contacts of those that rub are springs with
 friction.
 
-The stiffness of a joint without friction is that of two contacts at a tenth of its parts' radius of gyration, about the point of
-the part with the ends, as of contacts that rub.
+The stiffness of a joint without friction is that of two contacts at a tenth of its block's size, about the point of the part
+with the ends, as of contacts that rub.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class Level:
 
 
 def arm(frames: Frames, name: str) -> float:
-    """A tenth of the parts' radius of gyration."""
+    """A tenth of the size of the joint's block; on no loop, of its parts' radius of gyration, which determines nothing there."""
     f = frames.frames[name]
     both = [frames.parts[b] for b in (f.inboard, f.outboard) if b != GROUND]
-    return 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in both])))
+    return frames.arms[name] or 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in both])))
 
 
 def thread_arm(frames: Frames, name: str, joint) -> float:

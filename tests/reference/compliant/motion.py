@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.reference.mechanics.body_properties import GROUND, joint_frames, parts
+from tests.reference.mechanics.loop_sizes import arms
 
 AHEAD, BACK = [1, 2, 0], [2, 0, 1]
 
@@ -100,6 +101,7 @@ class Frames:
         self.mass = np.array([p.mass for p in self.parts.values()])
         self.inertia = np.array([p.inertia for p in self.parts.values()]).reshape(-1, 3, 3)
         self.frames = {n: joint_frames(scene, j) for n, j in scene.joints.items()}
+        self.arms = arms(scene, self.frames)
         n = self.count
         self.at = {"c": slice(0, 3 * n), "q": slice(3 * n, 7 * n), "v": slice(7 * n, 10 * n), "w": slice(10 * n, 13 * n),
                    "rolled": slice(13 * n, 13 * n + rolls), "taken": 13 * n + rolls}  # fmt: skip

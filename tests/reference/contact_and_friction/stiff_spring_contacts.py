@@ -19,9 +19,10 @@ from scipy.linalg import block_diag
 from tests.reference.contact_and_friction.contact_roots import E1, E2, E3, pin_force
 from tests.reference.contact_and_friction.friction_laws import Law, law_of
 from tests.reference.contact_and_friction.joint_friction import ends_of, pair, pin_of, rates_of
-from tests.reference.mechanics.body_properties import GROUND
+from tests.reference.mechanics.body_properties import GROUND, joint_frames
 from tests.reference.mechanics.joint_constraints import directions
 from tests.reference.mechanics.kinematics import State
+from tests.reference.mechanics.loop_sizes import arms
 from tests.reference.mechanics.newton_euler_equations import Equations, typical_length
 from tests.reference.mechanics.rotation import cross
 from trunnion.scene.data_classes.scene import Friction
@@ -59,7 +60,7 @@ class Fit:
 
 
 def fits_of(state: State, name: str) -> list[Fit]:
-    """The fits of a joint; of one without friction with a tenth of its parts' radius of gyration for its half length."""
+    """The fits of a joint; of one without friction with a tenth of its block's size for its half length."""
     joint, pose = state.scene.joints[name], state.joint_pose(name)
     if joint.type not in ("revolute", "spherical", "prismatic", "cylindrical", "universal"):
         raise NotImplementedError(f"{name}: no springs for a {joint.type} joint")
@@ -102,9 +103,7 @@ def sites_of(kind: str, g: Friction) -> list[Site]:
 
 
 def _arm(state: State, name: str) -> float:
-    pose = state.joint_pose(name)
-    bodies = [state.parts[b] for b in (pose.inboard, pose.outboard) if b != GROUND]
-    return 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in bodies])))
+    return arms(state.scene, {n: joint_frames(state.scene, j) for n, j in state.scene.joints.items()})[name]
 
 
 class Compliant:

@@ -1,0 +1,55 @@
+"""Sizes of loops by geometry: joints without friction have contacts whose arm is a tenth of the size of their block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tests.reference.mechanics.body_properties import Frames
+
+PART = 0.1
+
+
+def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
+    """The arm of each joint, m: a tenth of the root mean square distance of the joints' points from their mean on each body, taken
+    over the joints with which it shares loops. 0 for joints on no loop. frames: sides of the joints by name."""
+    ends = {n: [f.inboard, f.outboard] for n, f in frames.items()}
+    out = dict.fromkeys(frames, 0.0)
+    for block in _blocks(scene, ends):
+        points: dict[str, list[np.ndarray]] = {}
+        for n in block:
+            if scene.joints[n].type == "gearbox":
+                continue
+            for body, p in ((frames[n].inboard, frames[n].p_in), (frames[n].outboard, frames[n].p_out)):
+                points.setdefault(body, []).append(np.asarray(p, float))
+        away = np.concatenate([np.array(own) - np.mean(own, axis=0) for own in points.values()])
+        out |= dict.fromkeys(block, PART * float(np.sqrt((away**2).sum() / len(away))))
+    return out
+
+
+def _blocks(scene, ends: Mapping[str, list[str]]) -> list[set[str]]:
+    """Sets of joints that share loops, directly or by others. A joint closes a loop with each other way between its bodies."""
+    sets: list[set[str]] = []
+    for n, (a, b) in ends.items():
+        other = _way({k: e for k, e in ends.items() if k != n}, a, b)
+        mimic = scene.joints[n].mimic
+        loop = {n, *(other or ()), *([mimic.joint] if mimic is not None else [])}
+        if len(loop) > 1:
+            sets = [s for s in sets if not s & loop] + [loop.union(*(s for s in sets if s & loop))]
+    return sets
+
+
+def _way(ends: Mapping[str, list[str]], a: str, b: str) -> tuple[str, ...] | None:
+    """Joints of a shortest way between two bodies; None without one."""
+    ways: dict[str, tuple[str, ...]] = {a: ()}
+    fresh = [a]
+    while fresh and b not in ways:
+        body = fresh.pop(0)
+        for n, e in ends.items():
+            if body in e:
+                to = e[1] if e[0] == body else e[0]
+                if to not in ways:
+                    ways[to] = (*ways[body], n)
+                    fresh.append(to)
+    return ways.get(b)
