@@ -23,7 +23,6 @@ from trunnion.kernel.interface.runtime_tables import (
     wants_of,
 )
 from trunnion.kernel.shared_libraries import Kernel, kernel_key
-from trunnion.parts.kernels import derivative_units
 from trunnion.parts.kernels.tables_in_memory import table
 from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
 from trunnion.parts.layout.multiplier_maps_layout import Maps
@@ -60,11 +59,15 @@ class PartsKernel(Kernel):
     keep: list[Any]
 
     def jacobian(self) -> int:
+        from trunnion.parts.kernels.derivative_units import jacobian_unit  # most runs do not need these modules
+
         system, _, _, redundant = self.structure
-        return self._made("jacobian", lambda: derivative_units.jacobian_unit(system, self.facts["active_rows"], redundant))
+        return self._made("jacobian", lambda: jacobian_unit(system, self.facts["active_rows"], redundant))
 
     def linear(self, chosen: list[Column]) -> int:
-        return self._made("linear", lambda: derivative_units.linear_unit(self.structure[0], self.facts["active_rows"], chosen))
+        from trunnion.parts.kernels.derivative_units import linear_unit
+
+        return self._made("linear", lambda: linear_unit(self.structure[0], self.facts["active_rows"], chosen))
 
     def _made(self, name: str, make: Callable[[], UnitDescription]) -> int:
         """Address of a unit. The first request builds the unit."""

@@ -21,8 +21,9 @@ class ForceColumns:
         self.stepping, self.program, self.block = stepping, program, block
         self.scene, self.system, self.maps = stepping.scene, stepping.system, stepping.maps
         n, nv = len(self.system.bodies), self.system.nv
-        self.y, self.effort, self.qdd, self.fq = (program.scratch_slot(nv) for _ in range(4))
-        self.pressed = program.scratch_slot(nv * self.maps.active)
+        self.qdd, self.pressed = program.scratch_slot(nv), program.scratch_slot(nv * self.maps.active)
+        # the next slots are neighbours, so that one call sets them to zero
+        self.effort, self.y, self.fq = (program.scratch_slot(nv) for _ in range(3))
         self.forces = program.scratch_slot(6 * (n + 1))
         self.rows, self.held = program.scratch_slot(self.maps.nn), program.scratch_slot(self.maps.ne)
         self.Z, self.N = program.scratch_slot(6 * n), program.scratch_slot(6 * n)
@@ -94,10 +95,18 @@ class ForceColumns:
         for f in j.free if self.maps.held else ():
             program.copy(free_of(self.qdd, j).slice(j.free.index(f), 1), self.held.slice(e.eta[0] + f, 1))
 
-    def _execute(self, start: int, length: int) -> None:
-        """Write a call that executes a range of the program ``shared``."""
-        spaces = (Space.C, Space.X, Space.Y, Space.W, Space.MAPS, Space.T)
-        self.program.call(Builtin.SHARED, [Slot(space, 0, 0) for space in spaces], [start, length])
+    def _execute(self, ranges: list[tuple[int, int]]) -> None:
+        """Write calls that execute ranges of the program ``shared``, each given by start and length. Successive ranges are one
+        call."""
+        joined: list[tuple[int, int]] = []
+        for start, length in ranges:
+            if joined and sum(joined[-1]) == start:
+                joined[-1] = joined[-1][0], joined[-1][1] + length
+            elif length:
+                joined.append((start, length))
+        slots = [Slot(space, 0, 0) for space in (Space.C, Space.X, Space.Y, Space.W, Space.MAPS, Space.T)]
+        for start, length in joined:
+            self.program.call(Builtin.SHARED, slots, [start, length])
 
     def _of_row(self, column: int, row: int) -> None:
         """Write one constraint row of a cut joint, and the generalised forces that a unit of its multiplier causes."""
@@ -165,11 +174,9 @@ class ForceColumns:
     def _move(self, begin: list[int], column: int) -> None:
         """Write the inward pass from the bodies on which the force acts. Then write the outward pass over all bodies that move."""
         program = self.program
-        for last, first in self._runs(begin):
-            self._execute(self.inward[last + 1], self.inward[first] - self.inward[last + 1])
         self.moving = {self.roots[i] for i in begin if i != GROUND}
-        for root in sorted(self.moving):
-            self._execute(*self.outward[root])
+        runs = [(self.inward[last + 1], self.inward[first] - self.inward[last + 1]) for last, first in self._runs(begin)]
+        self._execute([*runs, *(self.outward[root] for root in sorted(self.moving))])
         for e in self.held_cuts:
             ends = e.joint.inb, e.joint.out
             if any(map(self._moves, ends)):

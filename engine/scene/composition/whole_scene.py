@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
-from trunnion.scene.composition.assembly_expansion import expand_assemblies
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
 from trunnion.scene.composition.reference_renaming import restore_on
 from trunnion.scene.composition.source_lines import Level, TooMuch, copy_of
@@ -22,6 +21,8 @@ def compose(data: Any, lines: dict[Path, int], file: str, folder: FilePath | Non
     if not isinstance(data, dict) or not (data.get("include") or data.get("assemblies")):
         rest = {k: v for k, v in data.items() if k not in ("include", "assemblies") or v} if isinstance(data, dict) else data
         return rest, lines, []
+    from trunnion.scene.composition.assembly_expansion import expand_assemblies  # most scenes do not need these modules
+
     chain = (FilePath(file).resolve(),) if folder is not None and file else ()
     level = Level(copy_of(data), lines, folder, "", chain)
     try:

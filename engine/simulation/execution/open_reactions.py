@@ -24,7 +24,9 @@ LENGTHS = {"N*m": 1.0}
 def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
     """The redundancy at the current state of a started model, with its columns. settings: those of the run."""
     found = redundancy(model.block)
-    wanted = [c for c in model.available if _may_be_open(c, found.joints)] if found.joints else []
+    if found.joints not in model.perhaps_open:
+        model.perhaps_open[found.joints] = [c for c in model.available if _may_be_open(c, found.joints)]
+    wanted = model.perhaps_open[found.joints]
     changes = _changes(model, wanted, settings) if wanted else np.zeros((0, 0))
     if not len(changes):
         return found

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from typing import get_type_hints
 
 import pytest
 
 from tests.scene.valid_scene import problems_in
+from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.data_classes.type_tree import hints, members, step
 
 FORM = {
     "missing key": ("bodies: {}", "joints", 'the key "joints" is missing'),
@@ -62,3 +65,17 @@ def test_no_message_speaks_of_the_checkers_own_workings():
     for text, _, _ in FORM.values():
         for p in problems_in(text):
             assert not words.search(str(p)), p
+
+
+def test_the_tree_of_types_has_the_annotations_of_the_classes():
+    seen: set[type] = set()
+    left = [Scene]
+    while left:
+        cls = left.pop()
+        seen.add(cls)
+        assert hints(cls) == get_type_hints(cls, include_extras=True), cls
+        found = [a for annotation in hints(cls).values() for a, _ in members(annotation)]
+        inner = [below for a in found for key in ("any name", 0) for below in step(a, key)]
+        found += [a for annotation in inner for a, _ in members(annotation)]
+        left += {a for a in found if isinstance(a, type) and hasattr(a, "__pydantic_fields__")} - seen
+    assert len(seen) > 40
