@@ -20,6 +20,7 @@ from tests.fmu.fmpy_host import FOLDER, Host, exported
 from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, entries, headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.shared_libraries import RUNTIME, write_headers
 
 HOST = Path(__file__).with_name("fmi2_host.c")
 
@@ -153,6 +154,19 @@ def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -
     done = subprocess.run(words, capture_output=True, text=True, check=False, env=env, timeout=300)
     assert done.returncode == 0, done.stderr
     return [float(word) for word in done.stdout.split()]
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize("target", ["x86_64-windows-gnu", "aarch64-windows-gnu"])
+def test_the_runtime_needs_no_function_that_windows_lacks(target: str, tmp_path: Path) -> None:
+    """Compiled without optimisation, so that every function of the C library remains a call; then linked as FMUs are."""
+    write_headers(tmp_path)
+    options = ["-target", target, "-std=c99", "-O0", "-w", "-fno-sanitize=all", "-fno-stack-protector", f"-I{RUNTIME}", f"-I{tmp_path}"]
+    made = [tmp_path / f"{source.stem}.o" for source in (RUNTIME / "runtime.c", NATIVE / "windows_libc.c")]
+    for source, file in zip((RUNTIME / "runtime.c", NATIVE / "windows_libc.c"), made, strict=True):
+        c_compiler.run([*options, "-c", str(source), "-o", str(file)], library_cache.cache_folder())
+    link = ["-shared", *map(str, made), "-o", str(tmp_path / "runtime.dll"), *SYSTEM_LIBRARIES["windows"]]
+    c_compiler.run(["-target", target, *link], library_cache.cache_folder())
 
 
 @pytest.mark.slow
