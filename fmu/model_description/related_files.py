@@ -1,6 +1,6 @@
-"""The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU: reference results with their allowed differences, the experiment that
-gives them, the scene and the values of the parameters. They are listed in a manifest (layered standard FMI-LS-REF 1.0.0-alpha.1, for
-FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft ma-hs-experiments of 2026)."""
+"""The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU: reference results with their allowed differences, the experiment
+that gives them, the scene and the values of the parameters. They are listed in a manifest (layered standard FMI-LS-REF
+1.0.0-alpha.1, for FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft ma-hs-experiments of 2026)."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ FOLDER = f"extra/{NAME}"
 SPACE = "http://fmi-standard.org/fmi-ls-manifest"
 ABOUT = "Layered Standard providing information on related files included in an FMU."
 REFERENCE, ALLOWED, EXPERIMENT, VALUES = "reference.csv", "allowed_differences.csv", "reference.exp", "parameters.ssv"
+EXPERIMENTS = "application/x-ma-hs-experiments"
 ROUND_OFF = 1e-9
 """Least allowed difference, relative to the largest value of a column: FMUs and the engine round differently."""
 GUIDE = """reference.csv contains outputs of this FMU from t = 0 to {until:.9g} s, one row every {every:g} s. The engine of Trunnion
@@ -52,7 +53,7 @@ def related_files(made: ExportedModel, reference: Result, scalars: bool) -> dict
         files[VALUES, TYPE, "parameter", "start values of all parameters"] = values
     end = "" if reference.outcome.ok else f"The run ends: {reference.outcome}.\n"
     until, rtol = float(table[-1, 0]) if stated else 0.0, float(made.scene.simulation.rtol)
-    files[EXPERIMENT, "application/x-ma-hs-experiments", "experiment", f"the run of {REFERENCE}"] = _experiment(made, until, scalars)
+    files[EXPERIMENT, EXPERIMENTS, "experiment", f"the run of {REFERENCE}"] = _experiment(made, until, scalars)
     guide = GUIDE.format(until=until, every=made.step, rtol=rtol, least=ROUND_OFF, end=end, errors=reference.certainty)
     listed = {f"{FOLDER}/{name}": content for (name, *_), content in files.items()}
     return listed | {f"{FOLDER}/fmi-ls-manifest.xml": _manifest(list(files)), "documentation/fmi-ls-ref.txt": guide.encode()}

@@ -161,10 +161,11 @@ def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -
 def test_the_runtime_needs_no_function_that_windows_lacks(target: str, tmp_path: Path) -> None:
     """Compiled without optimisation, so that every function of the C library remains a call; then linked as FMUs are."""
     write_headers(tmp_path)
-    options = ["-target", target, "-std=c99", "-O0", "-w", "-fno-sanitize=all", "-fno-stack-protector", f"-I{RUNTIME}", f"-I{tmp_path}"]
-    made = [tmp_path / f"{source.stem}.o" for source in (RUNTIME / "runtime.c", NATIVE / "windows_libc.c")]
-    for source, file in zip((RUNTIME / "runtime.c", NATIVE / "windows_libc.c"), made, strict=True):
-        c_compiler.run([*options, "-c", str(source), "-o", str(file)], library_cache.cache_folder())
+    plain = ["-std=c99", "-O0", "-w", "-fno-sanitize=all", "-fno-stack-protector", f"-I{RUNTIME}", f"-I{tmp_path}"]
+    sources = (RUNTIME / "runtime.c", NATIVE / "windows_libc.c")
+    made = [tmp_path / f"{source.stem}.o" for source in sources]
+    for source, file in zip(sources, made, strict=True):
+        c_compiler.run(["-target", target, *plain, "-c", str(source), "-o", str(file)], library_cache.cache_folder())
     link = ["-shared", *map(str, made), "-o", str(tmp_path / "runtime.dll"), *SYSTEM_LIBRARIES["windows"]]
     c_compiler.run(["-target", target, *link], library_cache.cache_folder())
 
