@@ -74,7 +74,7 @@ def _end(told: subprocess.CompletedProcess[str]) -> str:
         return "does not end"
     if told.returncode < 0:
         return f"the process ends by signal {-told.returncode}"
-    return ([*told.stderr.splitlines(), *told.stdout.splitlines()][-1:] or ["no message"])[0]
+    return [*told.stdout.splitlines(), *told.stderr.splitlines(), "no message"][-2:][0]
 
 
 def _of_program(tool: str, file: Path) -> Values | str:
