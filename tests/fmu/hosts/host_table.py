@@ -30,10 +30,11 @@ FORMS: dict[str, dict[str, Any]] = {
     "arrays3": {"fmi": 3, "sources": True}, "scalars3": {"fmi": 3, "scalars": True}, "me3": {"fmi": 3, "kind": "me"},
 }  # fmt: skip
 TOOLS = {
-    "fmpy": ("fmpy==0.3.32",), "fmpy_compiled": ("fmpy==0.3.32", "cmake==4.4.5"), "libcosim": ("libcosimpy==0.0.6", "fmpy==0.3.32"),
+    "fmpy": ("fmpy==0.3.32",), "libcosim": ("libcosimpy==0.0.6", "fmpy==0.3.32"),
     "ecos": ("ecospy==0.7.2", "fmpy==0.3.32"), "cofmupy": ("cofmupy==1.0.0",),
     "container": ("fmu-manipulation-toolbox==2.0", "fmpy==0.3.32"), "casadi": ("casadi==3.8.2", "fmpy==0.3.32"),
     "fmuloader": ("fmuloader==0.1.2rc0", "fmpy==0.3.32"), "pathsim": ("pathsim-fmi==0.1.1", "pathsim==0.27.1", "fmpy==0.3.32"),
+    "fmpy_compiled": ("fmpy==0.3.32", "cmake==4.4.5"),
 }  # fmt: skip
 PROGRAMS = {"fmuCheck.linux64": ("cs2", "me2", "python2"), "fmi4ctest": tuple(FORMS)}
 STOP, STEP = 1.0, 0.01
@@ -114,7 +115,7 @@ def cells(folder: Path) -> Iterator[tuple[str, str, str]]:
     """(tool, form, cell) for all tools and forms."""
     made = files(folder)
     right = {f: values_in("fmpy", folder, [made[m, f] for m in MODELS]) for f in FORMS}
-    for tool in [*TOOLS, *(p for p in PROGRAMS if shutil.which(p))]:
+    for tool in [*(p for p in PROGRAMS if shutil.which(p)), *TOOLS]:
         for form in PROGRAMS.get(tool, tuple(FORMS)):
             if (tool == "casadi" and "me" not in form) or (tool == "fmpy_compiled" and "sources" not in FORMS[form]):
                 continue
