@@ -33,4 +33,6 @@ def command(
     else:
         counts = f"{made.connections} connections, {made.parameters} parameters"
         print(f"{made.file}: {made.bytes / 1024:.0f} kB, components {', '.join(made.components)}; {counts}")
+        if made.unused:
+            print(f"  parameters that no variable takes: {', '.join(made.unused)}")
     return DONE

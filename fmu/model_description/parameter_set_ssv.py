@@ -14,6 +14,8 @@ from trunnion.scene.units.unit_parser import parse_unit
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 TYPE = "application/x-ssp-parameter-set"
+BaseUnits = Mapping[str, str]
+"""Attributes of the element BaseUnit: exponents of base units, factor and offset."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +46,14 @@ def base_of(unit: str) -> dict[str, str]:
     return {k: str(e) for k, e in zip(("kg", "m", "s", "rad"), dimension, strict=False) if e}
 
 
-def add_units(parent: Element, units: Mapping[str, Mapping[str, str]]) -> None:
+def add_units(parent: Element, units: Mapping[str, BaseUnits]) -> None:
     """Write the element Units. units: attributes of BaseUnit by unit name."""
     node = SubElement(parent, "Units")
     for name, base in sorted(units.items()):
         SubElement(SubElement(node, "ssc:Unit", {"name": name}), "ssc:BaseUnit", dict(base))
 
 
-def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, Mapping[str, str]] | None = None) -> bytes:
+def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, BaseUnits] | None = None) -> bytes:
     """The SSV file as bytes. units: BaseUnit attributes by unit name; None if all units are units of Trunnion."""
     root = Element("ParameterSet", {"xmlns:ssv": SSV, "xmlns:ssc": SSC, "version": "1.0", "name": name})
     parent = SubElement(root, "Parameters")

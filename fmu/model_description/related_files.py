@@ -1,5 +1,6 @@
-"""The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU: reference results with their allowed differences, the scene and the
-values of the parameters, listed in a manifest (layered standard FMI-LS-REF 1.0.0-alpha.1, for FMI 2.0 and 3.0)."""
+"""The folder ``extra/org.fmi-standard.fmi-ls-ref`` of an FMU: reference results with their allowed differences, the experiment
+that gives them, the scene and the values of the parameters. They are listed in a manifest (layered standard FMI-LS-REF
+1.0.0-alpha.1, for FMI 2.0 and 3.0). The experiment is in the Experiments Format (draft ma-hs-experiments of 2026)."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ NAME, VERSION = "org.fmi-standard.fmi-ls-ref", "1.0.0-alpha.1"
 FOLDER = f"extra/{NAME}"
 SPACE = "http://fmi-standard.org/fmi-ls-manifest"
 ABOUT = "Layered Standard providing information on related files included in an FMU."
-REFERENCE, ALLOWED = "reference.csv", "allowed_differences.csv"
+REFERENCE, ALLOWED, EXPERIMENT, VALUES = "reference.csv", "allowed_differences.csv", "reference.exp", "parameters.ssv"
+EXPERIMENTS = "application/x-ma-hs-experiments"
 ROUND_OFF = 1e-9
 """Least allowed difference, relative to the largest value of a column: FMUs and the engine round differently."""
 GUIDE = """reference.csv contains outputs of this FMU from t = 0 to {until:.9g} s, one row every {every:g} s. The engine of Trunnion
@@ -30,8 +32,8 @@ allowed_differences.csv has one row: the difference of each column that other ma
 is the global error of the column, and at least {least:g} of the column's largest value. In model exchange, add the errors of the
 importer's solver. At the time of an event, an output that jumps may have its value before or after the jump.
 
-To check an importer, simulate the default experiment of modelDescription.xml without setting any variable, and compare the outputs
-at the times of reference.csv.
+To check an importer, perform the experiment in reference.exp: simulate the default experiment of modelDescription.xml without
+setting any variable, and compare the outputs at the times of reference.csv.
 """
 
 
@@ -48,9 +50,10 @@ def related_files(made: ExportedModel, reference: Result, scalars: bool) -> dict
     }
     if scalars:
         values = parameter_set(made.scene.name, of_scene(made.listed))
-        files["parameters.ssv", TYPE, "parameter", "start values of all parameters"] = values
+        files[VALUES, TYPE, "parameter", "start values of all parameters"] = values
     end = "" if reference.outcome.ok else f"The run ends: {reference.outcome}.\n"
     until, rtol = float(table[-1, 0]) if stated else 0.0, float(made.scene.simulation.rtol)
+    files[EXPERIMENT, EXPERIMENTS, "experiment", f"the run of {REFERENCE}"] = _experiment(made, until, scalars)
     guide = GUIDE.format(until=until, every=made.step, rtol=rtol, least=ROUND_OFF, end=end, errors=reference.certainty)
     listed = {f"{FOLDER}/{name}": content for (name, *_), content in files.items()}
     return listed | {f"{FOLDER}/fmi-ls-manifest.xml": _manifest(list(files)), "documentation/fmi-ls-ref.txt": guide.encode()}
@@ -75,6 +78,18 @@ def _allowed(made: ExportedModel, reference: Result, rows: int) -> dict[str, flo
 def _csv(names: Mapping[str, float], rows: np.ndarray) -> bytes:
     """A CSV file with the time and the named columns."""
     return ",".join(["time", *names]).encode() + b"\n" + bytes(lines_of(rows))
+
+
+def _experiment(made: ExportedModel, until: float, scalars: bool) -> bytes:
+    """The experiment that ends at ``until``, s, and gives the reference results. scalars: whether there is a file of parameters."""
+    root = Element("Experiments", {"name": made.scene.name})
+    one = SubElement(root, "Experiment", {"name": "reference", "tolerance": repr(float(made.scene.simulation.rtol))})
+    times = {"startTime": 0.0, "stopTime": until, "stepSize": made.step}
+    SubElement(one, "TransientSimulation", {k: repr(float(x)) for k, x in times.items()})
+    if scalars:
+        SubElement(one, "Parameters", {"source": VALUES})
+    SubElement(one, "References", {"source": REFERENCE})
+    return xml_bytes(root)
 
 
 def _manifest(files: Sequence[tuple[str, str, str, str]]) -> bytes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -14,9 +13,10 @@ from xml.etree.ElementTree import Element, SubElement
 from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu import zip_archive
-from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, Given, add_units, parameter_set
+from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, Given, add_units, parameter_set
 from trunnion.fmu.ssp.connection_sums import computed_by_components
-from trunnion.fmu.ssp.system_yaml import Component, Connection, System, load_system
+from trunnion.fmu.ssp.parameter_mapping import MAPPING, MAPPING_TYPE, numbers, with_mapped_values
+from trunnion.fmu.ssp.system_yaml import Component, Connection, Setting, System, load_system
 from trunnion.fmu.variables.input_sums import Source, Sums
 from trunnion.fmu.xml_document import with_prefix, xml_bytes
 from trunnion.scene import load_scene
@@ -58,13 +58,15 @@ class Part:
 
 @dataclass(frozen=True)
 class Made:
-    """The result of an export. bytes: size of the file. connections, parameters: their numbers."""
+    """The result of an export. bytes: size of the file. connections, parameters: their numbers. unused: parameters of the system
+    that no variable takes."""
 
     file: Path
     bytes: int
     components: tuple[str, ...]
     connections: int
     parameters: int
+    unused: tuple[str, ...]
 
 
 def export_system(file: str | Path, target: str | Path, platform: Sequence[str] | str = "host") -> Made:
@@ -75,19 +77,21 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
         wrong = [Problem("SYSTEM", f"there is no file {file}", "components: and connections: in a YAML file"), *wrong]
     if wrong:
         raise SceneError(wrong)
-    system = load_system(Path(file))
+    mapped = with_mapped_values(load_system(Path(file)))
+    system = mapped.system
     parts, sums, copied = _parts(system, platform)
-    mistakes = [*_connected(system, parts), *_unique(system, sums)]
+    mistakes = [*mapped.mistakes, *_connected(system, parts), *_unique(system, sums)]
     system = replace(system, connections=copied)
     values = list(_values(system, parts, sums, mistakes))
     if mistakes:
         raise error_of(mistakes, system.lines, system.file)
-    contents = {FILE: description(system, parts, values)} | {f"resources/{n}.fmu": p.data for n, p in parts.items()}
+    bound = [*[VALUES] * bool(values), *mapped.files]
+    contents = {FILE: description(system, parts, bound)} | {f"resources/{n}.fmu": p.data for n, p in parts.items()} | mapped.files
     if values:
         contents[VALUES] = parameter_set(system.name, values, _units(parts))
     out = Path(target)
     zip_archive.write(out, contents)
-    return Made(out, out.stat().st_size, tuple(parts), len(system.connections), len(values))
+    return Made(out, out.stat().st_size, tuple(parts), len(system.connections), len(values), mapped.unused)
 
 
 def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, Part], Sources, list[Connection]]:
@@ -138,22 +142,13 @@ def _exported(scene: Scene, c: Component, platform: Sequence[str] | str, sums: S
 
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "component.fmu"
-        starts = _starts(c)
+        starts = dict(numbers(c))
         changed = {n: x for n, x in starts.items() if n.startswith(f"{NAMED}.")}
         changed |= {f"inputs.{n}.start": x for n, x in starts.items() if n in scene.inputs}
         chosen = c.outputs and list(c.outputs)
         export(scene, made, overrides={**c.changes, **changed}, outputs=chosen, platform=platform, starts=starts, sums=sums)
         part = _part(made.read_bytes())
         return replace(part, ports={n: replace(p, causality="input") if n in sums else p for n, p in part.ports.items()})
-
-
-def _starts(c: Component) -> dict[str, float]:
-    """The numbers among a component's parameters, in SI units. ``_values`` reports wrong values."""
-    out = {}
-    for name, value in c.parameters.items():
-        with suppress(UnitError):
-            out[name] = float(number(value))
-    return out
 
 
 def _part(data: bytes) -> Part:
@@ -232,22 +227,23 @@ def _unique(system: System, sums: Sources) -> Iterator[Finding]:
 def _values(system: System, parts: dict[str, Part], sums: Sources, wrong: list[Finding]) -> Iterator[Given]:
     """Values of parameters; problems are appended to ``wrong``."""
     for name, c in system.components.items():
-        for variable, value in c.parameters.items():
-            path = ("components", name, "parameters", variable)
+        for variable, setting in c.parameters.items():
             port = parts[name].ports.get(variable)
             if port is None or port.causality not in ("parameter", "input") or variable in sums.get(name, ()):
                 known = [v for v, p in parts[name].ports.items() if p.causality == "parameter"]
                 near = get_close_matches(variable, known, 1)
-                wrong.append(Finding(path, f"{name} has no parameter {variable}", f"did you mean {near[0]}?" if near else ""))
+                hint = f"did you mean {near[0]}?" if near else ""
+                wrong.append(Finding(setting.place, f"{name} has no parameter {variable}", hint))
                 continue
             try:
-                yield _given(f"{name}.{variable}", port, value)
+                yield _given(f"{name}.{variable}", port, parts[name].units.get(port.unit, {}), setting)
             except UnitError as e:
-                wrong.append(Finding(path, e.what, e.hint))
+                wrong.append(Finding(setting.place, e.what, e.hint))
 
 
-def _given(name: str, port: Port, value: object) -> Given:
-    """A parameter value with the type and unit of its variable; UnitError for a wrong unit."""
+def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> Given:
+    """A value with the type and unit of its variable; UnitError for a wrong unit. base: that of the variable's unit."""
+    value = setting.value
     if port.type in ("String", "Boolean"):
         return Given(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
     x = number(value)
@@ -258,9 +254,9 @@ def _given(name: str, port: Port, value: object) -> Given:
             raise UnitError(f"its unit {port.unit} is unknown", "give the number alone") from None
         if not fits:
             raise UnitError(f"{x.text} is not a value in {port.unit or '1'}")
-    if port.type == "Integer":
-        return Given(name, "Integer", str(int(x)))
-    return Given(name, "Real", repr(float(x)), port.unit)
+        x = (float(x) - float(base.get("offset", 0.0))) / float(base.get("factor", 1.0))
+    x = setting.factor * float(x) + setting.offset
+    return Given(name, "Integer", str(int(x))) if port.type == "Integer" else Given(name, "Real", repr(x), port.unit)
 
 
 def _units(parts: dict[str, Part]) -> dict[str, dict[str, str]]:
@@ -268,15 +264,20 @@ def _units(parts: dict[str, Part]) -> dict[str, dict[str, str]]:
     return {u: base for p in parts.values() for u, base in p.units.items()}
 
 
-def description(system: System, parts: dict[str, Part], values: Sequence[Given]) -> bytes:
-    """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components."""
+def description(system: System, parts: dict[str, Part], bound: Sequence[str]) -> bytes:
+    """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components. bound:
+    the files with values of parameters; later ones count more."""
     root = Element(
         "SystemStructureDescription",
         {"xmlns:ssd": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},
     )
     top = SubElement(root, "System", {"name": system.name})
-    if values:
-        SubElement(SubElement(top, "ParameterBindings"), "ParameterBinding", {"type": TYPE, "source": VALUES})
+    bindings = SubElement(top, "ParameterBindings") if bound else top
+    for file in bound:
+        if file != MAPPING:
+            binding = SubElement(bindings, "ParameterBinding", {"type": TYPE, "source": file})
+        else:
+            SubElement(binding, "ParameterMapping", {"type": MAPPING_TYPE, "source": file})
     elements, ends = SubElement(top, "Elements"), {c.end for c in system.connections}
     used: set[str] = set()
     for name, part in parts.items():

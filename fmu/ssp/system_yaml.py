@@ -1,8 +1,9 @@
-"""Reader of a YAML file that defines a system of FMUs: components, connections, parameter values, simulation time."""
+"""Reader of a YAML file that defines a system of FMUs: components, connections, values of parameters and their mapping, simulation
+time."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from math import isfinite
@@ -15,8 +16,13 @@ from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.quantities import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
 
-KEYS = ("name", "components", "connections", "simulation")
-OF_A_CONNECTION = ("connect", "factor", "offset")
+KEYS = ("name", "components", "connections", "parameters", "mappings", "simulation")
+LISTS = {
+    "connections": ("connect", "motor.shaft.torque[1] -> crank.drive"),
+    "mappings": ("map", "friction -> crank.joints.guide.friction.mu"),
+}
+"""By key of a list of links: the key of a link that has a factor or an offset, and an example."""
+SCALES = ("factor", "offset")
 OF_A_COMPONENT = ("scene", "fmu", "set", "outputs", "parameters")
 OF_THE_RUN = {"until": (1.0, "2 s"), "step": (0.01, "1 ms")}
 """By key of ``simulation``: the default, s, and an example."""
@@ -25,15 +31,37 @@ NAMES = "names are letters, digits and _"
 
 
 @dataclass(frozen=True)
+class Setting:
+    """A value of a variable: factor × value + offset, in the unit of the variable. value: a number, or a text with a unit."""
+
+    value: Any
+    factor: float = 1.0
+    offset: float = 0.0
+    place: tuple[str | int, ...] = ()
+
+
+@dataclass(frozen=True)
 class Component:
-    """A component: a scene that is exported with changes and outputs, or an existing FMU. parameters: values of its parameters,
-    each a number or a text with a unit."""
+    """A component: a scene that is exported with changes and outputs, or an existing FMU. parameters: values of its parameters and
+    inputs by name."""
 
     scene: str = ""
     fmu: str = ""
     changes: Mapping[str, Any] = field(default_factory=dict)
     outputs: tuple[str, ...] | None = None
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Setting] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A mapping of a parameter of the system to a variable, which is given as (component, variable). The variable receives
+    factor × parameter + offset, in its own unit."""
+
+    start: str
+    end: tuple[str, str]
+    place: tuple[str | int, ...] = ()
+    factor: float = 1.0
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,7 +79,7 @@ class Connection:
 @dataclass(frozen=True)
 class System:
     """The contents of the file. folder: paths in the file are relative to this folder. lines, file: line numbers and file name for
-    problems that are found later."""
+    problems that are found later. parameters, mappings: of the system; paths of an SSV and an SSM file, or their contents."""
 
     name: str
     components: dict[str, Component]
@@ -61,6 +89,8 @@ class System:
     folder: Path
     file: str = ""
     lines: dict[tuple[str | int, ...], int] = field(default_factory=dict)
+    parameters: Mapping[str, Any] | Path = field(default_factory=dict)
+    mappings: list[Link] | Path = field(default_factory=list)
 
 
 class _Reader:
@@ -102,22 +132,46 @@ class _Reader:
         if outputs is not None and not (isinstance(outputs, list) and all(isinstance(o, str) for o in outputs)):
             self.note((*path, "outputs"), "names or patterns of columns are required", "outputs: [ball.*]")
             outputs = None
-        values = self.group(given.get("parameters"), (*path, "parameters"))
+        at = (*path, "parameters")
+        values = {str(n): Setting(x, place=(*at, str(n))) for n, x in self.group(given.get("parameters"), at).items()}
         return Component(str(given.get("scene", "")), str(given.get("fmu", "")), self.group(given.get("set"), (*path, "set")),
                          None if outputs is None else tuple(outputs), values)  # fmt: skip
 
-    def connection(self, place: int, data: Any) -> Connection | None:
-        """Read a connection, "a.output -> b.input" or {connect: "a.output -> b.input", factor: -1, offset: 0}; None if its form is
-        wrong."""
-        path = ("connections", place)
-        given = self.group(data, path, OF_A_CONNECTION) if isinstance(data, dict) else {"connect": data}
-        text = given.get("connect")
-        ends = [e.strip().partition(".") for e in str(text).split(ARROW)]
-        if not isinstance(text, str) or len(ends) != 2 or not all(name and dot and rest for name, dot, rest in ends):
-            self.note(path, "a connection is required", f"motor.shaft.torque[1] {ARROW} crank.drive")
+    def links(self, key: str, data: Any) -> Iterator[Link]:
+        """Read a list of links. Each is a text "a -> b.c", or a group with this text, a factor and an offset."""
+        listed = data.get(key) or []
+        if not isinstance(listed, list):
+            self.note((key,), "a list is required", f"- {LISTS[key][1]}")
+            return
+        for place, given in enumerate(listed):
+            path, (word, example) = (key, place), LISTS[key]
+            group = self.group(given, path, (word, *SCALES)) if isinstance(given, dict) else {word: given}
+            text = group.get(word)
+            ends = [e.strip() for e in str(text).split(ARROW)]
+            name, _, variable = ends[-1].partition(".")
+            if not isinstance(text, str) or len(ends) != 2 or not all((ends[0], name, variable)):
+                self.note(path, f"a text as in the example is required (it is {given!r})", example)
+                continue
+            scales = {k: self.plain((*path, k), group[k]) for k in SCALES if k in group}
+            yield Link(ends[0], (name, variable), path, **scales)
+
+    def connections(self, data: Any) -> Iterator[Connection]:
+        """Read the connections."""
+        for link in self.links("connections", data):
+            name, _, variable = link.start.partition(".")
+            if not (name and variable):
+                self.note(link.place, f"{link.start} is not an output of a component", LISTS["connections"][1])
+            yield Connection((name, variable), link.end, link.place, link.factor, link.offset)
+
+    def contents(self, key: str, data: Any, folder: Path, suffix: str) -> Path | None:
+        """The file that a key names instead of its contents; None if it names none."""
+        given = data.get(key)
+        if not isinstance(given, str):
             return None
-        scales = {key: self.plain((*path, key), given[key]) for key in OF_A_CONNECTION[1:] if key in given}
-        return Connection((ends[0][0], ends[0][2]), (ends[1][0], ends[1][2]), path, **scales)
+        file = folder / given
+        if file.suffix != suffix or not file.is_file():
+            self.note((key,), f"there is no file {file} with the suffix {suffix}")
+        return file
 
     def plain(self, path: tuple[str | int, ...], value: Any) -> float:
         """Read a number without a unit; records a mistake for other values."""
@@ -149,14 +203,13 @@ def load_system(file: Path) -> System:
     components = {str(n): reader.component(str(n), c) for n, c in reader.group(data.get("components"), ("components",)).items()}
     if not components and not doc.findings:
         reader.note(("components",), "a system has at least one component")
-    listed = data.get("connections") or []
-    if not isinstance(listed, list):
-        reader.note(("connections",), "a list is required", f"- motor.torque {ARROW} crank.drive")
-        listed = []
-    found = [reader.connection(i, c) for i, c in enumerate(listed)]
+    connections = list(reader.connections(data))
+    folder = file.parent
+    parameters = reader.contents("parameters", data, folder, ".ssv") or reader.group(data.get("parameters"), ("parameters",))
+    mappings = reader.contents("mappings", data, folder, ".ssm") or list(reader.links("mappings", data))
     run = reader.group(data.get("simulation"), ("simulation",), tuple(OF_THE_RUN))
-    made = System(str(data.get("name", file.stem)), components, [c for c in found if c is not None], reader.seconds(run, "until"),
-                  reader.seconds(run, "step"), file.parent, str(file), doc.lines)  # fmt: skip
+    made = System(str(data.get("name", file.stem)), components, connections, reader.seconds(run, "until"),
+                  reader.seconds(run, "step"), folder, str(file), doc.lines, parameters, mappings)  # fmt: skip
     if doc.findings:
         found_wrong = error_of(doc.findings, doc.lines, str(file))
         raise SceneError([replace(p, where="system") if p.where == "scene" else p for p in found_wrong.problems])

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from fmpy import simulate_fmu
+from fmpy import read_model_description, simulate_fmu
 
 from tests.fmu.validation import validated
 from trunnion.fmu.scene_export import export
@@ -71,5 +71,25 @@ def test_the_manifest_lists_its_files_as_the_schema_requires(tmp_path: Path) -> 
         assert set(related.attrib) <= {"type", "source", "role", "description"}
         assert ROLES.fullmatch(related.attrib["role"])
         assert FOLDER + related.attrib["source"] in names
-    assert {r.get("role") for r in root} == {"model", "result"}  # SSV 1.0 has no arrays
+    assert {r.get("role") for r in root} == {"model", "result", "experiment"}  # SSV 1.0 has no arrays
     assert "from t = 0 to" in guide
+
+
+@pytest.mark.parametrize("scalars", [False, True])
+def test_the_experiment_is_the_default_one_with_the_files_beside_it_as_the_schema_requires(scalars: bool, tmp_path: Path) -> None:
+    file = tmp_path / "proved.fmu"
+    export("simple_pendulum", file, reference=True, fmi=3, scalars=scalars)
+    with zipfile.ZipFile(file) as z:
+        root = ElementTree.fromstring(z.read(FOLDER + "reference.exp"))
+        names, times = set(z.namelist()), table(z, "reference.csv")["time"]
+    usual = read_model_description(file).defaultExperiment
+    assert (root.tag, set(root.attrib)) == ("Experiments", {"name"})
+    (one,) = root
+    assert (one.tag, set(one.attrib)) == ("Experiment", {"name", "tolerance"})
+    simulation, *files = one
+    expected = [("startTime", usual.startTime), ("stopTime", usual.stopTime), ("stepSize", usual.stepSize)]
+    assert simulation.tag == "TransientSimulation"
+    assert [(k, float(x)) for k, x in simulation.attrib.items()] == [(k, float(x)) for k, x in expected]
+    assert times[-1] == float(usual.stopTime)
+    assert [f.tag for f in files] == ["Parameters"] * scalars + ["References"]
+    assert all(list(f.attrib) == ["source"] and FOLDER + f.attrib["source"] in names for f in files)

@@ -1,5 +1,5 @@
-"""Other tools that simulate FMUs. ``python programs.py TOOL FILE STOP STEP`` runs in an environment with that tool, without
-Trunnion, and prints the final values of the outputs as JSON. FILE: an FMU, or an SSP file."""
+"""Other tools that simulate FMUs. ``python programs.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
+Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 Values = dict[str, float]
+MARK = "values: "
+"""The beginning of a line with values; tools print lines, too."""
 
 
 def outputs(file: str) -> list[Any]:
@@ -174,7 +176,8 @@ def pathsim(file: str, stop: float, step: float) -> Values:
 
 
 if __name__ == "__main__":
-    tool, file, stop, step = sys.argv[1:]
-    found = globals()[tool](file, float(stop), float(step))
-    print("\n" + json.dumps(found), flush=True)
+    tool, stop, step, *files = sys.argv[1:]
+    for file in files:
+        found = globals()[tool](file, float(stop), float(step))
+        print("\n" + MARK + json.dumps(found), flush=True)
     os._exit(0)

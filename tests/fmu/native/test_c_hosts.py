@@ -20,6 +20,7 @@ from tests.fmu.fmpy_host import FOLDER, Host, exported
 from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, entries, headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.shared_libraries import RUNTIME, write_headers
 
 HOST = Path(__file__).with_name("fmi2_host.c")
 
@@ -110,25 +111,39 @@ def test_every_function_of_a_standard_sets_the_environment(standard: str) -> Non
     assert made == {name: f"fmu_{name}" for name in declared}
 
 
-ARM = Path("/usr/aarch64-linux-gnu")
-"""The place of the C library of 64-bit ARM in Debian (libc6-arm64-cross)."""
+ARM = Path(os.environ.get("QEMU_LD_PREFIX", "/usr/aarch64-linux-gnu"))
+"""The place of the C library of 64-bit ARM; in Debian, that of libc6-arm64-cross."""
 
 
-def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
-    """Under qemu, where it is installed; to 1e-9 s, because other processors round differently."""
+def under_qemu(standard: str, folder: Path, *more: str) -> list[float]:
+    """The output of a C host with the library of example 8.1 for 64-bit ARM. Skips where qemu is not installed, or fails where it
+    is required."""
     program = shutil.which("qemu-aarch64")
     if program is None or not ARM.is_dir():
         reason = "qemu-user or libc6-arm64-cross is not installed (apt-get install qemu-user libc6-arm64-cross)"
         pytest.fail(reason) if "qemu" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
-    file = FOLDER / "arm64.fmu"
-    export("spherical_pendulum", file, platform="aarch64-linux", fmi=3)
-    host = built("aarch64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("fmi3_host.c"))
-    made, _ = library(file, "aarch64-linux", tmp_path)
-    token = read_model_description(file).instantiationToken
-    done = subprocess.run([str(program), "-L", str(ARM), host, made, token, "2", "10"], capture_output=True, text=True, check=False)
+    file = FOLDER / f"arm64-{standard}.fmu"
+    export("spherical_pendulum", file, platform="aarch64-linux", fmi=int(standard))
+    host = built("aarch64-linux-gnu.2.17", folder / "host", HOST.with_name(f"fmi{standard}_host.c"))
+    made, guid = library(file, {"2": "linux64", "3": "aarch64-linux"}[standard], folder)
+    told = read_model_description(file)
+    words = [program, "-L", ARM, host, made, guid if standard == "2" else told.instantiationToken, *more]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    return [float(word) for word in done.stdout.split()]
+
+
+@pytest.mark.slow
+def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
+    """To 1e-9 s, because other processors round differently."""
     events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
-    assert [float(t) for t in done.stdout.split()[1:]] == pytest.approx([e[0] for e in events], abs=1e-9)
+    assert under_qemu("3", tmp_path, "2", "10")[1:] == pytest.approx([e[0] for e in events], abs=1e-9)
+
+
+@pytest.mark.slow
+def test_the_library_for_64_bit_arm_in_an_fmu_of_fmi_2_steps_as_that_for_x86_64(tmp_path: Path) -> None:
+    expected = Host(exported("spherical_pendulum")).run(0.0, 10000, 1e-4, "pendulum.position[1]")[-1][0]
+    assert under_qemu("2", tmp_path, "20")[-1] == pytest.approx(expected, abs=1e-9)
 
 
 def wine() -> str | None:
@@ -153,6 +168,20 @@ def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -
     done = subprocess.run(words, capture_output=True, text=True, check=False, env=env, timeout=300)
     assert done.returncode == 0, done.stderr
     return [float(word) for word in done.stdout.split()]
+
+
+@pytest.mark.default_cases(1)
+@pytest.mark.parametrize("target", ["x86_64-windows-gnu", "aarch64-windows-gnu"])
+def test_the_runtime_needs_no_function_that_windows_lacks(target: str, tmp_path: Path) -> None:
+    """Compiled without optimisation, so that every function of the C library remains a call; then linked as FMUs are."""
+    write_headers(tmp_path)
+    plain = ["-std=c99", "-O0", "-w", "-fno-sanitize=all", "-fno-stack-protector", f"-I{RUNTIME}", f"-I{tmp_path}"]
+    sources = (RUNTIME / "runtime.c", NATIVE / "windows_libc.c")
+    made = [tmp_path / f"{source.stem}.o" for source in sources]
+    for source, file in zip(sources, made, strict=True):
+        c_compiler.run(["-target", target, *plain, "-c", str(source), "-o", str(file)], library_cache.cache_folder())
+    link = ["-shared", *map(str, made), "-o", str(tmp_path / "runtime.dll"), *SYSTEM_LIBRARIES["windows"]]
+    c_compiler.run(["-target", target, *link], library_cache.cache_folder())
 
 
 @pytest.mark.slow

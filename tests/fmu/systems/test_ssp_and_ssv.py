@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import zipfile
@@ -12,7 +13,7 @@ import pytest
 from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.ssp.simulation import simulate_ssp
-from fmpy.ssp.ssd import read_ssd, read_ssv
+from fmpy.ssp.ssd import read_ssd, read_ssm, read_ssv
 from scipy.integrate import solve_ivp
 
 from tests.fmu.fmpy_host import Host, arm, exported
@@ -207,6 +208,93 @@ def test_a_start_value_that_is_not_allowed_is_refused_with_its_component(folder:
         export_system(file, folder / "negative.ssp")
     told = [(p.where, p.what) for p in refused.value.problems]
     assert told == [("components.rotor: joints.shaft.damping", "damping must not be negative (it is -1)")]
+
+
+MAPPED = """
+components:
+  rotor: {scene: rotor.yaml, outputs: [shaft.*]}
+  arm: {fmu: arm.fmu}
+parameters: PARAMETERS
+mappings: MAPPINGS
+"""
+VALUES = {"start rate": "2 rad/s", "loss": 0.15, "torque": "3 N*m", "rotor.joints.shaft.start.q[1]": "90 deg", "gear": 3.5}
+LINKS = [
+    {"map": "start rate -> rotor.joints.shaft.start.qd[1]", "factor": -1.5, "offset": 0.5},
+    "loss -> arm.joints.knee.friction.mu",
+    {"map": "loss -> rotor.joints.shaft.damping", "factor": 2},
+    "torque -> arm.motor",
+]
+
+
+def mapped(folder: Path, parameters: object, mappings: object) -> Path:
+    """The system with these parameters, exported."""
+    file = folder / "mapped.yaml"
+    file.write_text(MAPPED.replace("PARAMETERS", json.dumps(parameters)).replace("MAPPINGS", json.dumps(mappings)))
+    return export_system(file, folder / "mapped.ssp").file
+
+
+def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A scene's FMU starts with its values in every host; SSV and SSM files have them for hosts that read these. The files say the
+    same when they are given instead of their contents. A value is converted into the unit of its variable before the factor."""
+    made = mapped(folder, VALUES, LINKS)
+    assert main(["ssp", str(folder / "mapped.yaml"), "-o", str(folder / "again.ssp")]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "  parameters that no variable takes: gear"
+    with zipfile.ZipFile(made) as z:
+        z.extractall(folder / "mapped")
+    resources = folder / "mapped" / "resources"
+    rotor = {v.name: v for v in read_model_description(str(resources / "rotor.fmu")).modelVariables}
+    expected = {"joints.shaft.start.qd[1]": -2.5, "joints.shaft.start.q[1]": math.pi / 2, "joints.shaft.damping": 0.3}
+    assert {n: float(rotor[n].start) for n in expected} == expected
+    got = simulate_ssp(str(made), stop_time=0.01, step_size=1e-3)
+    assert got["rotor.shaft.qd[1]"][0] == pytest.approx(-2.5, abs=1e-2)
+    values = {p.name: (float(p.value), p.unit) for p in read_ssv(str(resources / "parameters.ssv")).parameters}
+    assert values == {f"rotor.{n}": (x, rotor[n].unit) for n, x in expected.items()} | {
+        "arm.joints.knee.friction.mu": (0.15, "1"), "arm.motor": (3000.0, "mN*m")}  # fmt: skip
+    given = {p.name: (float(p.value), p.unit) for p in read_ssv(str(resources / "system_parameters.ssv")).parameters}
+    assert given == {"start rate": (2.0, "rad/s"), "loss": (0.15, None), "torque": (3.0, "N*m"), "gear": (3.5, None),
+                     "rotor.joints.shaft.start.q[1]": (90.0, "deg")}  # fmt: skip
+    links = [(e.source, e.target, e.transformation and (float(e.transformation.factor), float(e.transformation.offset)))
+             for e in read_ssm(str(resources / "parameter_mapping.ssm")).mappingEntries]  # fmt: skip
+    assert links == [
+        ("start rate", "rotor.joints.shaft.start.qd[1]", (-1.5, 0.5)), ("loss", "arm.joints.knee.friction.mu", None),
+        ("loss", "rotor.joints.shaft.damping", (2.0, 0.0)), ("torque", "arm.motor", None)]  # fmt: skip
+    of, last = read_ssd(str(made)).system.parameterBindings  # the last one counts most
+    assert [len(b.parameterMapping) for b in (of, last)] == [0, 1]
+    for name in ("system_parameters.ssv", "parameter_mapping.ssm"):
+        (folder / name).write_bytes((resources / name).read_bytes())
+    assert mapped(folder, "system_parameters.ssv", "parameter_mapping.ssm").read_bytes() == made.read_bytes()
+
+
+def test_wrong_parameters_of_a_system_and_transformations_that_cannot_be_applied_are_told(folder: Path) -> None:
+    wrong = ["los -> arm.joints.knee.friction.mu", "loss -> leg.x", "loss -> rotor.joints.shaft.dampin", "torque -> rotor.load",
+             "torque -> rotor.joints.shaft.damping", "torque -> rotor.load", "torque -> rotor"]  # fmt: skip
+    with pytest.raises(SceneError) as refused:
+        mapped(folder, VALUES, wrong[-1:])
+    assert [p.where for p in refused.value.problems] == ["mappings[1]"]
+    with pytest.raises(SceneError) as refused:
+        mapped(folder, VALUES, wrong[:-1])
+    assert [(p.where, p.what) for p in refused.value.problems] == [
+        ("mappings[1]", "there is no parameter los"),
+        ("mappings[2]", "there is no component leg"),
+        ("mappings[6]", "rotor.load has two values"),
+        ("mappings[3]", "rotor has no parameter joints.shaft.dampin"),
+        ("mappings[5]", "3 N*m is not a value in N*m*s/rad"),
+    ]
+    space = "http://ssp-standard.org/SSP1/SystemStructure"
+    text = (
+        f'<ssm:ParameterMapping xmlns:ssm="{space}ParameterMapping" xmlns:ssc="{space}Common" version="1.0"><ssm:MappingEntry'
+        ' source="loss" target="arm.x" OPTION>INSIDE</ssm:MappingEntry></ssm:ParameterMapping>'
+    )
+    boolean = '<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/></ssc:BooleanMappingTransformation>'
+    for option, inside, what in (("", boolean, "BooleanMappingTransformation"), ('suppressUnitConversion="true"', "", "units"),
+                                 ("mass='2'", "", "cannot be read")):  # fmt: skip
+        (folder / "odd.ssm").write_text(text.replace("OPTION", option).replace("INSIDE", inside))
+        with pytest.raises(SceneError, match=what):
+            mapped(folder, VALUES, "odd.ssm")
+    with pytest.raises(SceneError, match=r"there is no file .*none.ssv"):
+        mapped(folder, "none.ssv", [])
 
 
 UNREADABLE = """
