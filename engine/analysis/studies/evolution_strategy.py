@@ -249,6 +249,7 @@ class _Trials:
             "goal": w.goal,
             "of": w.of,
             "target": w.target if w.goal == "reach" else None,
+            "within": [{"of": n, "low": None if low == -inf else low, "high": None if high == inf else high} for n, low, high in w.within],
             "why": words.get(why, why),
             "settled": why in ("settled", "reached"),
             "feasible": kind == 0,

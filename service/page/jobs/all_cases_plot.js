@@ -5,13 +5,14 @@ import { $, choices, few, later, make, many, number, wrong } from "../basics/req
 import * as cases from "./case_curves.js";
 import * as caseTable from "./case_table.js";
 import * as charts from "../plots/plotly.js";
+import * as goals from "./search_goals.js";
 import * as heat from "../plots/heat_map.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import * as parallel from "../plots/parallel_coordinates.js";
 import { title, words } from "../basics/axis_labels.js";
 
 const KINDS = { points: "points", heat: "heat map", contour: "contour", parallel: "parallel coordinates" };
-let table = null, selection = new Map(), turn = 0;
+let table = null, selection = new Map(), turn = 0, playing = null, last = null;
 
 export function begin() {
   for (const id of ["across", "up", "by", "kind"]) $(id).addEventListener("change", () => drawn().catch(wrong));
@@ -23,6 +24,7 @@ export function clear() {
   table = null;
   caseTable.changed(null);
   selection = new Map();
+  playing = last = null;
   turn++;
   charts.clear($("sweepplot"));
   parallel.clear();
@@ -52,18 +54,32 @@ async function drawn() {
   const still = () => mine === turn;
   if (kind === "parallel") await parallel.draw($("parallel"), table, $("up").value, selection, selected, still);
   if (!still()) return;
-  const of = { table, x: $("across").value, y: $("by").value, up: $("up").value, selection, still };
+  const of = { table, x: $("across").value, y: $("by").value, up: $("up").value, selection, still }, { up } = of;
   const notes = flat && of.x !== of.y && of.x !== "case" ? await heat.field($("sweepplot"), of, kind) : table.large ? await heat.density($("sweepplot"), of) : await scatter(of);
   if (!still() || !notes) return;
   $("sweepnote").textContent = notes.filter(Boolean).join(" ");
-  charts.on($("sweepplot"), "plotly_click", (e) => { const n = e.points[0].customdata; if (n != null) { cases.choose(n, e.event?.shiftKey); marked(e.points[0]); } });
+  charts.on($("sweepplot"), "plotly_click", (e) => { const n = e.points[0].customdata; if (n != null) cases.choose(n, e.event?.shiftKey); });
   charts.on($("sweepplot"), "plotly_selected", (e) => { if (e?.range) boxed(of, e.range); });
-  await told();
+  last = { ...of, up: flat ? of.y : up, goals: !flat };
+  await Promise.all([marked(), told()]);
 }
 
-// Marks the point that was clicked.
-function marked({ x, y }) {
-  window.Plotly.relayout($("sweepplot"), { annotations: [{ x, y, text: "◯", showarrow: false, font: { size: 22, color: charts.inks().ink } }] });
+// Called with the number of the case that is played.
+export function played(n) {
+  playing = n;
+  if (table) marked().catch(wrong);
+}
+
+// Draws the goals of a search, and a ring around the case that is played.
+async function marked() {
+  const { table: mine, x, up, goals: wanted, still } = last ?? {};
+  if (!mine) return;
+  const row = async (n) => (n == null ? null : mine.row(n)), answer = wanted ? await mine.answer() : null;
+  const [here, best] = await Promise.all([row(playing), row(answer?.case)]);
+  if (!still() || !$("sweepplot").layout) return;
+  const [spot, { shapes, annotations }] = [[x, up].map((name) => here?.[mine.at(name)]), goals.drawn(answer, mine, up, best?.[mine.at(x)])];
+  const ring = { x: spot[0], y: spot[1], text: "◯", showarrow: false, font: { size: 22, color: charts.inks().ink } };
+  await window.Plotly.relayout($("sweepplot"), { shapes, annotations: spot.every((v) => v != null) ? [...annotations, ring] : annotations });
 }
 
 async function scatter({ x, up }) {

@@ -11,8 +11,11 @@ const MOST_CASES = 12, MOST_COLUMNS = 6, MOST_EVENTS = 200, DASHES = ["solid", "
 const STROKES = ["none", "6 4", "2 3", "6 3 2 3", "11 4", "11 3 2 3"];
 let job = null, table = null, offered = [], shown = [], kept = new Map(), turn = 0, span = [0, 1], at = 0;
 
-export function begin() {
-  motion.begin((t) => cursor(t, true));
+export const start = motion.start;
+
+// onCase: called with the number of a case that is played.
+export function begin(onCase) {
+  motion.begin((t) => cursor(t, true), onCase);
   const again = later(() => drawn(), 250);
   $("cases").addEventListener("input", again);
   $("marked").addEventListener("change", again);
@@ -38,9 +41,9 @@ export async function changed(now, rows, query) {
   const fresh = !job;
   [job, table] = [now, rows];
   if (fresh) {
-    const { scene, optimise } = await ask("GET", `/v1/jobs/${now.id}/request`);
+    const { scene, optimise } = table.request;
     if (query?.get("cases")) $("cases").value = query.get("cases");
-    else $("cases").value = String((optimise ? (await ask("GET", `/v1/jobs/${now.id}/answer`)).answer?.case : null) ?? (await earliest()) ?? 0);
+    else $("cases").value = String((optimise ? (await table.answer())?.case : null) ?? (await earliest()) ?? 0);
     if (job?.id !== now.id) return;
     offered = (await ask("POST", "/v1/scenes/check", { scene })).columns;
     if (job?.id !== now.id) return;

@@ -24,7 +24,7 @@ export async function enter(query) {
     await learn();
     const jobs = await Promise.all(ids.map((id) => ask("GET", `/v1/jobs/${id}`)));
     requests = await Promise.all(ids.map((id) => ask("GET", `/v1/jobs/${id}/request`)));
-    const made = jobs.map((j) => new Table(j));
+    const made = jobs.map((j, i) => new Table(j, requests[i]));
     await Promise.all(made.map((t) => t.fetch()));
     if (mine !== turn) return leave;
     tables = made;
