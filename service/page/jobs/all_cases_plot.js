@@ -36,12 +36,12 @@ export function clear() {
 // Draws a changed table.
 export async function changed(now) {
   table = now;
-  const paths = table.paths.map((c) => [c.name, c.name, words(c)]), n = paths.length;
+  const paths = table.paths.map((c) => [c.name, words(c), c.name]), n = paths.length;
   const kinds = n === 2 ? ["heat", "contour", "points"] : n > 2 ? ["parallel", "heat", "points"] : ["points"];
   choices($("kind"), kinds.map((k) => [k, KINDS[k]]));
-  choices($("across"), [...paths, ["case", "case", "number of the case"]]);
+  choices($("across"), [...paths, ["case", "number of the case"]]);
   choices($("by"), paths, paths[1]?.[0]);
-  choices($("up"), table.results.map((c) => [c.name, c.name, words(c)]));
+  choices($("up"), table.results.map((c) => [c.name, words(c), c.name]));
   caseTable.changed(now);
   await drawn();
 }
@@ -124,7 +124,7 @@ async function told() {
     first = rows.slice(0, 12).map((r) => r[0]);
     for (const r of rows) counts[r[table.at("outcome")]] = (counts[r[table.at("outcome")]] ?? 0) + 1;
   }
-  const conditions = [...selection].map(([name, [low, high]]) => `${name} ${low == null ? "" : `from ${number(low)} `}${high == null ? "" : `to ${number(high)}`}`).join(", ");
+  const conditions = [...selection].map(([name, [low, high]]) => `${words(table.column(name))} ${low == null ? "" : `from ${number(low)} `}${high == null ? "" : `to ${number(high)}`}`).join(", ");
   box.replaceChildren(
     make("p", {}, make("b", {}, `${few(count, "case")} selected`), ` (${conditions}) `, make("button", { type: "button", onclick: () => selected(new Map()) }, "Select all again")),
     make("ul", { class: "outcomes" }, ...outcomes.chips(counts)),

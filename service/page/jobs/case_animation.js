@@ -31,7 +31,7 @@ export async function start(now, scene, ended) {
   if (job) return;
   [job, over] = [now, ended];
   say("Loading the start …");
-  const page = await askText("POST", "/v1/scenes/view?shown=values%3D0", { scene });
+  const page = await askText("POST", "/v1/scenes/view?shown=values%3D0%26bare%3D1", { scene });
   if (job?.id !== now.id || $("moving").value) return;
   still = page;
   $("animation").src = "/page/blank_frame.html";
@@ -42,7 +42,7 @@ export async function start(now, scene, ended) {
 export function offer(now, numbers) {
   const before = job?.id === now.id ? $("moving").value : "";
   job = now;
-  choices($("moving"), numbers.map((n) => [String(n), `case ${n}`]));
+  choices($("moving"), numbers.map((n) => [String(n)]));
   others = numbers;
   if (!numbers.length) { $("animation").hidden = true; say("No case is selected for the animation."); return; }
   const chosen = numbers.includes(wish) ? String(wish) : $("moving").value;
@@ -62,7 +62,7 @@ function load(play) {
   asked = from;
   say("Loading the motion …");
   played(+$("moving").value);
-  $("animation").src = `${address}?values=0&t=${from}${play ? "&play=1" : ""}`;
+  $("animation").src = `${address}?values=0&bare=1&t=${from}${play ? "&play=1" : ""}`;
   $("animationlink").href = address;
   for (const id of ["animation", "animationlink", "wide"]) $(id).hidden = false;
 }
@@ -70,8 +70,9 @@ function load(play) {
 function loaded() {
   const inside = $("animation").contentDocument;
   if (still) {
-    $("animation").contentWindow.put?.(still);
+    const page = still;
     still = "";
+    try { $("animation").contentWindow.put(page); } catch { $("animation").hidden = true; say(""); return; } // the server was lost in the meantime
     say(`The start of the mechanism.${over ? "" : " The first finished case will be played here."}`);
     return;
   }

@@ -6,7 +6,7 @@ import * as charts from "../plots/plotly.js";
 import * as goals from "./search_goals.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { middles } from "../basics/result_rows.js";
-import { sentences, short, title, unit } from "../basics/axis_labels.js";
+import { sentences, short, title, unit, words } from "../basics/axis_labels.js";
 
 const SHADES = { first: 0, total: 1, second: 2, cases: 5 };
 const shade = (kind) => outcomes.color(SHADES[kind]);
@@ -41,7 +41,7 @@ export async function changed(now, rows) {
   indices = method === "saltelli" ? await asked("indices", "") : [];
   const kept = table.columns.slice(table.columns.findIndex((c) => c.name === "steps") + 1).map((c) => c.name);
   const names = indices.length ? indices.map((i) => i.of) : kept;
-  choices($("questionof"), names.map((n) => [n, n === "failed" ? "failed (outcome other than done)" : n]));
+  choices($("questionof"), names.map((n) => [n, n === "failed" ? "failed (outcome other than done)" : words(table.column(n)), n]));
   $("questions").hidden = false;
   await told();
 }
