@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from tests.service.http_servers import MU, Served
+from tests.service.http_servers import MU, ROOT, Served
 from tests.service.page.chromium_tab import until, vary
 from trunnion.service.client.remote_jobs import Job, connect
 
@@ -148,6 +148,14 @@ def new_run_best(page: Any, there: There) -> None:
     page.fill("#target", "4 m")
     page.wait_for_timeout(600)
     page.wait_for_selector("#jobverdict.good, #jobverdict.bad")
+
+
+@state
+def new_run_fit(page: Any, there: There) -> None:
+    form(page, there, "friction_identification")
+    page.check("input[value=fit]")
+    page.set_input_files("#measured", ROOT / "models" / "friction_identification" / "measured.csv")
+    until(page, "document.getElementById('count').textContent === '1 case'")
 
 
 @state

@@ -105,7 +105,7 @@ def test_the_start_is_shown_while_a_job_waits_and_then_its_first_finished_case_i
     page.route("**/v1/jobs/*/results**", lambda r: r.fulfill(json={"columns": [], "rows": []}))
     job = served.submit(SMALL | {"vary": {MU: "0.1:0.6:3"}, "label": "watched"})
     show(page, f"/jobs/{job}")
-    page.frame_locator("#animation").locator("#clock").wait_for()
+    page.frame_locator("#animation").locator("#stage").wait_for()
     until(page, "document.getElementById('motionnote').textContent.startsWith('The start of the mechanism')")
     page.unroute("**/v1/jobs/*/results**")
     served.ended(job)
