@@ -11,7 +11,7 @@ import { onReturn } from "../basics/server_status.js";
 import { Table } from "../basics/result_rows.js";
 import { learn } from "../basics/axis_labels.js";
 
-const GROW = 400; // shortest time between two updates of a running job's rows, ms
+const GROW = 400, GROW_LARGE = 2000; // shortest time between two updates of a running job's rows, ms
 const STAGES = [["waiting", "Waiting"], ["starting", "Starting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
 let job = null, request = null, source = null, table = null, next = 0, seen = new Set();
 const unsent = new Set(); // jobs whose cancellation did not reach the server
@@ -123,7 +123,7 @@ async function grown() {
   try {
     if (!table || table.large || before < job.done) await rows();
   } finally {
-    next = Date.now() + Math.max(GROW, 3 * (Date.now() - began));
+    next = Date.now() + Math.max(table?.large ? GROW_LARGE : GROW, 3 * (Date.now() - began));
   }
 }
 

@@ -4,6 +4,8 @@ import { number } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
 import { unit } from "../basics/axis_labels.js";
 
+const TOLD = 1e-6; // relative distance from the target above which it is told
+
 // The levels of a result: [value, text].
 function levels(answer, of) {
   const bounds = answer.within.filter((w) => w.of === of).flatMap((w) => [[w.low, "at least"], [w.high, "at most"]]);
@@ -12,9 +14,9 @@ function levels(answer, of) {
 
 // Whether the best case misses the target or a constraint, in words.
 export function missed(answer, table) {
-  const by = answer.constraints_missed == null ? "" : ` by ${number(answer.constraints_missed)} of their scales`, u = unit(table.column(answer.of)?.unit);
-  if (!answer.feasible) return answer.case == null || by === "" ? "no case has a value" : `no case satisfies all constraints; the nearest case, ${answer.case}, misses them${by}`;
-  return answer.off_target ? `the nearest case, ${answer.case}, is off target by ${number(answer.off_target)} ${u}`.trim() : "";
+  const by = answer.constraints_missed, u = unit(table.column(answer.of)?.unit);
+  if (!answer.feasible) return by == null ? "no case has a value" : `no case satisfies all constraints; the nearest case, ${answer.case}, misses them by ${number(by)} of their scales`;
+  return Math.abs(answer.off_target) > TOLD * Math.abs(answer.target) ? `the nearest case, ${answer.case}, is off target by ${number(answer.off_target)} ${u}`.trim() : "";
 }
 
 // Plotly's shapes and annotations of a plot of a result (of). at: abscissa of the best case.

@@ -82,7 +82,7 @@ function follow() {
 // Shows problems at the ends of their lines.
 export function tell(problems) {
   told = problems.filter((p) => p.line);
-  const rows = $("scene").value.split("\n"), byLine = Map.groupBy ? Map.groupBy(told, (p) => p.line) : grouped(told);
+  const rows = $("scene").value.split("\n"), byLine = Map.groupBy(told, (p) => p.line);
   $("marks").replaceChildren(...[...byLine].map(([line, found]) => {
     const words = make("span", { "data-at": (rows[line - 1] ?? "").length }, found.map((p) => p.what).join("; "));
     const mark = make("div", { class: "mark" }, words);
@@ -91,12 +91,6 @@ export function tell(problems) {
   }));
   $("scene").setAttribute("aria-invalid", String(problems.length > 0));
   follow();
-}
-
-function grouped(problems) {
-  const out = new Map();
-  for (const p of problems) out.set(p.line, [...(out.get(p.line) ?? []), p]);
-  return out;
 }
 
 export function toLine(line) {
