@@ -22,7 +22,7 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import JobRequest, plan_of_request
 
 CASES, PAIRS, ONES, STATUSES, FLYING = 20_000, 5, 40, 1000, 96
-WATCH = """import asyncio.events, json, sys, threading, time
+WATCH = """import asyncio.events, json, os, sys, threading, time
 sys.path.append({root!r})
 longest, run = [], asyncio.events.Handle._run
 
@@ -34,7 +34,7 @@ def timed(self):
         return run(self)
     finally:
         took = time.thread_time() - began
-        if took > (longest[-1][0] if len(longest) == 5 else 0.002):
+        if took > (longest[-1][0] if len(longest) == 5 else 0.002) and os.path.exists({file!r} + ".begun"):
             longest[:] = sorted([*longest, (took, repr(self)[:300])], reverse=True)[:5]
             open({file!r}, "w").write(json.dumps(longest))
 
@@ -110,8 +110,8 @@ def main() -> None:
             print(f"a status: {min(found):.2f} ms, median {statistics.median(found):.2f}", flush=True)
         with Served(place / "flying", "--workers", "1", "--limit", "waiting=200", paths=[str(place / "own")]) as s:
             s.ended(s.submit(SMALL))
-            (place / "longest").unlink(missing_ok=True)
-            jobs = [s.submit(SMALL | {"vary": {MU: f"0.1:0.6:{200 + k}"}, "until": 20.0}) for k in range(FLYING)]
+            (place / "longest.begun").touch()  # the first requests of a server load modules
+            jobs = [s.submit(SMALL | {"vary": {MU: f"0.1:0.6:{20 + k}"}}) for k in range(FLYING)]
             eventually(lambda: all(s.job(job)["state"] == "done" for job in jobs))
             longest = json.loads((place / "longest").read_text()) if (place / "longest").exists() else []
             print(f"{FLYING} jobs, longest callbacks, ms:", *(f"\n{1e3 * t:.1f} {who}" for t, who in longest))
