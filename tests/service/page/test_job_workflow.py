@@ -128,7 +128,7 @@ def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any
     assert offered == [c.name for c in columns(build(load_scene("spherical_pendulum")).system)]
     page.select_option("#column", "pendulum.position[3]")
     page.click("#addcolumn")
-    until(page, "document.getElementById('timeplot').data?.some((t) => t.name.startsWith('position'))")
+    until(page, "document.getElementById('timeplot').data?.some((t) => t.name.startsWith('mass centre'))")
     page.fill("#cases", "199999")
     until(page, "document.getElementById('casevalues').textContent.includes('no result yet')")
     assert page.inner_text("#state").startswith("running")
