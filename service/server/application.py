@@ -31,10 +31,16 @@ def create_app(settings: Settings) -> FastAPI:
     return build_application(create_service(settings))
 
 
+FIRST: Scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "headers": []}
+"""A request that makes FastAPI prepare all routes, which takes 80 ms, before the first request comes."""
+
+
 def build_application(service: Service) -> FastAPI:
 
     @asynccontextmanager
-    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        for route in app.routes:
+            route.matches(FIRST)
         service.dispatcher.start()
         service.checks.start()
         service.runs.start()

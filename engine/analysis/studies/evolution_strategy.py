@@ -249,6 +249,7 @@ class _Trials:
             "goal": w.goal,
             "of": w.of,
             "target": w.target if w.goal == "reach" else None,
+            "within": [{"of": n, **{k: v if abs(v) < inf else None for k, v in (("low", a), ("high", b))}} for n, a, b in w.within],
             "why": words.get(why, why),
             "settled": why in ("settled", "reached"),
             "feasible": kind == 0,

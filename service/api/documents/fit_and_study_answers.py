@@ -135,6 +135,14 @@ class Step(BaseModel):
     value: float | None = Field(description="Best result so far; null if the case violates constraints or has no value.")
 
 
+class ConstraintDocument(BaseModel):
+    """A constraint of an optimisation, SI units. null: no bound."""
+
+    of: str
+    low: float | None
+    high: float | None
+
+
 class BestAnswer(BaseModel):
     """Result of an optimisation."""
 
@@ -142,6 +150,7 @@ class BestAnswer(BaseModel):
     goal: Literal["minimise", "maximise", "reach"]
     of: str
     target: float | None
+    within: list[ConstraintDocument]
     why: str = Field(description="Why the study ended, or that it continues.")
     settled: bool
     feasible: bool = Field(description="Whether the best case satisfies all constraints.")

@@ -7,11 +7,12 @@ import hmac
 import math
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import Depends, Request, Security
+from fastapi.concurrency import run_in_threadpool
 from fastapi.security import APIKeyHeader, HTTPAuthorizationCredentials, HTTPBearer
 from limits import parse
 from limits.storage import MemoryStorage
@@ -38,6 +39,10 @@ class Caller:
     role: str
 
 
+LOCAL = Caller("local", "admin")
+"""The caller of a server without keys."""
+
+
 def new_key(name: str, role: str) -> tuple[Key, str]:
     """A new key: the record to store, and the text of the key, which is shown once. The secret has 256 random bits and cannot be
     guessed. Therefore it is safe to store a plain digest of the secret."""
@@ -58,10 +63,10 @@ def valid_key(s: Service, text: str) -> Key | None:
     return key if key and right and key.revoked is None else None
 
 
-def need(role: str) -> Callable[..., Caller]:
+def need(role: str) -> Callable[..., Awaitable[Caller]]:
     """A FastAPI dependency that returns the caller; Refusal (403) if the caller's role is lower than ``role``."""
 
-    def caller(
+    async def caller(
         request: Request,
         s: Annotated[Service, Depends(service)],
         token: Annotated[HTTPAuthorizationCredentials | None, Security(bearer)] = None,
@@ -69,7 +74,8 @@ def need(role: str) -> Callable[..., Caller]:
     ) -> Caller:
         cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the web page's links and images
         address = request.client.host if request.client else "unknown"
-        found = _find_caller(s, token.credentials if token else named or cookie, request.app.state.failures, address)
+        text = token.credentials if token else named or cookie
+        found = LOCAL if s.settings.open else await run_in_threadpool(_find_caller, s, text, request.app.state.failures, address)
         _check_rate(s, request, found.id if found.id != "local" else address)
         if ROLES.index(found.role) < ROLES.index(role):
             raise Refusal(403, f"this needs a key with the role {role}; yours has {found.role}")
@@ -85,8 +91,6 @@ Admin = Annotated[Caller, Depends(need("admin"))]
 
 
 def _find_caller(s: Service, text: str | None, failures: Rates, address: str) -> Caller:
-    if s.settings.open:
-        return Caller("local", "admin")
     key = valid_key(s, text) if text else None
     if text and key is None and (seconds := failures.wait(address)):
         raise Refusal(429, "too many unknown keys came from this address", headers={"Retry-After": str(seconds)})

@@ -6,8 +6,9 @@ export const MOST = 5000;
 const enc = encodeURIComponent;
 
 export class Table {
-  constructor(job) {
+  constructor(job, request) {
     this.job = job;
+    this.request = request;
     this.columns = [];
     this.rows = null;
   }
@@ -41,6 +42,13 @@ export class Table {
     const conditions = [...within].map(([name, [low, high]]) => `${name}=${low ?? ""}:${high ?? ""}`).concat(words);
     const query = `x=${enc(x)}${y ? `&y=${enc(y)}` : ""}${of ? `&of=${enc(of)}` : ""}&nx=${nx}&ny=${ny}` + conditions.map((w) => `&within=${enc(w)}`).join("");
     return ask("GET", `/v1/jobs/${this.job.id}/bins?${query}`);
+  }
+
+  // The answer of a study so far; null for other jobs.
+  async answer() {
+    if (!this.request.optimise && !this.request.refine) return null;
+    this.told ??= ask("GET", `/v1/jobs/${this.job.id}/answer`);
+    return (await this.told).answer;
   }
 
   async row(n) {

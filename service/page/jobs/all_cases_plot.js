@@ -5,13 +5,14 @@ import { $, choices, few, later, make, many, number, wrong } from "../basics/req
 import * as cases from "./case_curves.js";
 import * as caseTable from "./case_table.js";
 import * as charts from "../plots/plotly.js";
+import * as goals from "./search_goals.js";
 import * as heat from "../plots/heat_map.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import * as parallel from "../plots/parallel_coordinates.js";
 import { title, words } from "../basics/axis_labels.js";
 
 const KINDS = { points: "points", heat: "heat map", contour: "contour", parallel: "parallel coordinates" };
-let table = null, selection = new Map(), turn = 0;
+let table = null, selection = new Map(), turn = 0, playing = null, last = null;
 
 export function begin() {
   for (const id of ["across", "up", "by", "kind"]) $(id).addEventListener("change", () => drawn().catch(wrong));
@@ -23,6 +24,7 @@ export function clear() {
   table = null;
   caseTable.changed(null);
   selection = new Map();
+  playing = last = null;
   turn++;
   charts.clear($("sweepplot"));
   parallel.clear();
@@ -34,12 +36,12 @@ export function clear() {
 // Draws a changed table.
 export async function changed(now) {
   table = now;
-  const paths = table.paths.map((c) => [c.name, c.name, words(c)]), n = paths.length;
+  const paths = table.paths.map((c) => [c.name, words(c), c.name]), n = paths.length;
   const kinds = n === 2 ? ["heat", "contour", "points"] : n > 2 ? ["parallel", "heat", "points"] : ["points"];
   choices($("kind"), kinds.map((k) => [k, KINDS[k]]));
-  choices($("across"), [...paths, ["case", "case", "number of the case"]]);
+  choices($("across"), [...paths, ["case", "number of the case"]]);
   choices($("by"), paths, paths[1]?.[0]);
-  choices($("up"), table.results.map((c) => [c.name, c.name, words(c)]));
+  choices($("up"), table.results.map((c) => [c.name, words(c), c.name]));
   caseTable.changed(now);
   await drawn();
 }
@@ -52,18 +54,32 @@ async function drawn() {
   const still = () => mine === turn;
   if (kind === "parallel") await parallel.draw($("parallel"), table, $("up").value, selection, selected, still);
   if (!still()) return;
-  const of = { table, x: $("across").value, y: $("by").value, up: $("up").value, selection, still };
+  const of = { table, x: $("across").value, y: $("by").value, up: $("up").value, selection, still }, { up } = of;
   const notes = flat && of.x !== of.y && of.x !== "case" ? await heat.field($("sweepplot"), of, kind) : table.large ? await heat.density($("sweepplot"), of) : await scatter(of);
   if (!still() || !notes) return;
   $("sweepnote").textContent = notes.filter(Boolean).join(" ");
-  charts.on($("sweepplot"), "plotly_click", (e) => { const n = e.points[0].customdata; if (n != null) { cases.choose(n, e.event?.shiftKey); marked(e.points[0]); } });
+  charts.on($("sweepplot"), "plotly_click", (e) => { const n = e.points[0].customdata; if (n != null) cases.choose(n, e.event?.shiftKey); });
   charts.on($("sweepplot"), "plotly_selected", (e) => { if (e?.range) boxed(of, e.range); });
-  await told();
+  last = { ...of, up: flat ? of.y : up, goals: !flat };
+  await Promise.all([marked(), told()]);
 }
 
-// Marks the point that was clicked.
-function marked({ x, y }) {
-  window.Plotly.relayout($("sweepplot"), { annotations: [{ x, y, text: "◯", showarrow: false, font: { size: 22, color: charts.inks().ink } }] });
+// Called with the number of the case that is played.
+export function played(n) {
+  playing = n;
+  if (table) marked().catch(wrong);
+}
+
+// Draws the goals of a search, and a ring around the case that is played.
+async function marked() {
+  const { table: mine, x, up, goals: wanted, still } = last ?? {};
+  if (!mine) return;
+  const row = async (n) => (n == null ? null : mine.row(n)), answer = wanted ? await mine.answer() : null;
+  const [here, best] = await Promise.all([row(playing), row(answer?.case)]);
+  if (!still() || !$("sweepplot").layout) return;
+  const [spot, { shapes, annotations }] = [[x, up].map((name) => here?.[mine.at(name)]), goals.drawn(answer, mine, up, best?.[mine.at(x)])];
+  const ring = { x: spot[0], y: spot[1], text: "◯", showarrow: false, font: { size: 22, color: charts.inks().ink } };
+  await window.Plotly.relayout($("sweepplot"), { shapes, annotations: spot.every((v) => v != null) ? [...annotations, ring] : annotations });
 }
 
 async function scatter({ x, up }) {
@@ -108,7 +124,7 @@ async function told() {
     first = rows.slice(0, 12).map((r) => r[0]);
     for (const r of rows) counts[r[table.at("outcome")]] = (counts[r[table.at("outcome")]] ?? 0) + 1;
   }
-  const conditions = [...selection].map(([name, [low, high]]) => `${name} ${low == null ? "" : `from ${number(low)} `}${high == null ? "" : `to ${number(high)}`}`).join(", ");
+  const conditions = [...selection].map(([name, [low, high]]) => `${words(table.column(name))} ${low == null ? "" : `from ${number(low)} `}${high == null ? "" : `to ${number(high)}`}`).join(", ");
   box.replaceChildren(
     make("p", {}, make("b", {}, `${few(count, "case")} selected`), ` (${conditions}) `, make("button", { type: "button", onclick: () => selected(new Map()) }, "Select all again")),
     make("ul", { class: "outcomes" }, ...outcomes.chips(counts)),

@@ -11,8 +11,11 @@ const MOST_CASES = 12, MOST_COLUMNS = 6, MOST_EVENTS = 200, DASHES = ["solid", "
 const STROKES = ["none", "6 4", "2 3", "6 3 2 3", "11 4", "11 3 2 3"];
 let job = null, table = null, offered = [], shown = [], kept = new Map(), turn = 0, span = [0, 1], at = 0;
 
-export function begin() {
-  motion.begin((t) => cursor(t, true));
+export const start = motion.start;
+
+// onCase: called with the number of a case that is played.
+export function begin(onCase) {
+  motion.begin((t) => cursor(t, true), onCase);
   const again = later(() => drawn(), 250);
   $("cases").addEventListener("input", again);
   $("marked").addEventListener("change", again);
@@ -38,13 +41,13 @@ export async function changed(now, rows, query) {
   const fresh = !job;
   [job, table] = [now, rows];
   if (fresh) {
-    const { scene, optimise } = await ask("GET", `/v1/jobs/${now.id}/request`);
+    const { scene, optimise } = table.request;
     if (query?.get("cases")) $("cases").value = query.get("cases");
-    else $("cases").value = String((optimise ? (await ask("GET", `/v1/jobs/${now.id}/answer`)).answer?.case : null) ?? (await earliest()) ?? 0);
+    else $("cases").value = String((optimise ? (await table.answer())?.case : null) ?? (await earliest()) ?? 0);
     if (job?.id !== now.id) return;
     offered = (await ask("POST", "/v1/scenes/check", { scene })).columns;
     if (job?.id !== now.id) return;
-    choices($("column"), offered.map((c) => [c.name, c.name, c.description]));
+    choices($("column"), offered.map((c) => [c.name, words(c), c.name]));
     const asked = (query?.get("columns") ?? "").split(" ").filter((n) => offered.some((c) => c.name === n));
     const first = offered.find((c) => c.name.endsWith(".normal_force")) ?? offered.find((c) => /\.q\[1\]$/.test(c.name)) ?? offered[0];
     for (const name of asked.length ? asked : [first.name]) add(name);
@@ -88,7 +91,7 @@ function add(name) {
   if (!name || shown.includes(name)) return;
   if (shown.length === MOST_COLUMNS) { notice(`At most ${MOST_COLUMNS} columns can be drawn at a time.`); return; }
   shown.push(name);
-  const chip = make("li", {}, name, " ", make("button", { type: "button", "aria-label": `do not show ${name}`, onclick: () => { shown = shown.filter((n) => n !== name); chip.remove(); $("addcolumn").focus(); drawn().catch(wrong); } }, "×"));
+  const said = words(offered.find((c) => c.name === name)), chip = make("li", { title: name }, said, " ", make("button", { type: "button", "aria-label": `do not show ${said}`, onclick: () => { shown = shown.filter((n) => n !== name); chip.remove(); $("addcolumn").focus(); drawn().catch(wrong); } }, "×"));
   $("shown").append(chip);
 }
 
@@ -129,7 +132,7 @@ function told(numbers, heads) {
   $("casevalues").replaceChildren(...numbers.map((n, i) => {
     const r = heads[i], mark = outcomes.mark({ color: outcomes.color(i), shape: "square" });
     if (!r) return make("li", {}, mark, ` case ${n}: no result yet`);
-    const of = (name) => r[table.at(name)], values = table.paths.map((c) => `${c.name} = ${number(of(c.name))} ${unit(c.unit)}`.trim()).join(", ");
+    const of = (name) => r[table.at(name)], values = table.paths.map((c) => `${words(c)} = ${number(of(c.name))} ${unit(c.unit)}`.trim()).join(", ");
     const end = `${outcomes.said(of("outcome"))}${of("outcome.joint") ? ` in ${of("outcome.joint")}` : ""}${of("outcome.advice") ? `: ${of("outcome.advice")}` : ""}`;
     return make("li", {}, mark, make("b", {}, ` case ${n}`), `: ${values}; ${end}${of("audit.note") ? `; ${of("audit.note")}` : ""}${of("error.why") ? `; no errors are stated (${of("error.why")})` : ""}`);
   }));
@@ -149,7 +152,7 @@ async function plotted(numbers, runs, columns, found) {
     span[1] = Math.max(span[1], times.at(-1) ?? 0);
     about.forEach((c, k) => {
       const y = has.findIndex((h) => h.name === c.name), yaxis = `y${units.indexOf(c.unit) ? units.indexOf(c.unit) + 1 : ""}`;
-      const name = [runs.length > 1 ? `case ${n}` : "", columns.length > 1 ? c.name : ""].filter(Boolean).join(", ") || c.name;
+      const name = [runs.length > 1 ? `case ${n}` : "", columns.length > 1 ? words(c) : ""].filter(Boolean).join(", ") || words(c);
       traces.push({ type: "scatter", mode: "lines", name, x: times, y: rows.map((r) => r[y]), yaxis, line: { color, dash: DASHES[k % 6], width: 1.7 }, hovertemplate: "%{y:.5g}" });
       if (k || !events.length) return;
       const marked = events.slice(0, MOST_EVENTS), near = marked.map((e) => between(times, rows, y, e.time));

@@ -10,7 +10,7 @@ const MOST = 6, MOST_DIFFERENCES = 60, SETTINGS = ["until", "every", "rtol", "me
 let tables = [], requests = [], turn = 0;
 
 export function begin() {
-  for (const id of ["compareup", "compareacross"]) $(id).addEventListener("change", () => drawn().catch(wrong));
+  for (const id of ["compareup", "compareacross", "comparekind"]) $(id).addEventListener("change", () => drawn().catch(wrong));
   charts.onScheme(() => { if (tables.length) { listed(); return drawn(); } return null; });
 }
 
@@ -24,15 +24,15 @@ export async function enter(query) {
     await learn();
     const jobs = await Promise.all(ids.map((id) => ask("GET", `/v1/jobs/${id}`)));
     requests = await Promise.all(ids.map((id) => ask("GET", `/v1/jobs/${id}/request`)));
-    const made = jobs.map((j) => new Table(j));
+    const made = jobs.map((j, i) => new Table(j, requests[i]));
     await Promise.all(made.map((t) => t.fetch()));
     if (mine !== turn) return leave;
     tables = made;
     listed();
     differences();
     const names = (of) => of(tables[0]).filter((c) => tables.every((t) => t.column(c.name)));
-    choices($("compareup"), names((t) => t.results).map((c) => [c.name, c.name, words(c)]));
-    choices($("compareacross"), [...names((t) => t.paths), tables[0].column("case")].map((c) => [c.name, c.name, words(c)]));
+    choices($("compareup"), names((t) => t.results).map((c) => [c.name, words(c), c.name]));
+    choices($("compareacross"), [...names((t) => t.paths), tables[0].column("case")].map((c) => [c.name, words(c), c.name]));
     await drawn();
   } catch (e) {
     $("comparenote").textContent = e.message;
@@ -69,28 +69,41 @@ function differences() {
   fill($("differences"), ["", ...tables.map(called)], rows.length ? rows : [["none: the requests are equal", ...flat.map(() => "")]]);
 }
 
+// The cells of a job that have a mean: [place, mean, least, largest, cases with a value, first case].
+function cells(got) {
+  if (!got) return [];
+  const at = middles(got.x), c = got.cells;
+  return c.mean.map((mean, j) => [at[c.x[j]], mean, c.least[j], c.most[j], c.known[j], c.first[j]]).filter(([, mean]) => mean != null);
+}
+
+// The means of a job minus those of the first job at the same numbers; [] where no number is the same.
+function differing(mine, of, got) {
+  const first = new Map(of.map(([x, mean]) => [x, mean]));
+  return got.every((g) => !g || g.x.values) ? mine.filter(([x]) => first.has(x)).map(([x, mean, , , , n]) => [x, mean - first.get(x), null, null, 1, n]) : [];
+}
+
 async function drawn() {
-  const mine = turn, up = $("compareup").value, across = $("compareacross").value;
+  const mine = turn, up = $("compareup").value, across = $("compareacross").value, minus = $("comparekind").value === "difference";
   if (!up || !across) { $("comparenote").textContent = "These jobs have no common result, or no common varied number."; return; }
-  const found = await Promise.all(tables.map((t) => (t.job.done ? t.bins(across, "", up, { nx: 60, words: [outcomes.COMPLETE] }) : null)));
+  const got = await Promise.all(tables.map((t) => (t.job.done ? t.bins(across, "", up, { nx: 60, words: [outcomes.COMPLETE] }) : null)));
   if (mine !== turn) return;
-  const c = tables[0].column(up), x = tables[0].column(across);
-  const traces = found.map((got, i) => {
-    const k = got ? got.cells.mean.map((_, j) => j).filter((j) => got.cells.mean[j] != null) : [], at = got ? middles(got.x) : [], cell = got?.cells;
-    const spread = k.some((j) => cell.known[j] > 1), { color, shape } = look(i);
+  const c = tables[0].column(up), x = tables[0].column(across), found = got.map(cells), apart = found.map((f) => differing(f, found[0], got));
+  const shown = minus ? apart : found;
+  const traces = tables.map((t, i) => ({ t, i })).slice(minus ? 1 : 0).map(({ t, i }) => {
+    const { color, shape } = look(i), cell = shown[i], spread = cell.some((k) => k[4] > 1);
     return {
-      type: "scatter", mode: "markers", name: called(tables[i]), x: k.map((j) => at[cell.x[j]]), y: k.map((j) => cell.mean[j]), marker: { color, symbol: shape, size: 8 },
-      ...(spread ? { error_y: { type: "data", symmetric: false, array: k.map((j) => cell.most[j] - cell.mean[j]), arrayminus: k.map((j) => cell.mean[j] - cell.least[j]), color, thickness: 1, width: 0 } } : {}),
-      text: k.map((j) => (cell.known[j] > 1 ? `mean of ${few(cell.known[j], "case")}: ${number(cell.mean[j])}, ${number(cell.least[j])} to ${number(cell.most[j])}` : `case ${cell.first[j]}: ${number(cell.mean[j])}`)), hovertemplate: "%{x}<br>%{text}<extra>%{fullData.name}</extra>",
+      type: "scatter", mode: "markers", name: called(t), x: cell.map((k) => k[0]), y: cell.map((k) => k[1]), marker: { color, symbol: shape, size: 8 },
+      ...(spread ? { error_y: { type: "data", symmetric: false, array: cell.map((k) => k[3] - k[1]), arrayminus: cell.map((k) => k[1] - k[2]), color, thickness: 1, width: 0 } } : {}),
+      text: cell.map(([, mean, least, most, known, first]) => (known > 1 ? `mean of ${few(known, "case")}: ${number(mean)}, ${number(least)} to ${number(most)}` : `case ${first}: ${number(mean)}`)), hovertemplate: "%{x}<br>%{text}<extra>%{fullData.name}</extra>",
     };
   });
-  const spread = traces.some((t) => t.error_y);
-  await charts.draw($("compareplot"), traces, { ...charts.legend, xaxis: charts.axis(title(x)), yaxis: charts.axis(title(c)) }, `${words(c)} against ${words(x)} of ${tables.length} jobs`);
-  $("comparenote").textContent = spread ? "Marks are means over several cases with the same number; lines go to the smallest and the largest value." : "";
-  const rows = tables.map((t, i) => {
-    const cell = found[i]?.cells, known = cell ? cell.mean.map((m, j) => [m, cell.known[j], cell.least[j], cell.most[j]]).filter(([m]) => m != null) : [];
-    const n = known.reduce((s, r) => s + r[1], 0), u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)}\u00a0${u}`.trim() : "–");
-    return [called(t), many(n), put(Math.min(...known.map((r) => r[2]))), n ? put(known.reduce((s, r) => s + r[0] * r[1], 0) / n) : "–", put(Math.max(...known.map((r) => r[3])))];
-  });
-  fill($("comparetable"), ["", "cases with a value", "least", "mean", "largest"], rows);
+  const about = minus ? `${title(c)}, minus ${called(tables[0])}` : title(c);
+  await charts.draw($("compareplot"), traces, { ...charts.legend, xaxis: charts.axis(title(x)), yaxis: charts.axis(about, { zeroline: minus }) }, `${words(c)} against ${words(x)} of ${tables.length} jobs${minus ? ", as differences" : ""}`);
+  const none = tables.filter((_, i) => i && !apart[i].length).map(called);
+  $("comparenote").textContent = minus && none.length ? `No case of ${none.join(", ")} has the same number as a case of the first job.`
+    : traces.some((t) => t.error_y) ? "Marks are means over several cases with the same number; lines go to the smallest and the largest value." : "";
+  const u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)}\u00a0${u}`.trim() : "–"), mean = (f) => f.reduce((sum, k) => sum + k[1] * k[4], 0) / f.reduce((sum, k) => sum + k[4], 0);
+  fill($("comparetable"), ["", "cases with a value", "least", "mean", "largest", "mean difference from the first"], tables.map((t, i) => [
+    called(t), many(found[i].reduce((sum, k) => sum + k[4], 0)), put(Math.min(...found[i].map((k) => k[2]))), put(mean(found[i])), put(Math.max(...found[i].map((k) => k[3]))), i ? put(mean(apart[i])) : "–",
+  ]));
 }

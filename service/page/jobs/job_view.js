@@ -11,15 +11,15 @@ import { onReturn } from "../basics/server_status.js";
 import { Table } from "../basics/result_rows.js";
 import { learn } from "../basics/axis_labels.js";
 
-const GROW = 2000; // shortest time between two updates of a running job's rows, ms
+const GROW = 400, GROW_LARGE = 2000; // shortest time between two updates of a running job's rows, ms
 const STAGES = [["waiting", "Waiting"], ["starting", "Starting"], ["deriving", "Deriving"], ["compiling", "Compiling"], ["running", "Running"], ["ended", "Done"]];
-let job = null, source = null, table = null, next = 0, seen = new Set();
+let job = null, request = null, source = null, table = null, next = 0, seen = new Set();
 const unsent = new Set(); // jobs whose cancellation did not reach the server
 
 export function begin() {
   over.begin();
   questions.begin();
-  cases.begin();
+  cases.begin(over.played);
   $("cancel").addEventListener("click", () => cancel(job.id));
   $("edit").addEventListener("click", () => router.go(`/?from=${job.id}`));
   $("rerun").addEventListener("click", () => ask("POST", `/v1/jobs/${job.id}/rerun`, {}).then((j) => router.go(`/jobs/${j.id}`)).catch(wrong));
@@ -48,7 +48,7 @@ export async function enter(query, id) {
   questions.clear();
   cases.clear();
   notice("");
-  for (const part of ["over", "closer", "pending"]) $(part).hidden = true;
+  for (const part of ["over", "closer", "pending", "motion"]) $(part).hidden = true;
   for (const box of ["stages", "outcomes", "jobproblems", "downloads", "jobabout", "trouble"]) $(box).replaceChildren();
   $("jobtitle").textContent = "…";
   $("state").textContent = "";
@@ -65,8 +65,9 @@ export async function enter(query, id) {
 }
 
 async function reload(query) {
-  const id = job.id, now = await ask("GET", `/v1/jobs/${id}`);
+  const id = job.id, [now, body] = await Promise.all([ask("GET", `/v1/jobs/${id}`), ask("GET", `/v1/jobs/${id}/request`)]);
   if (id !== job.id) return;
+  request = body;
   update(now);
   const name = now.label || now.scene, asked = make("a", { href: `/v1/jobs/${id}/request`, target: "_blank", rel: "noopener" }, "the request");
   $("jobtools").hidden = false;
@@ -80,15 +81,17 @@ async function reload(query) {
 
 // Draws the present rows in all plots.
 async function rows(query) {
-  const id = job.id, now = new Table(job), some = await now.fetch();
+  const id = job.id, now = new Table(job, request), some = await now.fetch();
   if (id !== job.id) return;
   table = now;
   for (const part of ["over", "closer"]) $(part).hidden = !some || now.fits;
+  $("motion").hidden = now.fits;
   $("pending").hidden = some || ENDED.includes(job.state);
   $("edit").hidden = now.fits; // the form cannot edit a fit
-  if (!some) return;
+  if (!some) { if (!now.fits) cases.start(job, request.scene, ENDED.includes(job.state)).catch(wrong); return; }
   const asked = ENDED.includes(job.state) || now.fits ? questions.changed(job, table) : null;
-  await Promise.all(now.fits ? [asked] : [over.changed(table), asked, cases.changed(job, table, query)]);
+  Promise.all([asked, now.fits ? null : cases.changed(job, table, query)]).catch(wrong); // a motion that takes long holds up no points
+  if (!now.fits) await over.changed(table);
 }
 
 function follow(id) {
@@ -121,7 +124,7 @@ async function grown() {
   try {
     if (!table || table.large || before < job.done) await rows();
   } finally {
-    next = Date.now() + Math.max(GROW, 3 * (Date.now() - began));
+    next = Date.now() + Math.max(table?.large ? GROW_LARGE : GROW, 3 * (Date.now() - began));
   }
 }
 

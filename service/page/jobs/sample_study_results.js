@@ -3,9 +3,10 @@
 
 import { $, ask, choices, few, fill, later, many, number } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
+import * as goals from "./search_goals.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import { middles } from "../basics/result_rows.js";
-import { sentences, short, title, unit } from "../basics/axis_labels.js";
+import { sentences, short, title, unit, words } from "../basics/axis_labels.js";
 
 const SHADES = { first: 0, total: 1, second: 2, cases: 5 };
 const shade = (kind) => outcomes.color(SHADES[kind]);
@@ -30,8 +31,7 @@ export function clear() {
 export async function changed(now, rows) {
   [job, table] = [now, rows];
   if (table.fits) { await fitted(); return; }
-  const { sample, optimise, refine } = await ask("GET", `/v1/jobs/${job.id}/request`);
-  if (job.id !== now.id) return;
+  const { sample, optimise, refine } = table.request;
   $("questiontitle").textContent = optimise ? "Best values" : refine ? "Places of change" : "Results of the sample";
   $("asksample").hidden = !sample;
   $("studyplot").hidden = !(optimise || refine);
@@ -41,7 +41,7 @@ export async function changed(now, rows) {
   indices = method === "saltelli" ? await asked("indices", "") : [];
   const kept = table.columns.slice(table.columns.findIndex((c) => c.name === "steps") + 1).map((c) => c.name);
   const names = indices.length ? indices.map((i) => i.of) : kept;
-  choices($("questionof"), names.map((n) => [n, n === "failed" ? "failed (outcome other than done)" : n]));
+  choices($("questionof"), names.map((n) => [n, n === "failed" ? "failed (outcome other than done)" : words(table.column(n)), n]));
   $("questions").hidden = false;
   await told();
 }
@@ -114,13 +114,11 @@ const column = (name) => table.at(name);
 const named = (name) => title(table.column(name));
 
 async function study() {
-  const { answer } = await ask("GET", `/v1/jobs/${job.id}/answer`);
+  const answer = await table.answer();
   if (!answer) return;
   $("questions").hidden = false;
   $("indexplot").hidden = $("spreadplot").hidden = true;
-  $("questionnote").textContent = sentences([`${answer.why}; ${answer.cases} cases`, 
-    answer.feasible === false && answer.constraints_missed != null ? `no case satisfies all constraints; this case misses them by ${number(answer.constraints_missed)} of their scales` : answer.feasible === false ? "no case has a value" : "",
-    answer.off_target ? `the result is off target by ${number(answer.off_target)} ${unit(table.column(answer.of)?.unit)}` : ""]);
+  $("questionnote").textContent = sentences([`${answer.why}; ${few(answer.cases, "case")}`, answer.kind === "optimise" ? goals.missed(answer, table) : ""]);
   await (answer.kind === "optimise" ? best(answer) : boundaries(answer));
 }
 
@@ -130,7 +128,7 @@ async function best(answer) {
   const of = column(answer.of), known = answer.path.filter((p) => p.value != null), last = known.at(-1);
   const traces = points((r) => r[0], (r) => r[of]);
   if (last) traces.push({ type: "scatter", mode: "lines", name: "best so far", line: { shape: "hv", color: outcomes.color(3), width: 2 }, x: [...known.map((p) => p.case), answer.cases - 1], y: [...known.map((p) => p.value), last.value] });
-  await charts.draw($("studyplot"), traces, { ...charts.legend, xaxis: charts.axis("case"), yaxis: charts.axis(named(answer.of)) }, `${answer.of} of each case, and the best so far`);
+  await charts.draw($("studyplot"), traces, { ...charts.legend, ...goals.drawn(answer, table, answer.of, answer.case), xaxis: charts.axis("case"), yaxis: charts.axis(named(answer.of)) }, `${answer.of} of each case, and the best so far`);
   const rows = [...answer.numbers.map((n) => [n.path, n.value, n.unit]), ...Object.entries(answer.results).map(([n, v]) => [n, v, table.column(n)?.unit])];
   fill($("answers"), ["", "value", ""], [...rows.map(([n, v, u]) => [n, number(v), unit(u)]), ["case", String(answer.case), ""]]);
 }

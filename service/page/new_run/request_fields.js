@@ -1,6 +1,7 @@
 // The fields of a request: conversion from and to the form.
 
 import { $, make } from "../basics/requests_and_dom.js";
+import * as measured from "./measured_curves.js";
 
 const SEP = ", ";
 export const way = () => document.querySelector("input[name=way]:checked").value;
@@ -13,10 +14,13 @@ export function clear() {
 
 // Sets the default result of a study: the first default reduction of the scene, or for a refinement the outcome.
 export function proposed(facts) {
+  measured.offer(facts?.columns ?? []);
   if (study() && (!$("goalof").value || $("goalof").value === "outcome")) $("goalof").value = way() === "refine" ? "outcome" : (facts?.reductions[0] ?? "");
 }
 
 export function switched(facts) {
+  $("fitting").hidden = way() !== "fit";
+  for (const id of ["reductions", "keephelp", "untillabel"]) $(id).hidden = way() === "fit";
   $("axes").hidden = $("moreaxes").hidden = way() === "once";
   $("sampling").hidden = way() !== "sample";
   $("study").hidden = !study();
@@ -29,21 +33,49 @@ export function switched(facts) {
     if (way() !== "vary" && parts.length === 3) input.value = parts.slice(0, 2).join(":");
     if (way() === "vary" && parts.length === 2) input.value += ":11";
     input.placeholder = forms();
+    arrange(input.closest(".axis"));
   }
 }
 
-const forms = () => (study() ? "low:high" : way() === "sample" ? "low:high, or normal(mean, deviation), triangular(low, mode, high), …" : "first:last:count, or a, b, c");
+const forms = () => (study() || way() === "fit" ? "low:high" : way() === "sample" ? "low:high, or normal(mean, deviation), triangular(low, mode, high), …" : "first:last:count, or a, b, c");
 
-// Adds a row for a varied number: path, values, and a note with the present value or a problem.
+const ENDS = [["from", "first value"], ["to", "last value"], ["steps", "number of values"]];
+
+// The parts of a text first:last or first:last:count; null for other texts, such as a list.
+function parts(text) {
+  const found = text.split(":").map((x) => x.trim());
+  return /[(,]/.test(text) || found.length > 3 || (text && found.length < 2) ? null : found;
+}
+
+// Shows the text of a row in its fields, or as a text where the fields cannot say it or the user asks for it.
+function arrange(row, asText = false) {
+  const values = row.querySelector(".values"), found = asText ? null : parts(values.value);
+  row.querySelector(".range").hidden = !found;
+  values.hidden = Boolean(found);
+  row.querySelector(".text").textContent = found ? "as text" : "as fields";
+  row.querySelector(".text").disabled = !found && !parts(values.value);
+  row.querySelectorAll(".range input").forEach((input, k) => { input.value = found?.[k] ?? ""; });
+  row.querySelector(".range label:last-child").hidden = way() !== "vary";
+}
+
+function written(row) {
+  const ends = [...row.querySelectorAll(".range label:not([hidden]) input")].map((n) => n.value.trim());
+  row.querySelector(".values").value = ends.some(Boolean) ? ends.join(":") : "";
+}
+
+// Adds a row for a varied number: path, ends of its range or a text, and a note with the present value or a problem.
 export function axis(path, values, suggested, changed) {
-  const id = `axis${Math.random().toString(36).slice(2)}`;
-  const input = make("input", { class: "path", list: "paths", value: path, "aria-label": "number of the scene", "aria-describedby": id, autocomplete: "off", spellcheck: "false" });
-  const range = make("input", { class: "values", value: values, "aria-label": "values of the number", "aria-describedby": id, placeholder: forms(), autocomplete: "off" });
+  const id = `axis${Math.random().toString(36).slice(2)}`, about = { "aria-describedby": id, autocomplete: "off" };
+  const input = make("input", { class: "path", list: "paths", value: path, "aria-label": "number of the scene", spellcheck: "false", ...about });
   const row = make("div", { class: "axis", role: "group" });
-  const remove = make("button", { type: "button", "aria-label": `do not vary ${path || "this number"}`, onclick: () => { row.remove(); $("addaxis").focus(); changed(); } }, "×");
-  row.append(input, range, remove, make("p", { class: "now", id }));
-  input.addEventListener("change", () => { if (!range.value) range.value = suggested(input.value).values; hints(suggested); changed(); });
+  const range = make("input", { class: "values", value: values, "aria-label": "values of the number", placeholder: forms(), oninput: () => arrange(row, true), ...about });
+  const fields = ENDS.map(([name, said]) => make("label", {}, name, make("input", { class: name, "aria-label": said, inputmode: name === "steps" ? "numeric" : null, oninput: () => written(row), ...about })));
+  const remove = make("button", { type: "button", class: "remove", "aria-label": `do not vary ${path || "this number"}`, onclick: () => { row.remove(); $("addaxis").focus(); changed(); } }, "×");
+  const text = make("button", { type: "button", class: "text", onclick: () => arrange(row, !range.hidden ? false : true) });
+  row.append(input, remove, make("span", { class: "range" }, ...fields), range, text, make("p", { class: "now", id }));
+  input.addEventListener("change", () => { if (!range.value) { range.value = suggested(input.value).values; arrange(row); } hints(suggested); changed(); });
   $("axes").append(row);
+  arrange(row);
   return input;
 }
 
@@ -51,7 +83,7 @@ export function hints(suggested) {
   for (const row of $("axes").children) {
     const note = row.querySelector(".now"), path = row.querySelector(".path").value.trim();
     note.dataset.now = suggested(path).now;
-    row.querySelector("button").setAttribute("aria-label", `do not vary ${path || "this number"}`);
+    row.querySelector(".remove").setAttribute("aria-label", `do not vary ${path || "this number"}`);
     if (!note.classList.contains("bad")) note.textContent = note.dataset.now;
   }
 }
@@ -91,6 +123,7 @@ export function request() {
   if ($("until").value) body.until = +$("until").value;
   if (way() === "vary") body.vary = Object.fromEntries(rows.map(([p, v]) => [p, v.includes(":") ? v : v.split(",").map((x) => x.trim())]));
   else if (study()) body[way()] = wanted(rows);
+  else if (way() === "fit") Object.assign(body, { reductions: [], until: undefined, fit: { parameters: rows.map(([p]) => p), bounds: Object.fromEntries(rows.filter(([, v]) => v).map(([p, v]) => [p, ends(v)])), runs: measured.runs() } });
   else if (way() === "sample") {
     const ranges = Object.fromEntries(rows.map(([p, v]) => [p, v.includes("(") ? v : ends(v)]));
     body.sample = { ranges, count: +$("samplecount").value, seed: +$("seed").value, method: $("method").value };

@@ -6,10 +6,12 @@ import * as browser from "./browser_runs.js";
 import * as curve from "./motion_curve.js";
 import * as editor from "./scene_editor.js";
 import * as jobs from "../jobs/job_lists.js";
+import * as measured from "./measured_curves.js";
 import * as points from "./point_drag.js";
 import * as preview from "./mechanism_preview.js";
 import * as router from "../basics/router.js";
 import * as sliders from "./number_sliders.js";
+import { learn, words } from "../basics/axis_labels.js";
 import { onReturn } from "../basics/server_status.js";
 
 const DRAFT = "draft", BUSY = 3000;
@@ -20,6 +22,7 @@ export function begin() {
   const follow = () => preview.follow(editor.text), release = () => { editor.settle(); typed(); };
   sliders.begin(follow, () => { release(); browser.prepare().catch(wrong); });
   points.begin(follow, release);
+  measured.begin(changed);
   $("model").addEventListener("change", () => load().catch(wrong));
   for (const button of document.querySelectorAll("#tour button")) button.addEventListener("click", () => touch(button.dataset).catch(wrong));
   $("addaxis").addEventListener("click", () => { asked.axis("", "", suggested, changed).focus(); changed(); });
@@ -42,6 +45,7 @@ export async function enter(query) {
 async function start(from) {
   jobs.recent().catch(wrong);
   if (!models) {
+    await learn();
     models = await ask("GET", "/v1/models");
     $("model").replaceChildren(...models.map((m) => make("option", { value: m.name }, m.title || m.name)), make("option", { value: "", hidden: true }, "a scene of your own"));
     $("model").value = "spherical_pendulum";
@@ -105,7 +109,7 @@ function suggested(path) {
   const found = facts?.parameters.find((p) => p.path === path);
   if (!found) return { values: "", now: "" };
   const [low, high] = found.value ? [found.value / 2, found.value * 1.5].sort((a, b) => a - b) : [0, 1];
-  const now = `now ${number(found.value)} ${found.unit === "1" ? "" : found.unit.replaceAll("*", "·")}`.trim();
+  const now = `${words({ name: path, description: "varied" })}: now ${number(found.value)} ${found.unit === "1" ? "" : found.unit.replaceAll("*", "·")}`.trim();
   return { values: `${+low.toPrecision(4)}:${+high.toPrecision(4)}` + (asked.way() === "vary" ? ":21" : ""), now };
 }
 

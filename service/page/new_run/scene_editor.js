@@ -4,7 +4,7 @@ import { $, make } from "../basics/requests_and_dom.js";
 
 const GAP = 3; // distance between the end of a line and its problem, characters
 const PAUSE = 1000, MOST = 500; // ms after which typing begins a new change; changes that can be undone
-let lines = 0, told = [], past = [], future = [], last = { text: "", name: "", time: 0 }, changed = () => {};
+let lines = 0, past = [], future = [], last = { text: "", name: "", time: 0 }, changed = () => {};
 
 export function begin(onChange) {
   changed = onChange;
@@ -81,8 +81,8 @@ function follow() {
 
 // Shows problems at the ends of their lines.
 export function tell(problems) {
-  told = problems.filter((p) => p.line);
-  const rows = $("scene").value.split("\n"), byLine = Map.groupBy ? Map.groupBy(told, (p) => p.line) : grouped(told);
+  const told = problems.filter((p) => p.line);
+  const rows = $("scene").value.split("\n"), byLine = Map.groupBy(told, (p) => p.line);
   $("marks").replaceChildren(...[...byLine].map(([line, found]) => {
     const words = make("span", { "data-at": (rows[line - 1] ?? "").length }, found.map((p) => p.what).join("; "));
     const mark = make("div", { class: "mark" }, words);
@@ -91,12 +91,6 @@ export function tell(problems) {
   }));
   $("scene").setAttribute("aria-invalid", String(problems.length > 0));
   follow();
-}
-
-function grouped(problems) {
-  const out = new Map();
-  for (const p of problems) out.set(p.line, [...(out.get(p.line) ?? []), p]);
-  return out;
 }
 
 export function toLine(line) {

@@ -2,7 +2,7 @@
 
 import { make, number, wrong } from "../basics/requests_and_dom.js";
 import * as outcomes from "../basics/outcome_colours.js";
-import { lines } from "../basics/axis_labels.js";
+import { lines, words } from "../basics/axis_labels.js";
 
 // Buttons that would upload plots to Plotly; they are removed.
 const AWAY = ["sendChartToCloud", "sendDataToCloud", "editInChartStudio"];
@@ -83,4 +83,4 @@ export function points(rows, at, x, y, text, chosen) {
   });
 }
 
-export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice" && c.name !== "version").slice(0, 14).map(([c, v]) => `${c.name} = ${typeof v === "number" ? number(v) : v}`).join("<br>");
+export const hover = (columns, row) => row.map((v, i) => [columns[i], v]).filter(([c, v]) => v !== "" && v != null && !c.name.startsWith("audit") && c.name !== "outcome.advice" && c.name !== "version").slice(0, 14).map(([c, v]) => `${words(c)} = ${typeof v === "number" ? number(v) : v}`).join("<br>");

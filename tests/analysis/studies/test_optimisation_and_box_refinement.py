@@ -82,6 +82,7 @@ def test_cases_that_fail_rank_last_and_are_counted() -> None:
 def test_what_cannot_be_kept_is_told_with_what_comes_nearest() -> None:
     follow = followed(best(within=[("g", 9.0, inf)], most=600), lambda x: {"f": x[:, 0], "g": x.sum(1)})
     assert (follow.answer["feasible"], follow.answer["constraints_missed"] > 0.0) == (False, True)
+    assert follow.answer["within"] == [{"of": "g", "low": 9.0, "high": None}]
     assert found(follow) == pytest.approx([2.0, 2.0], abs=0.01)
 
 

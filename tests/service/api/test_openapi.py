@@ -54,7 +54,7 @@ def api_schema(bounded: Served) -> Any:
     return schemathesis.openapi.from_url(f"http://127.0.0.1:{bounded.port}/openapi.json")
 
 
-COSTLY = {"fmus": 5, "sensitivities": 20, "animation": 10, "trajectory": 20}
+COSTLY = {"fmus": 5, "module": 5, "run": 60, "sensitivities": 20, "animation": 10, "trajectory": 20}
 """Largest number of requests that take seconds, because they need a compiler or a run."""
 
 

@@ -189,6 +189,21 @@ def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: P
             missing("postgresql", str(e))
 
 
+@pytest.mark.slow
+def test_of_two_servers_on_one_database_the_second_continues_the_jobs_of_the_first(
+    tmp_path: Path, postgres: str, expected: list[list[Any]]
+) -> None:
+    options = ("--workers", "1", "--database", postgres, "--results", str(tmp_path / "results"), *QUICK)
+    with Served(tmp_path / "first", *options) as first, Served(tmp_path / "second", *options) as second:
+        jobs = [(first, second)[k % 2].submit(LONG) for k in range(4)]
+        eventually(lambda: sum(second.job(job)["done"] for job in jobs) > CASES)
+        first.kill()
+        for job in jobs:
+            end = second.ended(job)
+            assert (end["state"], end["lost"], end["outcomes"]) == ("done", 0, {"done": CASES})
+            assert second.rows(job) == expected
+
+
 def stop_postgres(folder: Path) -> None:
     """Stop the database at once, as if its machine were switched off."""
     from pgserver import pg_ctl

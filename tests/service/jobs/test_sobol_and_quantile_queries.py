@@ -13,7 +13,7 @@ import pytest
 import trunnion
 from tests.batch.test_sobol_indices import known
 from tests.service.http_servers import MU, PATIENCE, SMALL, InProcess, Served, as_stored
-from tests.service.page.chromium_tab import browser, page, picture, show, tab, until
+from tests.service.page.chromium_tab import browser, page, picture, show, tab, until, vary
 from trunnion.batch.sample_statistics.result_queries import indices_of, spreads_of
 from trunnion.cli import main
 from trunnion.service.api.job_data.job_rows import job_contents, result_rows
@@ -152,9 +152,9 @@ def test_the_page_asks_for_a_crossed_sample_and_draws_what_it_says(page: Any, jo
     page.check("input[value=sample]")
     page.select_option("#method", "saltelli")
     page.fill("#samplecount", "32")
-    page.locator(".values").first.fill("normal(0.3, 0.02)")
+    vary(page, "normal(0.3, 0.02)")
     until(page, "document.getElementById('jobverdict').textContent.includes('128 cases')")
-    page.locator(".values").first.fill("gauss(0.3, 0.02)")
+    vary(page, "gauss(0.3, 0.02)")
     until(page, "document.getElementById('jobverdict').textContent.includes('not a distribution')")
 
 

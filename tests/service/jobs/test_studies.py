@@ -12,7 +12,7 @@ import pytest
 import trunnion
 from tests.service.executor.test_crash_recovery import QUICK, children
 from tests.service.http_servers import PATIENCE, SMALL, Served, as_stored, eventually
-from tests.service.page.chromium_tab import browser, page, picture, show, tab, until
+from tests.service.page.chromium_tab import browser, page, picture, show, tab, until, vary
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.service.client.remote_jobs import Connection, Job, connect
@@ -124,7 +124,7 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
     page.locator(".path").first.fill(MU)
     page.check("input[value=optimise]")
     page.fill("#goalof", "max:guide.q[1]")
-    page.locator(".values").first.fill("0.1:0.3")
+    vary(page, "0.1:0.3")
     page.fill("#within", "max:guide.contact[1].normal_force = :20 kN")
     page.fill("#most", "20")
     page.fill("#until", "0.2")

@@ -79,13 +79,21 @@ def picture(page: Any, name: str) -> None:
         page.screenshot(path=str(Path(PICTURES) / f"{name}.png"), full_page=True)
 
 
+def vary(page: Any, values: str) -> None:
+    """Write the values of the first varied number as a text."""
+    first = page.locator(".axis").first
+    if first.locator(".range:visible").count():
+        first.locator(".text").click()
+    page.locator(".values").first.fill(values)
+
+
 def run(page: Any, values: str, end: str, model: str = "") -> None:
     """Choose a model, the range of its first number and its end time; run it."""
     if model:
         page.select_option("#model", model)
         page.wait_for_timeout(500)
     page.wait_for_selector("#jobverdict.good")
-    page.locator(".values").first.fill(values)
+    vary(page, values)
     page.fill("#until", end)
     page.wait_for_timeout(500)
     page.wait_for_selector("#jobverdict.good")

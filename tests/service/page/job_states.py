@@ -102,6 +102,20 @@ def done_cases_over_each_other(page: Any, there: There) -> None:
 
 
 @state
+def done_table(page: Any, there: There) -> None:
+    looked(page, there, "failed")
+    page.click("#casetable summary")
+    page.wait_for_selector("#caserows tbody tr")
+
+
+@state
 def compare(page: Any, there: There) -> None:
     go(page, there, f"/compare?jobs={','.join(there.job(n).id for n in ('two', 'three', 'other'))}")
     page.wait_for_selector("#compareplot .trace")
+
+
+@state
+def compare_differences(page: Any, there: There) -> None:
+    compare(page, there)
+    page.select_option("#comparekind", "difference")
+    page.wait_for_timeout(600)

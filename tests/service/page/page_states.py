@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from tests.service.http_servers import MU, Served
-from tests.service.page.chromium_tab import until
+from tests.service.http_servers import MU, ROOT, Served
+from tests.service.page.chromium_tab import until, vary
 from trunnion.service.client.remote_jobs import Job, connect
 
 GUIDE, HALF, RADIUS = (f"joints.guide.friction.{n}" for n in ("mu", "half_length", "radius"))
@@ -125,7 +125,7 @@ def new_run_problems(page: Any, there: There) -> None:
 @state
 def new_run_request_problems(page: Any, there: There) -> None:
     form(page, there)
-    page.locator(".values").first.fill("0.1:0.6")
+    vary(page, "0.1:0.6")
     page.fill("#until", "-1")
     page.fill("#reductions", "max:ball.nothing\nfirst:of all")
     page.wait_for_selector("#jobverdict.bad li")
@@ -148,6 +148,14 @@ def new_run_best(page: Any, there: There) -> None:
     page.fill("#target", "4 m")
     page.wait_for_timeout(600)
     page.wait_for_selector("#jobverdict.good, #jobverdict.bad")
+
+
+@state
+def new_run_fit(page: Any, there: There) -> None:
+    form(page, there, "friction_identification")
+    page.check("input[value=fit]")
+    page.set_input_files("#measured", ROOT / "models" / "friction_identification" / "measured.csv")
+    until(page, "document.getElementById('count').textContent === '1 case'")
 
 
 @state
@@ -185,7 +193,7 @@ def list_empty(page: Any, there: There) -> None:
 def server_gone(page: Any, there: There) -> None:
     form(page, there)
     page.context.set_offline(True)
-    page.locator(".values").first.fill("0.2, 0.4")
+    vary(page, "0.2, 0.4")
     until(page, "document.getElementById('banner').textContent.includes('has not answered since')")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.service.http_servers import Served
-from tests.service.page.chromium_tab import show, until
+from tests.service.page.chromium_tab import show, until, vary
 from tests.service.page.page_states import GUIDE
 from tests.service.page.test_result_views import grid, submitted, three
 from trunnion.service.client.remote_jobs import Job
@@ -56,7 +56,7 @@ def test_while_a_check_takes_long_nothing_of_the_one_before_is_left_standing(pag
     page.wait_for_selector("#jobverdict.good")
     held: list[Any] = []
     page.route("**/v1/jobs/check", lambda route: held.append(route))
-    page.locator(".values").first.fill("0.2, 0.4")
+    vary(page, "0.2, 0.4")
     until(page, "document.getElementById('jobverdict').textContent === 'Checking …'")
     assert page.inner_text("#count") == ""
     for route in held:

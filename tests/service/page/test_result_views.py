@@ -9,8 +9,8 @@ import pytest
 
 import trunnion
 from tests.service.conftest import missing
-from tests.service.http_servers import MU, Served, eventually
-from tests.service.page.chromium_tab import picture, run, show, told, until
+from tests.service.http_servers import MU, ROOT, Served, eventually
+from tests.service.page.chromium_tab import picture, run, show, told, until, vary
 from trunnion.scene.library.model_folders import bundled_names
 from trunnion.service.client.remote_jobs import Job, connect
 
@@ -193,7 +193,7 @@ def test_an_answer_that_a_new_search_has_overtaken_changes_nothing(page: Any, gr
 def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, tab: tuple[Any, list[str]]) -> None:
     page.fill("#label", "written before it went")
     page.context.set_offline(True)
-    page.locator(".values").first.fill("0.2, 0.4")
+    vary(page, "0.2, 0.4")
     until(page, "document.getElementById('banner').textContent.includes('has not answered since')")
     until(page, "document.getElementById('jobverdict').textContent.includes('Not checked: the server')")
     assert page.inner_text("#count") == ""  # no text of the earlier request remains
@@ -253,3 +253,62 @@ def test_axe_is_there_where_it_is_required() -> None:
         import axe_playwright_python  # noqa: F401
     except ImportError as e:
         missing("axe", str(e))
+
+
+@pytest.mark.slow
+def test_a_search_draws_its_target_its_constraint_and_the_nearest_miss(page: Any, served: Served) -> None:
+    travel, most = "final:guide.q[1]", 900.0
+    asked = {"bounds": {GUIDE: [0.05, 0.5]}, "reach": [travel, "4 m"], "within": {FORCE: [None, f"{most} N"]}, "cases": 20}
+    job = submitted(served, optimise=asked, reductions=[], until=0.3)
+    show(page, f"/jobs/{job.id}")
+    plot = "document.getElementById('sweepplot').layout"
+    page.wait_for_selector("#sweepplot .point")
+    for result, level in ((travel, 4.0), (FORCE, most)):
+        page.select_option("#up", result)
+        until(page, f"{plot}.shapes?.[0]?.y0 === {level}")
+        until(page, f"{plot}.annotations?.some((a) => a.text === 'nearest miss')")
+    best = job.answer
+    spot = page.evaluate(f"{plot}.annotations.find((a) => a.text === 'nearest miss')")
+    assert (spot["x"], spot["y"]) == (best["numbers"][0]["value"], best["results"][FORCE])
+    assert "off target by" in page.inner_text("#questionnote")
+    picture(page, "search")
+
+
+@pytest.mark.slow
+def test_jobs_are_compared_as_differences_at_equal_numbers(page: Any, served: Served) -> None:
+    made = [submitted(served, vary={GUIDE: "0.05:0.3:6"}, overrides={RADIUS: r}) for r in (0.05, 0.06)]
+    show(page, f"/compare?jobs={','.join(j.id for j in made)}")
+    page.wait_for_selector("#compareplot .trace")
+    page.select_option("#comparekind", "difference")
+    plot = "document.getElementById('compareplot')"
+    until(page, f"{plot}.data.length === 1")
+    first, second = (j.to_arrow()[FORCE].to_numpy() for j in made)
+    assert page.evaluate(f"{plot}.data[0].y") == pytest.approx((second - first).tolist(), rel=1e-9)
+    mean = page.locator("#comparetable tbody tr").nth(1).locator("td").last.inner_text()
+    assert float(mean.split("\u00a0")[0]) == pytest.approx((second - first).mean(), rel=1e-5)
+
+
+@pytest.mark.slow
+def test_a_second_case_is_outlined_over_the_case_that_is_played(page: Any, grid: Job) -> None:
+    show(page, f"/jobs/{grid.id}?cases=0,8")
+    until(page, "document.getElementById('motionnote').textContent === 'Outlined: case 8.'")
+    frame = page.locator("#animation").element_handle().content_frame()
+    seen = frame.evaluate("bodiesBeside(0.1)[0].p")
+    other = trunnion.simulate("double_pendulum", overrides={k: grid.to_arrow()[k][8].as_py() for k in (GUIDE, HALF)}, until=0.1)
+    assert seen == pytest.approx([other[f"upper.position[{k}]"][-1] for k in (1, 2, 3)], abs=1e-6)
+    assert seen != pytest.approx(frame.evaluate("moment(0.1).poses[0].p"), abs=1e-6)
+
+
+@pytest.mark.slow
+def test_measured_curves_of_a_file_are_fitted(page: Any) -> None:
+    page.select_option("#model", "friction_identification")
+    page.wait_for_timeout(700)
+    page.wait_for_selector("#jobverdict.good")
+    page.check("input[value=fit]")
+    page.set_input_files("#measured", ROOT / "models" / "friction_identification" / "measured.csv")
+    until(page, "document.getElementById('count').textContent === '1 case'")
+    assert page.locator("#curvesof select").input_value() == "pivot.q[1]"
+    page.click("#submit")
+    page.wait_for_selector("#questions:visible")
+    until(page, "document.getElementById('answers').textContent.includes('joints.pivot.friction.mu')")
+    assert page.locator("#motion:visible").count() == 0

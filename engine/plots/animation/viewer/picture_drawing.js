@@ -2,6 +2,7 @@
 "use strict";
 
 const over = document.getElementById("over"), paint = over.getContext("2d");
+const OTHER = "#d55e00"; // the outlines of the other run
 const AXES = [["x", "#d55e00"], ["y", "#009e73"], ["z", "#0072b2"]];
 
 // Choose WebGL. For ?flat=1, and in browsers without WebGL 2, choose the flat picture.
@@ -72,10 +73,29 @@ function draw(t) {
   paint.clearRect(0, 0, cam.w, cam.h);
   if (card && !card.gl.isContextLost()) deep(m, cam, ink); else flat(m, cam, ink);
   const places = run.joints.map((j) => cam.project(m.place(j.parts[1], j.point)));
+  if (other) outlines(t, cam);
   if (look.names) names(m, cam, places, ink);
   axes(cam, ink);
   if (handles.length && t === start) marked(m, cam, ink);
   return { m, cam, places };
+}
+
+// Draw the creases of the other run's bodies.
+function outlines(t, cam) {
+  paint.strokeStyle = OTHER;
+  paint.lineWidth = 1.5;
+  paint.beginPath();
+  for (const { mesh, p, r } of bodiesBeside(t)) {
+    const spots = [];
+    for (let i = 0; i < mesh.v.length; i += 3) spots.push(cam.project(add(p, apply(r, mesh.v.slice(i, i + 3)))));
+    mesh.f.forEach((face, k) => face.forEach((a, n) => {
+      const [from, to] = [spots[a], spots[face[(n + 1) % face.length]]];
+      if (!(mesh.e[k] & (1 << n)) || from[3] < 0.1 || to[3] < 0.1) return;
+      paint.moveTo(from[0], from[1]);
+      paint.lineTo(to[0], to[1]);
+    }));
+  }
+  paint.stroke();
 }
 
 // Write names, each at a free place near its body or joint. A line joins a name to a distant body or joint.

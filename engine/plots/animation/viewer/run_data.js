@@ -2,6 +2,7 @@
 "use strict";
 
 let run, times, rows, width, last, start, end, shape;
+let other = null; // [run, times, rows, width, last] of another run of the mechanism, whose bodies are outlined
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
@@ -18,10 +19,12 @@ function decoded(text, Type) {
 
 const shapeOf = (data) => JSON.stringify([data.meshes, data.parts, data.joints]);
 
+const read = (data) => (typeof data.rows === "string" ? [decoded(data.times, Float64Array), decoded(data.rows, Float32Array)] : [data.times, data.rows]);
+
 function take(data) {
   run = data;
   shape = shapeOf(data);
-  [times, rows] = typeof run.rows === "string" ? [decoded(run.times, Float64Array), decoded(run.rows, Float32Array)] : [run.times, run.rows];
+  [times, rows] = read(data);
   [width, last] = [run.width, times.length - 1];
   [start, end] = [times[0], times[last]];
 }
@@ -91,4 +94,13 @@ function moment(t) {
   }
   const place = (part, point) => add(pose(part).p, apply(pose(part).r, point)); // a part's point in the world
   return { t, w, poses, pose, place, contacts };
+}
+
+// The other run's bodies at time t: meshes and poses.
+function bodiesBeside(t) {
+  const mine = [run, times, rows, width, last];
+  [run, times, rows, width, last] = other;
+  const { poses } = moment(t), found = run.parts.map((part, i) => ({ mesh: run.meshes[part.mesh], ...poses[i] }));
+  [run, times, rows, width, last] = mine;
+  return found;
 }

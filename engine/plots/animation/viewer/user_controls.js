@@ -187,6 +187,13 @@ function load(data, held = false) {
   render();
 }
 
+// Outlines the bodies of another run of the mechanism at the same times; null: no other run.
+function beside(data) {
+  other = data && [data, ...read(data), data.width, 0];
+  if (other) other[4] = other[1].length - 1;
+  refresh();
+}
+
 function begin() {
   theme(DARK.matches);
   numbers(!PHONE.matches);

@@ -1,0 +1,38 @@
+// Measured curves for a fit, from a CSV file: the time in s, then the curves in SI units, each assigned to a column of the scene.
+
+import { $, choices, make, notice } from "../basics/requests_and_dom.js";
+import { words } from "../basics/axis_labels.js";
+
+const UNUSED = "-";
+let time = [], curves = [], columns = [];
+
+export function begin(changed) {
+  $("measured").addEventListener("change", async () => { read(await $("measured").files[0].text()); changed(); });
+  $("curvesof").addEventListener("change", changed);
+}
+
+// Offers the columns of the scene for each curve. A curve that has the name of a column belongs to it.
+export function offer(found) {
+  columns = found;
+  for (const [k, select] of [...$("curvesof").querySelectorAll("select")].entries()) {
+    const options = [[UNUSED, "not used"], ...columns.map((c) => [c.name, words(c), c.name])];
+    choices(select, options, columns.find((c) => c.name === curves[k].name)?.name ?? (k ? UNUSED : columns.find((c) => /[.]q\[1\]$/.test(c.name))?.name));
+  }
+}
+
+function read(text) {
+  const [heads, ...rows] = text.trim().split(/\r?\n/).map((line) => line.split(/[,;\t]/).map((x) => x.trim().replace(/^"|"$/g, "")));
+  const numbers = rows.map((row) => row.map(Number));
+  const bad = numbers.findIndex((row) => row.length !== heads.length || row.some((x) => !Number.isFinite(x)));
+  notice(bad >= 0 ? `The file's line ${bad + 2} does not give a number for each of the ${heads.length} heads of line 1.` : "");
+  if (bad >= 0) return;
+  time = numbers.map((row) => row[0]);
+  curves = heads.slice(1).map((name, k) => ({ name, values: numbers.map((row) => row[k + 1]) }));
+  $("curvesof").replaceChildren(...curves.map((c) => make("label", {}, `${c.name} is `, make("select"))));
+  offer(columns);
+}
+
+export function runs() {
+  const of = [...$("curvesof").querySelectorAll("select")].map((s) => s.value), used = of.map((name, k) => [name, curves[k]?.values]).filter(([name]) => name && name !== UNUSED);
+  return used.length ? [{ time, curves: Object.fromEntries(used) }] : [];
+}
