@@ -17,9 +17,10 @@ from fmpy.fmi1 import FMICallException
 
 from tests.fmu.fmi3.event_mode_host import Host3, exported3
 from tests.fmu.fmpy_host import FOLDER, Host, exported
-from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, entries, headers, loader
+from trunnion.fmu.binaries.platform_builds import entries, headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.compilation.c_compiler import SYSTEM_LIBRARIES, WINDOWS
 
 HOST = Path(__file__).with_name("fmi2_host.c")
 
@@ -29,7 +30,7 @@ def built(target: str, out: Path, source: Path = HOST) -> Path:
     build its own runtime, for half a minute of processor time."""
     sources, link = [source], ["-nostdlib", "-lc", "-ldl"]
     if "windows" in target:
-        sources = [source, NATIVE / "windows_libc.c"]
+        sources = [source, WINDOWS]
         more = (f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("runtime", "convert", "time"))
         link = ["-shared" if out.suffix == ".dll" else "-Wl,-e,mainCRTStartup", *SYSTEM_LIBRARIES["windows"], *more, "-lkernel32"]
     objects = [out.with_name(f"{file.stem}.o") for file in sources]
