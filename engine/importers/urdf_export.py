@@ -27,6 +27,8 @@ GRAVITY = 9.81
 """Gravity of the importer of URDF, m/s², along -z. A URDF file has none, and other programs have their own."""
 UNLIMITED = 1e16
 """Limit of a prismatic joint without end stops. URDF requires limits; readers take those that are left out as 0."""
+NORMAL = (0.0, 0.0, 1.0)
+"""Axis of planar joints. Only with the same axis, to the last digit, do readers choose the same directions in the plane."""
 WRITTEN = {
     "scene": {"schema", "name", "gravity", "bodies", "joints", "ground"},
     "bodies": {"box", "cylinder", "sphere", "density", "mass", "center", "inertia", "position", "orientation", "points"},
@@ -128,8 +130,9 @@ class UrdfWriter:
         sides = sides_of(self.scene, j)[:: 1 if forward else -1]
         inner, outer = (pose(s.point, matrix(frame(s.axis, s.reference))) for s in sides)
         kind = REGISTRY[j.type]
-        own = along([0.0, 0.0, 1.0]) if j.type == "planar" else np.eye(4)  # the reader's planes have this frame
-        rotation = np.eye(3) if kind.nv <= 1 else outer[:3, :3] @ own[:3, :3].T
+        rotation = np.eye(3) if kind.nv <= 1 else outer[:3, :3]
+        if j.type == "planar":
+            rotation = rotation @ along(NORMAL)[:3, :3].T
         self.at[child] = pose(outer[:3, 3], rotation)
         given = self.data["joints"][name]
         stops = _single(given.get("end_stops"))
@@ -137,7 +140,7 @@ class UrdfWriter:
         joint = self._begun(name, said, sides[0].body, child)
         _origin(joint, inverse(self.at[sides[0].body]) @ inner @ inverse(inverse(self.at[child]) @ outer))
         if kind.needs_axis:
-            e1 = rotation.T @ outer[:3, 0]
+            e1 = np.array(NORMAL) if j.type == "planar" else rotation.T @ outer[:3, 0]
             xml.SubElement(joint, "axis", xyz=_words(e1 if forward else -e1))
         if kind.nv == 1:
             self._devices(name, joint, given, stops)

@@ -251,6 +251,16 @@ def build_library(
     """Compile C files to a shared library for a machine, by default this machine."""
     made_for = machine or host()
     link = [f"-Wl,-install_name,@rpath/{library.name}"] if made_for.system == "macos" else SYSTEM_LIBRARIES.get(made_for.system, ())
-    own = [WINDOWS] if made_for.system == "windows" else []
+    options = [*made_for.flags(), *FLAGS, *extra]
     folders = [f"-I{p}" for p in include]
-    run([*made_for.flags(), *FLAGS, *extra, "-shared", *map(str, [*sources, *own]), *folders, "-o", str(library), *link], cache)
+    if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
+        sources = [_object(source, library.parent, options + folders, cache) for source in (*sources, WINDOWS)]
+    run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
+
+
+def _object(source: Path, folder: Path, options: Sequence[str], cache: Path) -> Path:
+    """The object file of a source, compiled into a folder; an object file is returned as it is."""
+    made = source if source.suffix == ".o" else folder / f"{source.stem}.o"
+    if made != source:
+        run([*options, "-c", str(source), "-o", str(made)], cache)
+    return made
