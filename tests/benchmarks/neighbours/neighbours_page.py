@@ -39,8 +39,6 @@ Two hinges on a massless root link, each with a body of 1 kg: `j` has damping 0.
 
 """
 MIDDLE = """
-Units are those of the file in all of them: N m and N m s/rad.
-
 ## MJCF
 
 A hinge with damping 0.2, frictionloss 0.5, armature 0.03, stiffness 4 with rest at 0.3, range −1 … 1 and ref 0.1.
