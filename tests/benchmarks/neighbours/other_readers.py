@@ -255,13 +255,14 @@ def installed(package: str) -> bool:
 
 
 def rows(script: str, packages: dict[str, Any]) -> list[Row]:
-    """The rows of the installed packages. Each is a line that ``script PACKAGE`` prints, in a process of its own."""
+    """The rows of the installed packages. Each is the last text that ``script PACKAGE`` prints."""
     out = []
     for package in filter(installed, packages):
         done = subprocess.run([sys.executable, script, package], capture_output=True, text=True, check=False)
         if done.returncode:
             raise SystemExit(f"{package}: {done.stderr[-2000:]}")
-        out += json.loads(next(line for line in reversed(done.stdout.splitlines()) if line.startswith("[{")))  # some print more
+        found = done.stdout.rindex('[{"program"')  # some programs print, too
+        out += json.loads(done.stdout[found:].splitlines()[0])
     return out
 
 
