@@ -41,7 +41,6 @@ int fesetenv(const fenv_t *e) {
   __asm__ volatile("msr fpcr, %0\n msr fpsr, %1" : : "r"((unsigned long long)e->_Fe_ctl), "r"((unsigned long long)e->_Fe_stat));
   return 0;
 }
-int __isnan(double x) { return x != x; }
 #else
 __asm__(
     ".globl ___chkstk_ms\n"
@@ -63,6 +62,8 @@ __asm__(
     "  pop %rcx\n"
     "  ret\n");
 #endif
+
+int __isnan(double x) { return x != x; }
 
 /* The floating-point class of x, from its bits. */
 int __fpclassify(double x) {
