@@ -43,6 +43,9 @@ def build(folder: Path, recipes: Iterable[Recipe] | None = None, machine: Machin
         objects, folder / f"parts{made_for.suffix}", [], library_cache.cache_folder(), ("-s",), machine=made_for
     )
     (folder / prebuilt_libraries.TOLD).write_text(prebuilt_libraries.sources())
+    kept = {f"{name}{made_for.suffix}" for name in prebuilt_libraries.NAMES} | {prebuilt_libraries.TOLD}
+    for other in (f for f in folder.iterdir() if f.name not in kept):  # of the linker, on Windows
+        other.unlink()
 
 
 def _object(machine: Machine, flags: tuple[str, ...], text: str) -> Path:
