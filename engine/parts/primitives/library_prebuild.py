@@ -72,7 +72,11 @@ def _stored_chunks() -> Iterator[tuple[tuple[str, ...], str]]:
     for chunk in _chunks(every()):
         written.append(chunk)
         yield chunk
-    library_cache.entry(file.parent.name, lambda folder: (folder / file.name).write_text(json.dumps(written)))
+
+    def make(folder: Path) -> None:
+        (folder / file.name).write_text(json.dumps(written))
+
+    library_cache.entry(file.parent.name, make)
 
 
 def _chunks(recipes: Iterable[Recipe]) -> Iterator[tuple[tuple[str, ...], str]]:
