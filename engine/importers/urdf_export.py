@@ -21,7 +21,9 @@ from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import Spanning, span
 
-SAID = {kind: said for said, kind in TYPES.items() if said != "continuous"}
+ENDLESS = "continuous"
+"""Hinge without limits."""
+SAID = {kind: said for said, kind in TYPES.items() if said != ENDLESS}
 """{joint type of a scene: that of URDF}."""
 GRAVITY = 9.81
 """Gravity of the importer of URDF, m/s², along -z. A URDF file has none, and other programs have their own."""
@@ -131,16 +133,17 @@ class UrdfWriter:
         inner, outer = (pose(s.point, matrix(frame(s.axis, s.reference))) for s in sides)
         kind = REGISTRY[j.type]
         rotation = np.eye(3) if kind.nv <= 1 else outer[:3, :3]
-        if j.type == "planar":
+        plane = kind.needs_axis and kind.nv > 1
+        if plane:
             rotation = rotation @ along(NORMAL)[:3, :3].T
         self.at[child] = pose(outer[:3, 3], rotation)
         given = self.data["joints"][name]
         stops = _single(given.get("end_stops"))
-        said = "continuous" if SAID[j.type] == "revolute" and not stops else SAID[j.type]
+        said = ENDLESS if j.type == TYPES[ENDLESS] and not stops else SAID[j.type]
         joint = self._begun(name, said, sides[0].body, child)
         _origin(joint, inverse(self.at[sides[0].body]) @ inner @ inverse(inverse(self.at[child]) @ outer))
         if kind.needs_axis:
-            e1 = np.array(NORMAL) if j.type == "planar" else rotation.T @ outer[:3, 0]
+            e1 = np.array(NORMAL) if plane else rotation.T @ outer[:3, 0]
             xml.SubElement(joint, "axis", xyz=_words(e1 if forward else -e1))
         if kind.nv == 1:
             self._devices(name, joint, given, stops)
@@ -154,7 +157,7 @@ class UrdfWriter:
     def _devices(self, name: str, joint: xml.Element, given: dict[str, Any], stops: dict[str, Any] | None) -> None:
         """Limits, damping, constant friction and mimic of a joint with one freedom."""
         self.held[name].add("end_stops")
-        if joint.get("type") != "continuous":
+        if joint.get("type") != ENDLESS:
             ends = {k: repr(float((stops or {}).get(k, sign * UNLIMITED))) for k, sign in (("lower", -1), ("upper", 1))}
             xml.SubElement(joint, "limit", {**ends, "effort": "0", "velocity": "0"})
         dynamics = {}
