@@ -255,6 +255,7 @@ def build_library(
     folders = [f"-I{p}" for p in include]
     if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
         sources = [_object(source, library.parent, options + folders, cache) for source in (*sources, WINDOWS)]
+        options.append("-s")  # otherwise the library holds the path of the folder
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 
