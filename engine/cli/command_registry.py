@@ -30,6 +30,7 @@ COMMANDS = {
     "fmu": "trunnion.fmu.cli.fmu",
     "ssp": "trunnion.fmu.cli.ssp",
     "export c": "trunnion.fmu.cli.export:export_c",
+    "export urdf": "trunnion.cli.commands.export_urdf",
     "export web": "trunnion.fmu.cli.export:export_web",
     "serve": "trunnion.service.cli.serve",
     "jobs submit": "trunnion.service.cli.jobs_submit:submit",
@@ -45,7 +46,7 @@ COMMANDS = {
 }
 """{name: module, or module:function}."""
 GROUPS = {
-    "export": "Export a scene as C code or as a web page.",
+    "export": "Export a scene as C code, URDF or a web page.",
     "jobs": "Submit, follow and fetch jobs of a server (trunnion serve).",
 }
 """{group: its help}."""

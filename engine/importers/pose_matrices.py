@@ -38,6 +38,15 @@ def rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
     return about(z, yaw) @ about(y, pitch) @ about(x, roll)
 
 
+def roll_pitch_yaw(R: np.ndarray) -> tuple[float, float, float]:
+    """The angles of ``rpy`` that give a rotation (3×3). Roll is computed after yaw, so their sum is exact where both axes are
+    parallel."""
+    yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+    pitch = float(np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])))
+    rest = about([0.0, 0.0, 1.0], -yaw) @ R
+    return float(np.arctan2(-rest[1, 2], rest[1, 1])), pitch, yaw
+
+
 def of_quaternion(q: Sequence[float] | np.ndarray) -> np.ndarray:
     """The rotation (3×3) of a quaternion, scalar first, of any nonzero norm."""
     w, x, y, z = np.asarray(q, float) / np.linalg.norm(q)

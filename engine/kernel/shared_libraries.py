@@ -52,16 +52,15 @@ def sources_key() -> str:
 
 
 @lru_cache(maxsize=1)
-def runtime_key() -> str:
-    """Digest of the runtime's C sources, and of the Python sources that generate its headers."""
+def runtime_key(machine: c_compiler.Machine | None = None) -> str:
+    """Digest of the runtime's C sources, of the Python sources that generate its headers, and of the compiler for a machine."""
     files = sorted(f for pattern in ("*.[ch]", "*.py") for f in RUNTIME.rglob(pattern))
-    return library_cache.digest(*(f.read_bytes() for f in files), *_toolchain())
+    return library_cache.digest(*(f.read_bytes() for f in files), *c_compiler.toolchain(machine))
 
 
 @lru_cache(maxsize=1)
 def _toolchain() -> tuple[str, ...]:
-    flags = " ".join(c_compiler.FLAGS) + str(c_compiler.STRAIGHT) + str(c_compiler.LONG_TEXT)
-    return (c_compiler.compiler_version(), c_compiler.host_target(), c_compiler.cpu_level(), flags, c_compiler.version_of("casadi"))
+    return (*c_compiler.toolchain(), str(c_compiler.STRAIGHT), str(c_compiler.LONG_TEXT), c_compiler.version_of("casadi"))
 
 
 def kernel_key(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool) -> str:
@@ -80,18 +79,18 @@ def runtime() -> ctypes.CDLL:
     return ctypes.CDLL(str(compiled_runtime()))
 
 
-def compiled_runtime() -> Path:
-    """Path of the runtime's library, compiled once per machine."""
-    folder, made = library_cache.entry(f"runtime-{runtime_key()}", _build_runtime)
+def compiled_runtime(machine: c_compiler.Machine | None = None) -> Path:
+    """Path of the runtime's library for a machine, by default this machine. It is compiled once."""
+    name = f"runtime{machine.suffix if machine else c_compiler.library_suffix()}"
+
+    def make(folder: Path) -> None:
+        write_headers(folder)
+        sources = [RUNTIME / "runtime.c", written_entries(folder)]
+        c_compiler.build_library(sources, folder / name, [RUNTIME, folder], library_cache.cache_folder(), machine=machine)
+
+    folder, made = library_cache.entry(f"runtime-{runtime_key(machine)}", make)
     log.debug("runtime %s from %s", "built" if made else "found", folder)
-    return folder / f"runtime{c_compiler.library_suffix()}"
-
-
-def _build_runtime(folder: Path) -> None:
-    write_headers(folder)
-    target = folder / f"runtime{c_compiler.library_suffix()}"
-    sources = [RUNTIME / "runtime.c", written_entries(folder)]
-    c_compiler.build_library(sources, target, [RUNTIME, folder], library_cache.cache_folder())
+    return folder / name
 
 
 def written_entries(folder: Path) -> Path:

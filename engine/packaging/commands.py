@@ -1,8 +1,9 @@
 """Commands of setuptools that build Trunnion's wheels: one package ``trunnion`` from three folders, with the compiled solver.
 
 A wheel holds the runtime and the precompiled primitives, so that an installed Trunnion needs no compiler. The libraries require a
-processor of the build machine's level; with ``TRUNNION_CPU=x86_64`` they run on any x86-64 processor. With ``TRUNNION_PREBUILD=0``,
-and in an editable installation, there are no compiled libraries; the first use compiles them.
+processor of the build machine's level; with ``TRUNNION_CPU=x86_64`` they run on any x86-64 processor. ``TRUNNION_PLATFORM`` names
+another platform by the tag of its wheels (``platform_wheels`` sets it). With ``TRUNNION_PREBUILD=0``, and in an editable
+installation, there are no compiled libraries; the first use compiles them.
 
 ``pyproject.toml`` names these classes. setuptools loads this file by its path, before ``trunnion`` can be imported."""
 
@@ -106,19 +107,29 @@ class BuildPy(build_py):
             folder.mkdir(parents=True, exist_ok=True)
             self.copy_file(file, folder)
         if prebuilt():
-            copy_libraries(target)
+            build_libraries(target)
 
 
-def copy_libraries(target: Path) -> None:
-    """Copy the compiled libraries to the folder that ``trunnion.kernel.compilation.prebuilt_libraries`` reads. The cache keeps
-    them for the next build."""
+def build_libraries(target: Path) -> None:
+    """Build the compiled libraries in the folder that ``trunnion.kernel.compilation.prebuilt_libraries`` reads. The cache keeps
+    their object files for the next build."""
     source_package()
-    from trunnion.kernel.compilation import library_cache, prebuilt_libraries
+    from trunnion.kernel.compilation import c_compiler, prebuilt_libraries
     from trunnion.parts.primitives.library_prebuild import build as build_all
-    from trunnion.parts.primitives.primitive_cache import toolchain
 
-    folder, _ = library_cache.entry(f"built-{library_cache.digest(prebuilt_libraries.sources(), *toolchain())}", build_all)
-    shutil.copytree(folder, target / prebuilt_libraries.FOLDER.name / prebuilt_libraries.level(), dirs_exist_ok=True)
+    machine = c_compiler.MACHINES[platform_tag()] if os.environ.get("TRUNNION_PLATFORM") else c_compiler.host()
+    build_all(target / prebuilt_libraries.FOLDER.name / machine.level, machine=machine)
+
+
+def platform_tag() -> str:
+    """Platform tag of the wheel: TRUNNION_PLATFORM, or that of this machine."""
+    source_package()
+    from trunnion.kernel.compilation import c_compiler
+
+    chosen = os.environ.get("TRUNNION_PLATFORM") or c_compiler.wheel_platform()
+    if chosen not in c_compiler.MACHINES:
+        raise SystemExit(f"TRUNNION_PLATFORM: {chosen!r} is not a supported platform → {', '.join(c_compiler.MACHINES)}")
+    return chosen
 
 
 class BdistWheel(bdist_wheel):
@@ -130,12 +141,7 @@ class BdistWheel(bdist_wheel):
 
     def get_tag(self) -> tuple[str, str, str]:
         """Python tag, ABI tag, platform. Libraries suit every Python version."""
-        if not prebuilt():
-            return "py3", "none", "any"
-        source_package()
-        from trunnion.kernel.compilation.c_compiler import wheel_platform
-
-        return "py3", "none", wheel_platform()
+        return "py3", "none", platform_tag() if prebuilt() else "any"
 
 
 class Sdist(sdist):

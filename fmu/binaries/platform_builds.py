@@ -14,6 +14,7 @@ from pathlib import Path
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.compilation.c_compiler import SYSTEM_LIBRARIES, WINDOWS
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
 from trunnion.kernel.shared_libraries import RUNTIME, runtime_key, write_headers
 from trunnion.parts.primitives.primitive_cache import BYTECODE, INTERPRETER
@@ -59,13 +60,6 @@ NAMES = {
 """For each standard: the name of each platform's folder."""
 ALONE = {"2.0": "aarch64-linux"}
 """For a standard: the platform whose folder is that of another platform. An FMU contains only one of the two."""
-SYSTEM_LIBRARIES = {
-    "linux": ("-nostdlib", "-lm", "-lc"),
-    "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
-}
-"""Linker options by operating system. The library then uses the system's C library. The compiler's own start files and libraries
-are omitted, because building them for Windows would take over a minute. ``native/windows_libc.c`` defines the functions that are
-then missing on Windows."""
 INSIDE = "fmu_"
 """Prefix of the model's functions in ``native/standards``."""
 ENTRIES = {
@@ -251,7 +245,7 @@ def _system(target: str) -> str:
 def _compile_with_libc(target: str, cpu: str, folder: Path, source: Path) -> None:
     """Compile a source into a folder, which holds the generated headers. For Windows, also compile the functions that its C library
     lacks."""
-    for file in (source, *([NATIVE / "windows_libc.c"] if _system(target) == "windows" else [])):
+    for file in (source, *([WINDOWS] if _system(target) == "windows" else [])):
         _compile(target, cpu, folder, ["-c", str(file), "-o", str(folder / f"{file.stem}.o")])
 
 

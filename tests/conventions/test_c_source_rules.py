@@ -142,7 +142,7 @@ def compiles_alone(stage: str, folder: Path, more: str = "") -> str:
     unit.write_text("".join(f'#include "{f}"\n' for f in order() if f.startswith(f"{stage}/")) + more)
     words = ["-Werror=implicit-function-declaration", "-O0", "-c", str(unit), f"-I{folder}", "-o", str(folder / "stage.o")]
     try:
-        c_compiler.run([*c_compiler.machine_flags(), *c_compiler.FLAGS, *words], library_cache.cache_folder())
+        c_compiler.run([*c_compiler.host().flags(), *c_compiler.FLAGS, *words], library_cache.cache_folder())
     except c_compiler.CompilerError as e:
         return str(e)
     return ""

@@ -10,9 +10,11 @@ from __future__ import annotations
 import logging
 import os
 import platform
+import sysconfig
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -46,36 +48,80 @@ to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
 """Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation, this compiler adds
 run-time checks by default. These checks would cancel the gain, so they are off."""
-TARGETS = {
-    ("Linux", "x86_64"): ("x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64"),
-    ("Linux", "aarch64"): ("aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64"),
-    ("Windows", "AMD64"): ("x86_64-windows-gnu", "win_amd64"),
-    ("Darwin", "x86_64"): ("x86_64-macos.11.0", "macosx_11_0_x86_64"),
-    ("Darwin", "arm64"): ("aarch64-macos.11.0", "macosx_11_0_arm64"),
+@dataclass(frozen=True)
+class Machine:
+    """A kind of machine that compiled libraries are for. target: zig target. cpu: instruction-set level; "" is the target's own."""
+
+    target: str
+    cpu: str
+
+    @property
+    def system(self) -> str:
+        """Operating system: "linux", "windows" or "macos"."""
+        return self.target.split("-")[1].partition(".")[0]
+
+    @property
+    def suffix(self) -> str:
+        """Suffix of shared libraries."""
+        return SUFFIXES.get(self.system, ".so")
+
+    @property
+    def level(self) -> str:
+        """Name of the folder that holds this machine's libraries in a wheel."""
+        return self.cpu or "any"
+
+    def flags(self) -> list[str]:
+        """Options of the compiler."""
+        return ["-target", self.target, *([f"-mcpu={self.cpu}"] if self.cpu else [])]
+
+
+SUFFIXES = {"windows": ".dll", "macos": ".dylib", "darwin": ".dylib"}
+MACHINES = {
+    "manylinux_2_17_x86_64": Machine("x86_64-linux-gnu.2.17", "x86_64"),
+    "musllinux_1_2_x86_64": Machine("x86_64-linux-musl", "x86_64"),
+    "manylinux_2_17_aarch64": Machine("aarch64-linux-gnu.2.17", ""),
+    "musllinux_1_2_aarch64": Machine("aarch64-linux-musl", ""),
+    "macosx_11_0_arm64": Machine("aarch64-macos.11.0", ""),
+    "macosx_11_0_x86_64": Machine("x86_64-macos.11.0", "x86_64"),
+    "win_amd64": Machine("x86_64-windows-gnu", "x86_64"),
 }
-"""zig target and wheel platform of each supported machine."""
+"""{platform tag of a wheel: machines on which the wheel's libraries run}. The level x86_64 is that of every x86-64 processor."""
+TAGS = {
+    ("linux", "x86_64"): "manylinux_2_17_x86_64",
+    ("linux", "aarch64"): "manylinux_2_17_aarch64",
+    ("windows", "amd64"): "win_amd64",
+    ("darwin", "x86_64"): "macosx_11_0_x86_64",
+    ("darwin", "arm64"): "macosx_11_0_arm64",
+}
+"""{(system, processor): platform tag}. ``wheel_platform`` replaces manylinux where Python uses musl."""
+
+
+SYSTEM_LIBRARIES = {
+    "linux": ("-nostdlib", "-lm", "-lc"),
+    "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
+}
+"""Linker options by operating system. The library then uses the system's C library. The compiler's own start files and libraries
+are omitted, because building them for Windows would take over a minute. ``WINDOWS`` defines the functions that are then missing on
+Windows."""
+WINDOWS = Path(__file__).with_name("windows_libc.c")
 
 
 class CompilerError(RuntimeError):
     """The compiler rejected generated code (a defect of Trunnion), or does not support this machine."""
 
 
-def _host() -> tuple[str, str]:
-    """zig target and wheel platform of this machine. Raises CompilerError if the machine is not supported."""
-    key = (platform.system(), platform.machine())
-    if key not in TARGETS:
-        raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TARGETS)}")
-    return TARGETS[key]
-
-
-def host_target() -> str:
-    """zig target of this machine."""
-    return _host()[0]
-
-
 def wheel_platform() -> str:
-    """Platform tag of a wheel whose libraries are for this machine's target."""
-    return _host()[1]
+    """Platform tag of a wheel for this machine. Raises CompilerError if the machine is not supported."""
+    key = (platform.system().lower(), platform.machine().lower())
+    if key not in TAGS:
+        raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TAGS)}")
+    musl = "musl" in (sysconfig.get_config_var("SOABI") or "")
+    return TAGS[key].replace("manylinux_2_17", "musllinux_1_2") if musl else TAGS[key]
+
+
+def host() -> Machine:
+    """This machine, with its instruction-set level. Raises CompilerError if the machine is not supported."""
+    return replace(MACHINES[wheel_platform()], cpu=cpu_level())
 
 
 def cpu_level() -> str:
@@ -110,7 +156,13 @@ def compiler_version() -> str:
 
 def library_suffix() -> str:
     """Suffix of shared libraries on this platform."""
-    return {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
+    return SUFFIXES.get(platform.system().lower(), ".so")
+
+
+def toolchain(machine: Machine | None = None) -> tuple[str, ...]:
+    """Everything beside the sources that determines compiled code for a machine, by default this machine."""
+    chosen = machine or host()
+    return (compiler_version(), chosen.target, chosen.cpu, *FLAGS)
 
 
 def shared_cache(cache: Path) -> Path:
@@ -183,19 +235,33 @@ def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
     return straight + (AS_WRITTEN if unit in ROWS else ())
 
 
-def machine_flags() -> list[str]:
-    """Target and CPU level of this machine."""
-    level = cpu_level()
-    return ["-target", host_target(), *([f"-mcpu={level}"] if level else [])]
+def build_object(source: Path, target: Path, cache: Path, extra: Sequence[str] = (), machine: Machine | None = None) -> None:
+    """Compile a C file to an object file of a library for a machine, by default this machine."""
+    run([*(machine or host()).flags(), *FLAGS, *extra, "-c", str(source), "-o", str(target)], cache)
 
 
-def build_object(source: Path, target: Path, cache: Path, extra: Sequence[str] = ()) -> None:
-    """Compile a C file to an object file of a library for this machine."""
-    run([*machine_flags(), *FLAGS, *extra, "-c", str(source), "-o", str(target)], cache)
-
-
-def build_library(sources: Sequence[Path], library: Path, include: Sequence[Path], cache: Path, extra: Sequence[str] = ()) -> None:
-    """Compile C files to a shared library for this machine."""
-    link = ["-nostdlib", "-lm", "-lc"] if platform.system() == "Linux" else []
+def build_library(
+    sources: Sequence[Path],
+    library: Path,
+    include: Sequence[Path],
+    cache: Path,
+    extra: Sequence[str] = (),
+    machine: Machine | None = None,
+) -> None:
+    """Compile C files to a shared library for a machine, by default this machine."""
+    made_for = machine or host()
+    link = [f"-Wl,-install_name,@rpath/{library.name}"] if made_for.system == "macos" else SYSTEM_LIBRARIES.get(made_for.system, ())
+    options = [*made_for.flags(), *FLAGS, *extra]
     folders = [f"-I{p}" for p in include]
-    run([*machine_flags(), *FLAGS, *extra, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
+    if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
+        sources = [_object(source, library.parent, options + folders, cache) for source in (*sources, WINDOWS)]
+        options.append("-s")  # otherwise the library holds the path of the folder
+    run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
+
+
+def _object(source: Path, folder: Path, options: Sequence[str], cache: Path) -> Path:
+    """The object file of a source, compiled into a folder; an object file is returned as it is."""
+    made = source if source.suffix == ".o" else folder / f"{source.stem}.o"
+    if made != source:
+        run([*options, "-c", str(source), "-o", str(made)], cache)
+    return made

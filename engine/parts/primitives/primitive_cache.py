@@ -112,26 +112,28 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
     return Primitive(operands, facts["sizes"], "", key, str(library))
 
 
-def toolchain() -> tuple[str, ...]:
-    """Compiler, target and flags with which primitives are compiled."""
-    return (c_compiler.compiler_version(), c_compiler.host_target(), c_compiler.cpu_level(), *c_compiler.FLAGS)
+@lru_cache(maxsize=1)
+def primitives_key() -> str:
+    """Digest of everything that influences the code of primitives: that of their texts, and the compiler."""
+    return library_cache.digest(texts_key(), *c_compiler.toolchain())
 
 
 @lru_cache(maxsize=1)
-def primitives_key() -> str:
-    """Digest of everything that influences the code of primitives: sources, symbolic library, compiler."""
+def texts_key() -> str:
+    """Digest of everything that influences the C text of primitives: sources and symbolic library."""
     sources = [f.read_bytes() for f in sorted(FOLDER.rglob("*.py"))]
-    return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"), *toolchain())
+    return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"))
 
 
-def compiled_interpreter() -> Path:
-    """The library of the interpreter, which a machine compiles once."""
-    name = f"interpreter{c_compiler.library_suffix()}"
-    key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *toolchain())
+def compiled_interpreter(machine: c_compiler.Machine | None = None) -> Path:
+    """The library of the interpreter for a machine, by default this machine. It is compiled once."""
+    name = f"interpreter{machine.suffix if machine else c_compiler.library_suffix()}"
+    key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *c_compiler.toolchain(machine))
 
     def make(folder: Path) -> None:
         (folder / "tr_abi.h").write_text(header())
-        c_compiler.build_library(INTERPRETER[:-1], folder / name, [folder, BYTECODE], library_cache.cache_folder())
+        include, cache = [folder, BYTECODE], library_cache.cache_folder()
+        c_compiler.build_library(INTERPRETER[:-1], folder / name, include, cache, machine=machine)
 
     return library_cache.entry(f"interpreter-{key}", make)[0] / name
 
@@ -182,7 +184,7 @@ def _compile(flags: tuple[str, ...], text: str) -> Path:
         (folder / "part.c").write_text(MATH + text)
         c_compiler.build_library([folder / "part.c"], _library_in(folder), [folder], library_cache.cache_folder(), flags)
 
-    return _library_in(library_cache.entry(f"part-{library_cache.digest(MATH, text, *flags, *toolchain())}", make)[0])
+    return _library_in(library_cache.entry(f"part-{library_cache.digest(MATH, text, *flags, *c_compiler.toolchain())}", make)[0])
 
 
 def _is_there(library: str) -> bool:

@@ -17,9 +17,10 @@ from fmpy.fmi1 import FMICallException
 
 from tests.fmu.fmi3.event_mode_host import Host3, exported3
 from tests.fmu.fmpy_host import FOLDER, Host, exported
-from trunnion.fmu.binaries.platform_builds import NATIVE, SYSTEM_LIBRARIES, entries, headers, loader
+from trunnion.fmu.binaries.platform_builds import entries, headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache
+from trunnion.kernel.compilation.c_compiler import SYSTEM_LIBRARIES, WINDOWS
 from trunnion.kernel.shared_libraries import RUNTIME, write_headers
 
 HOST = Path(__file__).with_name("fmi2_host.c")
@@ -30,7 +31,7 @@ def built(target: str, out: Path, source: Path = HOST) -> Path:
     build its own runtime, for half a minute of processor time."""
     sources, link = [source], ["-nostdlib", "-lc", "-ldl"]
     if "windows" in target:
-        sources = [source, NATIVE / "windows_libc.c"]
+        sources = [source, WINDOWS]
         more = (f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("runtime", "convert", "time"))
         link = ["-shared" if out.suffix == ".dll" else "-Wl,-e,mainCRTStartup", *SYSTEM_LIBRARIES["windows"], *more, "-lkernel32"]
     objects = [out.with_name(f"{file.stem}.o") for file in sources]
@@ -176,7 +177,7 @@ def test_the_runtime_needs_no_function_that_windows_lacks(target: str, tmp_path:
     """Compiled without optimisation, so that every function of the C library remains a call; then linked as FMUs are."""
     write_headers(tmp_path)
     plain = ["-std=c99", "-O0", "-w", "-fno-sanitize=all", "-fno-stack-protector", f"-I{RUNTIME}", f"-I{tmp_path}"]
-    sources = (RUNTIME / "runtime.c", NATIVE / "windows_libc.c")
+    sources = (RUNTIME / "runtime.c", WINDOWS)
     made = [tmp_path / f"{source.stem}.o" for source in sources]
     for source, file in zip(sources, made, strict=True):
         c_compiler.run(["-target", target, *plain, "-c", str(source), "-o", str(file)], library_cache.cache_folder())

@@ -78,7 +78,7 @@ class Loaded:
         target = folder / f"library{c_compiler.library_suffix()}"
         texts = [str(f) for f in [*sources, folder / "overruns.c"]]
         link = ["-shared", "-fPIC", "-nostdlib", "-lm", "-lc", "-o", str(target)]
-        here = [*c_compiler.machine_flags(), "-O0", "-fno-sanitize=all", "-include", str(_declared(folder)), FITS]
+        here = [*c_compiler.host().flags(), "-O0", "-fno-sanitize=all", "-include", str(_declared(folder)), FITS]
         self.complaints = zig([*STRICT, *here, *texts, *link])
         assert not self.complaints, self.complaints
         self.made, self.library = made, ctypes.CDLL(str(target))
