@@ -140,7 +140,8 @@ def entries(kind: str) -> str:
 
 def shell_key() -> str:
     """Digest of the C sources of shell and runtime, which do not depend on the model."""
-    return library_cache.digest(runtime_key(), *(f.read_bytes() for f in sorted(NATIVE.rglob("*.[ch]"))), *FLAGS)
+    files = [*sorted(NATIVE.rglob("*.[ch]")), WINDOWS]
+    return library_cache.digest(runtime_key(), *(f.read_bytes() for f in files), *FLAGS)
 
 
 def _cached(kind: str, make: Callable[[Path], None], *determined_by: str | bytes) -> Path:
