@@ -150,7 +150,7 @@ def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
         moving = model.moving(SAMPLES) if model.has_jumps else np.zeros((SAMPLES, 0), bool)
         below = np.flatnonzero((seen[1:] < 0).any(axis=1))
         last = below[0] + 1 if len(below) else SAMPLES - 1
-        if h > BEGUN and model.yields and (moving[last] & ~moving[0]).any():
+        if h > BEGUN and model.yields and (moving[last] & ~moving[: last + 1].all(axis=0)).any():
             run.t, run.y, run.h = t0, y0, h / 4  # within a step the kink of a law is not where the polynomial has it
             return
         _note(model, (t0, h, y0, stages), shares, moving[: last + 1], left)
