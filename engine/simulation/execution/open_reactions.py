@@ -32,7 +32,9 @@ def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
         return found
     length = model.built.numbers.length
     sizes = np.abs(changes).max(axis=0) / [length ** LENGTHS.get(c.unit, 0.0) for c in wanted]
-    largest = {n: max(size for size, c in zip(sizes, wanted, strict=True) if c.subject[0] == n) for n in found.joints}
+    largest = dict.fromkeys(found.joints, 0.0)
+    for size, c in zip(sizes, wanted, strict=True):
+        largest[c.subject[0]] = max(largest[c.subject[0]], size)
     is_open = [size > SHARE * largest[c.subject[0]] for size, c in zip(sizes, wanted, strict=True)]
     drives = [i for i, c in enumerate(wanted) if c.kind == "drive" and is_open[i]]
     names = tuple(wanted[i].name for i in drives)
@@ -55,19 +57,19 @@ def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.nd
         other = model.with_reactions([c.name for c in wanted])
         other.block.configure(settings)
         other.block.y[: model.block.ny] = model.block.y[: model.block.ny]
-        row = np.zeros(other.block.width)
-        if other.begin(settings, model.block.time, np.inf, 0.0, row) != bl.OK:
+        if other.begin(settings, model.block.time, np.inf, 0.0) != bl.OK:
             return np.zeros((0, len(wanted)))
         return _changes(other, wanted, settings)
     changes = model.block.open_columns()[:, [places[c.name] for c in wanted]]
-    return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, tuple(c.subject[0] for c in wanted), changes)])
+    return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, wanted, changes)])
 
 
-def _by_loop(model: Model, joints: tuple[str, ...], changes: np.ndarray) -> Iterator[np.ndarray]:
+def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterator[np.ndarray]:
     """Changes along single directions (n × columns). The runtime first evaluates directions of several loops, then the rows that
-    structure removes: for each group of loops, one row of every loop at once. joints: those of the columns."""
+    structure removes: for each group of loops, one row of every loop at once. Loops without drives stay together."""
+    joints = tuple(c.subject[0] for c in wanted)
     if joints not in model.columns_of_loops:
-        model.columns_of_loops[joints] = _columns_of_loops(model, joints)
+        model.columns_of_loops[joints] = _columns_of_loops(model, joints, np.array([c.kind == "drive" for c in wanted]))
     slots, on_loops = model.columns_of_loops[joints]
     at = len(changes) - sum(slots)
     yield changes[:at]
@@ -77,16 +79,24 @@ def _by_loop(model: Model, joints: tuple[str, ...], changes: np.ndarray) -> Iter
         at += count
 
 
-def _columns_of_loops(model: Model, joints: tuple[str, ...]) -> tuple[list[int], list[list[np.ndarray]]]:
-    """For each group of loops: the number of rows that structure removes, and for each loop which columns belong to its joints."""
+def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
+    """For each group of loops: the number of rows that structure removes, and which columns belong to the joints of each loop with
+    a drive, and of all other loops together. Combinations concern drives alone, so only their loops need separate directions."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
     slots = [max(n for n, g in zip(removed, groups, strict=True) if g == group) for group in range(max(groups) + 1)]
     masks: list[list[np.ndarray]] = [[] for _ in slots]
     for c, group in zip(model.system.cuts, groups, strict=True):
-        masks[group].append(np.isin(joints, joints_of_loop(model.system, c, on_loops)))
-    return slots, masks
+        members = set(joints_of_loop(model.system, c, on_loops))
+        masks[group].append(np.array([j in members for j in joints]))
+    return slots, [_together(of_group, is_drive) for of_group in masks]
+
+
+def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]:
+    """Those masks that hold a drive, and the union of all others."""
+    driven = [m for m in masks if (m & is_drive).any()]
+    return [*driven, np.any([m for m in masks if not (m & is_drive).any()] or [np.zeros(len(is_drive), bool)], axis=0)]
 
 
 def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:

@@ -72,8 +72,8 @@ class Model:
         self._reactions.block.take(self.built.numbers, np.array(self.block.parameters))
         return self._reactions
 
-    def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray) -> int:
-        """Start a run from an assembled block. t, until, every: s. Fills ``row`` (columns + 1) and returns the ``Status``.
+    def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray | None = None) -> int:
+        """Start a run from an assembled block. t, until, every: s. Fills ``row`` (columns + 1), if any, and returns the ``Status``.
 
         If friction depends on reactions of redundant loops, the model loads the redundant kernel and starts in the same state."""
         status = self.block.start(t, until, every, row)

@@ -86,8 +86,11 @@ def redundancy_notes(r: Redundancy) -> list[str]:
 def _components(r: Redundancy) -> list[str]:
     """The open components in words, joints with equal components together."""
     by_joint: dict[str, dict[str, list[str]]] = {}
+    joints = set(r.joints)
     for name in r.columns:
-        joint = max((j for j in r.joints if name.startswith(f"{j}.")), key=len)
+        joint = name.rpartition(".")[0]
+        while joint not in joints:
+            joint = joint.rpartition(".")[0]
         word, _, index = name[len(joint) + 1 :].removeprefix("reaction.").partition("[")
         by_joint.setdefault(joint, {}).setdefault(word, []).extend([index[:-1]] if index else [])
     alike: dict[str, list[str]] = {}

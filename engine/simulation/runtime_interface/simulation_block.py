@@ -188,11 +188,11 @@ class Block:
         with self.cancellable():
             return self.lib.tr_assemble(self.at, t, by_rate, by_rate + self._given.itemsize * len(self.numbers.q_given_by_rate))
 
-    def start(self, t: float, t_stop: float, every: float, row: np.ndarray) -> int:
-        """Begin a run from t to t_stop with output spacing ``every``, all in s. Writes the first row to ``row`` (width) and returns
-        the ``Status``."""
+    def start(self, t: float, t_stop: float, every: float, row: np.ndarray | None) -> int:
+        """Begin a run from t to t_stop with output spacing ``every``, all in s. Writes the first row to ``row`` (width), if any.
+        Returns the ``Status``."""
         with self.cancellable():
-            return self.lib.tr_start(self.at, t, t_stop, every, address(row))
+            return self.lib.tr_start(self.at, t, t_stop, every, None if row is None else address(row))
 
     def cancellable(self, stop: Callable[[], bool] = lambda: False) -> AbstractContextManager[None]:
         """Allow ``stop`` and Ctrl-C to end long work of the block (``cancellation.cancellable``)."""

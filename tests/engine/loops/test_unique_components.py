@@ -19,7 +19,8 @@ from tests.reference.states_of_results import state_at
 from tests.scalable_mechanisms import n_four_bar
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.scene_loader import scene_from_dict
-from trunnion.simulation.run import simulate
+from trunnion.simulation.run import Model, run, simulate
+from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 DETERMINED, OPEN = 1e-9, 1e-5
 """Changes of a component relative to the largest one of its joint: below the first, it is round-off; above the second, it is a
@@ -171,3 +172,10 @@ def test_the_power_of_two_drives_of_one_crank_is_unique() -> None:
     assert any("a.drive.effort[1] + b.drive.effort[1]" in n for n in result.notes)
     total = result["a.drive.effort[1]"] + result["b.drive.effort[1]"]
     assert total == pytest.approx(2.0 * 3.0 * 0.3 * np.cos(2.0 * result.time), rel=1e-9)
+
+
+def test_loops_without_drives_are_examined_together() -> None:
+    """So the search for open components grows with the number of loops, not with its square."""
+    model = Model(n_four_bar(5), ("*",), "parts")
+    assert run(model, 0.001, 0.001, Settings()).redundancy.columns
+    assert all(len(masks) == 1 for _, groups in model.columns_of_loops.values() for masks in groups)
