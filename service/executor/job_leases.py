@@ -119,7 +119,8 @@ class LeasedJobs:
         for start, (_, future) in list(active.flying.items()):
             if future.status in ("cancelled", "lost"):
                 self.returned.put((active.job.id, start, future))
-        self._end_if_over(active)
+        if max(active.planned, active.job.planned) >= active.known:  # before, the question costs a transaction in vain
+            self._end_if_over(active)
 
     def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:
         """End a job early. A stop marker tells its workers to stop."""

@@ -29,7 +29,7 @@ CASE = 0.5
 
 
 class Counted(WorkStore):
-    """A store that counts its commits about pieces."""
+    """A store that counts its commits about pieces and ends."""
 
     def __init__(self, url: str):
         super().__init__(url)
@@ -42,6 +42,10 @@ class Counted(WorkStore):
     def record_outcomes(self, *given: Any, **more: Any) -> Any:
         self.commits += 1
         return super().record_outcomes(*given, **more)
+
+    def end_if_over(self, *given: Any, **more: Any) -> Any:
+        self.commits += 1
+        return super().end_if_over(*given, **more)
 
 
 class Workers:
