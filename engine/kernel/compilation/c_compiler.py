@@ -48,6 +48,8 @@ to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
 """Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation, this compiler adds
 run-time checks by default. These checks would cancel the gain, so they are off."""
+
+
 @dataclass(frozen=True)
 class Machine:
     """A kind of machine that compiled libraries are for. target: zig target. cpu: instruction-set level; "" is the target's own."""

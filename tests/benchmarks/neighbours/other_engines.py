@@ -40,10 +40,9 @@ def rest_angle(start: float, friction: float) -> float:
     """Angle, degrees, at which friction stops the pendulum: each half swing loses friction times its angle."""
     weight, at = MASS * GRAVITY * ARM, math.radians(start)
     while weight * abs(math.sin(at)) > friction:
-        low, high = 0.0, abs(at) + math.pi / 2
+        low, high = abs(at), abs(at) + math.pi / 2
         toward = -math.copysign(1.0, at)
         lost = lambda travel, at=at, toward=toward: weight * (math.cos(at + toward * travel) - math.cos(at)) - friction * travel  # noqa: E731
-        low = abs(at)
         while high - low > 1e-14:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if lost(middle) > 0.0 else (low, middle)
