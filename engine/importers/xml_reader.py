@@ -97,7 +97,7 @@ class Findings:
             return None
         if len(found) not in counts:
             wanted = " or ".join(map(str, counts)) + (" numbers are" if tuple(counts) != (1,) else " number is")
-            self.add(at, f"{at.tag}.{name}", f"{given[:60]!r}: {wanted} wanted")
+            self.add(at, f"{at.tag}.{name}", f"{given[:60]!r}: {wanted} expected")
             return None
         return found
 

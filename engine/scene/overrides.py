@@ -56,7 +56,7 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massles
     if isinstance(source, Scene):
         return apply(source, changes) if changes else checked(source)
     if not isinstance(source, Mapping | str | os.PathLike):
-        what = f"a scene is wanted, not {shown(source)}"
+        what = f"a scene is expected, not {shown(source)}"
         raise SceneError([Problem("scene", what, "a Scene, a dict, a file, or the name of a bundled model")])
     try:
         return scene_of(_read(source), massless, changes)

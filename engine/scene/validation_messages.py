@@ -81,19 +81,19 @@ def _missing(path: Path, e: Error) -> Finding:
 def _length(path: Path, e: Error) -> Finding:
     given, wanted = e["input"], length_at(path)
     count = len(given) if isinstance(given, list | tuple | dict) else 0
-    return Finding(path, f"{wanted} entries are wanted, not {count}")
+    return Finding(path, f"{wanted} entries are expected, not {count}")
 
 
 def _group(path: Path, e: Error) -> Finding:
     known = keys_at(path)
     hint = f"known keys: {', '.join(known)}" if known else "entries look like NAME: {…}"
-    return Finding(path, f"a group of keys is wanted, not {shown(e['input'])}", hint)
+    return Finding(path, f"a group of keys is expected, not {shown(e['input'])}", hint)
 
 
 def _list(path: Path, e: Error) -> Finding:
     n = length_at(path)
     kind = f"a list of {n}" if n else "a list"
-    return Finding(path, f"{kind} is wanted, not {shown(e['input'])}", "write it in brackets: [a, b, c]")
+    return Finding(path, f"{kind} is expected, not {shown(e['input'])}", "write it in brackets: [a, b, c]")
 
 
 def _choice(path: Path, e: Error) -> Finding:
@@ -105,11 +105,11 @@ def _choice(path: Path, e: Error) -> Finding:
 
 def _text(path: Path, e: Error) -> Finding:
     hint = "put it in quotes" if isinstance(e["input"], int | float) else ""
-    return Finding(path, f"text is wanted, not {shown(e['input'])}", hint)
+    return Finding(path, f"text is expected, not {shown(e['input'])}", hint)
 
 
 def _truth(path: Path, e: Error) -> Finding:
-    return Finding(path, f"true or false is wanted, not {shown(e['input'])}")
+    return Finding(path, f"true or false is expected, not {shown(e['input'])}")
 
 
 def _value(path: Path, e: Error) -> Finding:
@@ -118,7 +118,7 @@ def _value(path: Path, e: Error) -> Finding:
 
 
 def _form(path: Path, e: Error) -> Finding:
-    return Finding(path, f"{e['msg']} is wanted, not {shown(e['input'])}")
+    return Finding(path, f"{e['msg']} is expected, not {shown(e['input'])}")
 
 
 def _kind(path: Path, e: Error) -> Finding:

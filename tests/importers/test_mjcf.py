@@ -157,7 +157,7 @@ def test_included_files_belong_to_the_model(tmp_path: Path) -> None:
     told = {(p.file.rpartition("/")[2], p.line, p.what) for p in e.value.problems}
     assert told == {
         ("model.xml", 2, "there is no file 'none.xml'"),
-        ("bad.xml", 3, "'bad.xml' includes itself"), ("bad.xml", 3, "'0 0': 3 numbers are wanted"),
+        ("bad.xml", 3, "'bad.xml' includes itself"), ("bad.xml", 3, "'0 0': 3 numbers are expected"),
         ("bad.xml", 2, "moves and has no mass"),
     }  # fmt: skip
 

@@ -103,4 +103,4 @@ def _from_input(scene: Scene, path: Path, load: FromInput | Drive) -> Iterator[F
     except UnitError:
         return  # _input_unit reports this invalid unit
     if not fits(given, parse_unit(wanted).dimension):
-        yield Finding((*path, "input"), f'the input "{load.input}" is in {declared}; {wanted} is wanted here')
+        yield Finding((*path, "input"), f'the input "{load.input}" is in {declared}; {wanted} is expected here')

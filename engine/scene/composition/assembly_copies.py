@@ -47,7 +47,7 @@ def copies(level: Level, path: Path, spec: dict[str, Any]) -> list[Copy]:
     if given is None:
         return [Copy(moves=last)]
     if not isinstance(given, dict) or len(given) != 1 or next(iter(given)) not in _KINDS:
-        what = f"one of {', '.join(_KINDS)} is wanted"
+        what = f"one of {', '.join(_KINDS)} is expected"
         level.add_problem((*path, "copies"), what, "for example copies: {rotate: {times: 6, axis: z}}")
         return []
     kind, how = next(iter(given.items()))
@@ -93,7 +93,7 @@ def _matrix(k: int, cosine: Term, sine: Term) -> tuple[tuple[Term, ...], ...]:
 def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> dict[str, Any]:
     """The group ``how``. UnitError when a key is not in ``known``, a key of ``needed`` is missing, or ``how`` is not a group."""
     if not isinstance(how, dict):
-        raise UnitError(f"a group of keys is wanted, not {shown(how)}", f"keys: {', '.join(known)}")
+        raise UnitError(f"a group of keys is expected, not {shown(how)}", f"keys: {', '.join(known)}")
     for key in how:
         if key not in known:
             raise UnitError(f"unknown key {shown(key)}", did_you_mean(key, known, "known keys"))

@@ -32,7 +32,7 @@ def expand_assemblies(level: Level) -> Points:
         for name, spec in given.items():
             _add_assembly(level, name, spec, offered)
     elif given is not None:
-        level.add_problem(("assemblies",), f"a group of keys is wanted, not {shown(given)}", "entries look like NAME: {use: FILE}")
+        level.add_problem(("assemblies",), f"a group of keys is expected, not {shown(given)}", "entries are NAME: {use: FILE}")
     if offered:
         _resolve_points(level, offered)
     return offered

@@ -26,7 +26,7 @@ def merge_includes(level: Level) -> None:
     if names is None:
         return
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
-        level.add_problem(("include",), f"the name of a file, or a list of them, is wanted, not {shown(given)}")
+        level.add_problem(("include",), f"the name of a file, or a list of them, is expected, not {shown(given)}")
         return
     for i, name in reversed(list(enumerate(names))):
         other = part_of_file(level, ("include", i) if isinstance(given, list) else ("include",), name)

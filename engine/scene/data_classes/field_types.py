@@ -35,7 +35,7 @@ def _form(value: Any) -> str:
 
 
 def either(wanted: str) -> Discriminator:
-    """A discriminator for types tagged SCALAR, LIST and GROUP; ``wanted`` completes the error "… is wanted, not …"."""
+    """A discriminator for types tagged SCALAR, LIST and GROUP; ``wanted`` completes the error "… is expected, not …"."""
     return Discriminator(_form, custom_error_type="wrong_form", custom_error_message=wanted)
 
 

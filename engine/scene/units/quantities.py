@@ -93,7 +93,7 @@ def number(value: Any, wanted: str = "a number", example: str = "0.3") -> float:
     if isinstance(value, str):
         return parse_quantity(value)
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise UnitError(f"{wanted} is wanted, not {shown(value)}", f"for example {example}")
+        raise UnitError(f"{wanted} is expected, not {shown(value)}", f"for example {example}")
     try:
         out = float(value)
     except OverflowError as e:
@@ -110,7 +110,7 @@ def agree(value: float, unit: str) -> None:
     wanted = parse_unit("" if unit == "1" else unit).dimension
     if not value.fits(wanted):
         name, example = QUANTITIES.get(unit, (described(wanted), f"1 {unit}"))
-        raise UnitError(f"{shown(value.text)} is {described(value.dimension)}; {name} is wanted", f'for example "{example}"')
+        raise UnitError(f"{shown(value.text)} is {described(value.dimension)}; {name} is expected", f'for example "{example}"')
 
 
 @dataclass(frozen=True)

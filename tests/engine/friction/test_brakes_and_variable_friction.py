@@ -181,4 +181,4 @@ def test_mistakes_are_told(friction: dict, words: str) -> None:
 
 def test_an_input_in_another_unit_is_told() -> None:
     scene = replace(braked(sm.FromInput("pedal")), inputs={"pedal": sm.Input(unit="m")})
-    assert any("N is wanted here" in p.what for p in problems(scene))
+    assert any("N is expected here" in p.what for p in problems(scene))

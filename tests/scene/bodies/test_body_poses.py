@@ -153,8 +153,8 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "no such body": ({"joints.c.at": "slyder"}, "joints.c.at", 'did you mean "slider"'),
     "no such point": ({"joints.c.at": "crank.x"}, "joints.c.at", 'no point "x"'),
     "points apart": ({"joints.b.inboard": "crank.end"}, "joints.b.inboard", "the point is"),
-    "a list of two": ({"bodies.rod.position": [1, 2]}, "bodies.rod.position", "3 entries are wanted"),
-    "a turn in metres": ({"bodies.crank.orientation.angle": "3 mm"}, "bodies.crank.orientation.angle", "an angle is wanted"),
+    "a list of two": ({"bodies.rod.position": [1, 2]}, "bodies.rod.position", "3 entries are expected"),
+    "a turn in metres": ({"bodies.crank.orientation.angle": "3 mm"}, "bodies.crank.orientation.angle", "an angle is expected"),
 }
 
 

@@ -78,7 +78,7 @@ def test_renaming_touches_parameters_alone() -> None:
 # -- mistakes --------------------------------------------------------------------------------------------------------------------
 
 WRONG = {
-    "a": '"{a}" is a length; a plain number is wanted',
+    "a": '"{a}" is a length; a plain number is expected',
     "pin/a*1 kg": "a mass; a plain number",
     "mu + a": "a plain number cannot be added to a length",
     "a - 3 deg": "an angle cannot be subtracted from a length",

@@ -200,7 +200,7 @@ WRONG = {
     "use: {bodies: {}}, copies: {times: 3}": ("assemblies.arm.copies", "one of mirror, rotate, line"),
     "use: {bodies: {}}, copies: {rotate: {times: 2.5}}": ("assemblies.arm.copies.rotate", "whole number"),
     "use: {bodies: {}}, copies: {rotate: {times: 3, ax: z}}": ("assemblies.arm.copies.rotate", 'did you mean "axis"?'),
-    "use: {bodies: {}}, copies: {rotate: {times: 3, by: 2 kg}}": ("assemblies.arm.copies.rotate", "an angle is wanted"),
+    "use: {bodies: {}}, copies: {rotate: {times: 3, by: 2 kg}}": ("assemblies.arm.copies.rotate", "an angle is expected"),
     "use: {bodies: {}}, copies: {line: {times: 3}}": ("assemblies.arm.copies.line", '"step" is missing'),
     "use: {bodies: {}}, copies: {mirror: w}": ("assemblies.arm.copies.mirror", "is no axis"),
     "use: {bodies: {}}, orientation: {axis: [1, 1, 0], angle: 1}": ("assemblies.arm", "about x, y or z"),

@@ -66,7 +66,7 @@ def test_expressions_survive_being_written_and_read(scene: Scene, again: str) ->
 
 
 def test_a_parameter_keeps_its_dimension_when_it_is_set(scene: Scene) -> None:
-    with pytest.raises(SceneError, match=r"parameters\.a: .*an angle; a length is wanted"):
+    with pytest.raises(SceneError, match=r"parameters\.a: .*an angle; a length is expected"):
         apply(scene, {"parameters.a": "3 deg"})
     with pytest.raises(SceneError, match=r"bodies\.arm\.box\[1\]: box\[1\] must be positive"):
         apply(scene, {"parameters.a": -1})
@@ -137,4 +137,4 @@ def test_the_command_sets_a_parameter(tmp_path, capsys) -> None:
     file.write_text(TEXT)
     assert main(["simulate", str(file), "--set", "parameters.a=900mm", "-o", str(tmp_path / "arm.csv")]) == 0
     assert main(["simulate", str(file), "--set", "parameters.a=3 deg"]) == 2
-    assert "a length is wanted" in capsys.readouterr().err
+    assert "a length is expected" in capsys.readouterr().err

@@ -106,7 +106,7 @@ WRONG = {
     "ball.friction.mu": 'did you mean "joints.ball.friction.mu"?',
     "gravity[4]": "has 3 entries",
     "gravity[0]": "not a path",
-    "gravity": "a list of 3 is wanted",
+    "gravity": "a list of 3 is expected",
     "gravity.x": "is a list",
     "bodies.pendulum.density.x": "has no parts",
     "bodies[1]": "is not a list",
@@ -114,8 +114,8 @@ WRONG = {
     "a..b": "not a path",
     "joints.ball.start.q[2].x": "has no parts",
     "joints.ball.friction.law": "not known here",
-    "joints.ball.friction.mu": "is a length; a plain number is wanted",
-    "joints.ball.start.qd[1]": "an angular velocity is wanted",
+    "joints.ball.friction.mu": "is a length; a plain number is expected",
+    "joints.ball.start.qd[1]": "an angular velocity is expected",
 }
 
 

@@ -123,14 +123,14 @@ def test_every_example_in_a_hint_is_itself_accepted(unit):
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 10**400, True, None, [1], {"a": 1}, "nan", "1e999", b"1"])
 def test_only_finite_numbers_are_numbers(bad):
     for validate in (Per("m"), Spring):
-        with pytest.raises(ValueError, match=r"wanted|finite|number|large"):
+        with pytest.raises(ValueError, match=r"expected|finite|number|large"):
             validate(bad)
 
 
 def test_a_wrong_dimension_says_what_it_is_and_what_is_wanted():
     (problem,) = problems_of(edited({"joints.socket.friction.radius": "30 deg"}))
     assert problem.where == "joints.socket.friction.radius"
-    assert (problem.what, problem.hint) == ('"30 deg" is an angle; a length is wanted', 'for example "30 mm"')
+    assert (problem.what, problem.hint) == ('"30 deg" is an angle; a length is expected', 'for example "30 mm"')
 
 
 def test_typed_fields_hold_plain_floats_and_open_ones_remember_their_dimension():

@@ -124,7 +124,7 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
     assert read_stage(parts, "b") == ""
     parts.write(parts.stage_file("a"), b"<nonsense>")
     assert read_stage(parts, "a") == ""
-    (tmp_path / "c").write_text("a file where a folder is wanted")
+    (tmp_path / "c").write_text("a file where a folder is expected")
     with report_stages(parts, "c", wanted=True) as tell:
         tell("deriving")  # no work fails because of it
 
