@@ -10,6 +10,7 @@
 #define OPEN_PART 0.03125 /* × the period of a drive, load or rotation: a gap closes and opens again in a larger part of it */
 #define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step is a contact that was missed */
 #define CHOICES_MOST 60 /* largest number of changes in a decision */
+#define SETS_OF_MOST 6  /* contacts at rest: with more, not all sets are tried */
 
 /* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
  * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact, 0 without. flight: duration of the next flight, s. */
@@ -47,29 +48,53 @@ static double tr_contact_misfit(tr_sim *s, int c, int closed) {
   return -tr_gap_acceleration(s, c, 1) / (STEADY * tr_speed_unit(s) * s->set.rate);
 }
 
+/* Evaluate with the contacts `closed`. *worst receives the contact of `rests` that violates its condition most; −1: none does. Returns
+ * a status. */
+static int tr_try_contacts(tr_sim *s, const char *closed, const char *rests, const tr_mode *modes, int *worst) {
+  const int count = s->events.count, code = tr_evaluate_with_contacts(s, closed, modes);
+  double most = 1.0;
+  s->events.count = count, *worst = -1;
+  for (int c = 0; c < s->k->nunilateral && code == TR_OK; ++c) {
+    const double by = rests[c] ? tr_contact_misfit(s, c, closed[c]) : 0.0;
+    if (by > most) most = by, *worst = c;
+  }
+  return code;
+}
+
+/* Try all sets of the contacts at rest at the state `y`, first those with few open contacts. Returns whether one satisfies all conditions. */
+static int tr_try_all_contact_sets(tr_sim *s, const double *y, const char *rests, const tr_mode *modes) {
+  const int n = s->k->nunilateral;
+  char closed[n + 1];
+  int m = 0, worst, all[n + 1];
+  for (int c = 0; c < n; ++c)
+    if (rests[c]) all[m++] = c;
+  if (m > SETS_OF_MOST) return 0;
+  for (int open = 0; open <= m; ++open)
+    for (int set = 0; set < 1 << m; ++set) {
+      int left = open;
+      memset(closed, 0, n);
+      for (int q = 0; q < m; ++q) closed[all[q]] = !(set >> q & 1), left -= set >> q & 1;
+      if (left == 0) memcpy(TR_A(s, y), y, sizeof(double) * tr_state_width(s));
+      if (left == 0 && tr_try_contacts(s, closed, rests, modes, &worst) == TR_OK && worst < 0) return 1;
+    }
+  return 0;
+}
+
 /* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. Returns a status. */
 static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
-  const int n = s->k->nunilateral, count = s->events.count;
+  const int n = s->k->nunilateral;
   tr_mode modes[s->k->nsliders + 1];
   char closed[n + 1], rests[n + 1];
-  double still = tr_speed_unit(s);
-  tr_save_modes(s, modes);
+  double still = tr_speed_unit(s), old[tr_state_width(s)];
+  int code = TR_OK, worst = 0;
+  tr_save_modes(s, modes), memcpy(old, TR_A(s, y), sizeof old);
   for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
   for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && fabs(met[c].rate) <= STILL * still;
-  for (int it = 0; it < CHOICES_MOST; ++it) {
-    const int code = tr_evaluate_with_contacts(s, closed, modes);
-    s->events.count = count;
-    if (code != TR_OK) return code;
-    double most = 1.0;
-    int worst = -1;
-    for (int c = 0; c < n; ++c) {
-      const double by = rests[c] ? tr_contact_misfit(s, c, closed[c]) : 0.0;
-      if (by > most) most = by, worst = c;
-    }
-    if (worst < 0) return TR_OK;
-    closed[worst] = !closed[worst];
+  for (int it = 0; it < CHOICES_MOST && code == TR_OK; ++it) {
+    if ((code = tr_try_contacts(s, closed, rests, modes, &worst)) == TR_OK && worst < 0) return TR_OK;
+    if (code == TR_OK) closed[worst] = !closed[worst];
   }
-  return TR_FAIL_MODES;
+  return tr_try_all_contact_sets(s, old, rests, modes) ? TR_OK : code == TR_OK ? TR_FAIL_MODES : code;
 }
 
 /* Set gaps' rates and which contacts touch and approach at the state `y`. Returns whether any approaches. */
@@ -113,13 +138,21 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   }
 }
 
-/* The friction of contacts that were open has no mode yet: set it by the present rates where they touch. */
-static void tr_set_modes_of_open_contacts(tr_sim *s, const tr_met *met) {
+/* Whether the rates of pair i are at the present state not those of its mode: the friction of a contact that was open has no mode
+ * yet, and an impact may stop, start or turn any pair. */
+static int tr_has_other_rates(const tr_sim *s, const tr_met *met, int impact, int i) {
+  int other = impact;
+  for (int c = 0; c < s->k->nunilateral; ++c) other |= tr_unilateral_of(s, c)->pair == i && met[c].touches && tr_is_contact_open(s, c);
+  return other && tr_pair_of(s, i)->kind == TR_KIND_SET;
+}
+
+/* Set modes by the present rates: of all pairs after an impact, otherwise of contacts that touch and were open. */
+static void tr_set_modes_by_rates(tr_sim *s, const tr_met *met, int impact) {
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
-  for (int c = 0; c < s->k->nunilateral; ++c) {
-    const int i = tr_unilateral_of(s, c)->pair;
-    if (i < 0 || !met[c].touches || !tr_is_contact_open(s, c) || tr_pair_of(s, i)->kind != TR_KIND_SET) continue;
-    tr_mode_of(s, i)->flag = tr_is_at_rest(s, i) ? TR_STUCK : TR_SLIPS;
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_has_other_rates(s, met, impact, i)) continue;
+    if (tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
+    else if (tr_is_stuck(s, i)) tr_mode_of(s, i)->flag = TR_SLIPS;
     tr_freeze_direction(s, i);
   }
 }
@@ -131,13 +164,15 @@ static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mo
   do {
     memcpy(y, old, sizeof(double) * tr_state_width(s)), tr_restore_modes(s, modes);
     for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), now[c] = met[c].ends ? 0.0 : met[c].restitution;
-    if (tr_meet(s, met)) {
+    const int hits = tr_meet(s, met);
+    if (hits) {
       char at[n + 1];
       for (int c = 0; c < n; ++c) at[c] = met[c].touches;
       if (!tr_make_impact(s, s->clock.t, y, at, now)) return TR_FAIL_MODES;
       tr_evaluate_gaps(s, y, gap, rate);
       for (int c = 0; c < n; ++c) met[c].rate = rate[c];
-    } else tr_set_modes_of_open_contacts(s, met);
+    }
+    tr_set_modes_by_rates(s, met, hits);
     const int code = tr_settle_contacts(s, met);
     if (code != TR_OK) return code;
   } while (tr_mark_ends(s, met));
