@@ -89,7 +89,7 @@ static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
   int code = TR_OK, worst = 0;
   tr_save_modes(s, modes), memcpy(old, TR_A(s, y), sizeof old);
   for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
-  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && fabs(met[c].rate) <= STILL * still;
+  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && (met[c].ends || fabs(met[c].rate) <= STILL * still);
   for (int it = 0; it < CHOICES_MOST && code == TR_OK; ++it) {
     if ((code = tr_try_contacts(s, closed, rests, modes, &worst)) == TR_OK && worst < 0) return TR_OK;
     if (code == TR_OK) closed[worst] = !closed[worst];
@@ -112,12 +112,13 @@ static int tr_meet(tr_sim *s, tr_met *met) {
   return hits;
 }
 
-/* Mark the contacts whose next flight would stay below REST_GAP. Returns 1 if there are any new ones. */
-static int tr_mark_ends(tr_sim *s, tr_met *met) {
+/* Mark the contacts whose next flight after an impact would stay below REST_GAP, also those that the impact of another contact opens,
+ * as when a box rocks to rest. Returns 1 if there are any new ones. */
+static int tr_mark_ends(tr_sim *s, tr_met *met, int impact) {
   int any = 0;
-  for (int c = 0; c < s->k->nunilateral; ++c) {
+  for (int c = 0; c < s->k->nunilateral && impact; ++c) {
     const double back = -tr_gap_acceleration(s, c, 1), v = met[c].rate;
-    if (met[c].ends || !(met[c].approach < 0.0) || !tr_is_contact_open(s, c) || !(v > 0.0 && v * v < 2.0 * back * REST_GAP * s->set.length)) continue;
+    if (met[c].ends || !met[c].touches || !tr_is_contact_open(s, c) || !(v > 0.0 && v * v < 2.0 * back * REST_GAP * s->set.length)) continue;
     any = met[c].ends = 1, met[c].flight = 2.0 * v / back, tr_touch_of(s, c)->now = v;
   }
   return any;
@@ -132,7 +133,7 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
     const double ratio = touch->now < touch->rebound ? touch->now / touch->rebound : met[c].restitution;
     s->stats.events += hits || met[c].was == open;
     if (hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_CLOSED, index, 0, 0, 0);
-    if (met[c].ends) tr_log_event(s, s->clock.t + met[c].flight / (1.0 - ratio), TR_EV_CONTACT_RESTS, index, 0, 0, 0);
+    if (met[c].ends && hits) tr_log_event(s, s->clock.t + met[c].flight / (1.0 - ratio), TR_EV_CONTACT_RESTS, index, 0, 0, 0);
     if (met[c].touched && open && !tr_is_contact_unloaded(s, c) && !hits) tr_log_event(s, s->clock.t, TR_EV_CONTACT_OPENED, index, 0, 0, 0);
     touch->rebound = hits && open ? met[c].rate : 0.0;
   }
@@ -161,10 +162,11 @@ static void tr_set_modes_by_rates(tr_sim *s, const tr_met *met, int impact) {
 static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mode *modes) {
   const int n = s->k->nunilateral;
   double *y = TR_A(s, y), gap[n + 1], rate[n + 1], now[n + 1];
+  int hits;
   do {
     memcpy(y, old, sizeof(double) * tr_state_width(s)), tr_restore_modes(s, modes);
     for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), now[c] = met[c].ends ? 0.0 : met[c].restitution;
-    const int hits = tr_meet(s, met);
+    hits = tr_meet(s, met);
     if (hits) {
       char at[n + 1];
       for (int c = 0; c < n; ++c) at[c] = met[c].touches;
@@ -175,7 +177,7 @@ static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mo
     tr_set_modes_by_rates(s, met, hits);
     const int code = tr_settle_contacts(s, met);
     if (code != TR_OK) return code;
-  } while (tr_mark_ends(s, met));
+  } while (tr_mark_ends(s, met, hits));
   return TR_OK;
 }
 
