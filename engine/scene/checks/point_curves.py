@@ -52,6 +52,9 @@ def _slot(path: Path, j: Joint) -> Iterator[Finding]:
         return
     if j.slot.repeated < 1:
         yield Finding((*path, "slot", "repeated"), f"{j.slot.repeated} slots", "give 1 or more")
+    elif j.slot.repeated > 1 and max(abs(math.atan2(y, x)) for x, y in j.curve.points) >= math.pi / j.slot.repeated:
+        what = f"the curve leaves its sector of 360°/{j.slot.repeated} around e2, so that the next slot is nearer"
+        yield Finding((*path, "curve", "points"), what, "draw the slot around e2 (reference turns e2)")
     if j.slot.mouth is not None and j.curve.closed:
         yield Finding((*path, "slot", "mouth"), "a closed curve has no end for a mouth", "leave it out")
 

@@ -150,14 +150,11 @@ def slotted_wheels(rng: Generator) -> dict[str, Any]:
     hold = (d.pin(0.05), d.brake(0.1, until), d.freewheel(0.02, 0.3), {})[int(rng.integers(4))]
     more = [{"spring": {"stiffness": d.of(0.02, 0.2), "rest": 0.0}}] if d.chance(0.4) else []
     more += [d.stops(100, 1.0, 1.0)] if d.chance(0.3) else []
-    d.join("pivot", "revolute", "ground", "wheel", ORIGIN, hold, *more)
+    d.join("pivot", "revolute", "ground", "wheel", ORIGIN, hold, *more, {"start": {"q": -sense * half}})
     slot: dict[str, Any] = {"type": "pin_in_slot", "axis": "z", "reference": "x"}
     spot = float(np.hypot(*(pin - point(apart, 0)))) / 2
     slot |= {"inboard": {"body": "wheel", "point": [0, 0, 0]}, "outboard": {"body": "crank", "point": [spot, 0, 0]}}
-    lean = -sense * half
-    way_out = point(math.cos(lean), math.sin(lean))
-    ends = [[float(x) for x in 0.2 * apart * way_out], [float(x) for x in long * way_out]]
-    slot |= {"curve": {"points": ends}, "slot": {"play": d.of(1e-4, 1e-3), "mouth": "end", "repeated": slots}}
+    slot |= {"curve": {"points": [[0.2 * apart, 0.0], [long, 0.0]]}, "slot": {"play": d.of(1e-4, 1e-3), "mouth": "end", "repeated": slots}}
     slot |= {"friction": {"mu": d.of(0.03, 0.2)}} if d.chance(0.5) else {}
     d.joints["pin"] = slot | {"unilateral": {"starts": "open"} | ({"restitution": d.of(0.1, 0.6)} if d.chance(0.3) else {})}
     return d.scene(until)
