@@ -9,6 +9,7 @@
 #define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more is decided again */
 #define OPEN_PART 0.03125 /* × the period of a drive, load or rotation: a gap closes and opens again in a larger part of it */
 #define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step is a contact that was missed */
+#define FLIGHT_STEP 2.0 /* × the flight after an impact: largest next step; the dense output of a long step misses a short flight */
 #define CHOICES_MOST 60 /* largest number of changes in a decision */
 #define SETS_OF_MOST 6  /* contacts at rest: with more, not all sets are tried */
 
@@ -124,6 +125,14 @@ static int tr_mark_ends(tr_sim *s, tr_met *met, int impact) {
   return any;
 }
 
+/* Limit the next step to a multiple of the shortest flight that follows an impact. */
+static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met) {
+  for (int c = 0; c < s->k->nunilateral; ++c) {
+    const double back = -tr_gap_acceleration(s, c, 1), v = met[c].rate;
+    if (s->set.hfixed <= 0.0 && met[c].approach < 0.0 && tr_is_contact_open(s, c) && v > 0.0 && back > 0.0) s->step.h = fmin(s->step.h, FLIGHT_STEP * 2.0 * v / back);
+  }
+}
+
 /* Log what happened to the contacts. Impacts that come to their limit end after the next flights, whose durations form a geometric
  * series. */
 static void tr_log_contacts(tr_sim *s, const tr_met *met) {
@@ -200,6 +209,7 @@ static int tr_decide_contacts(tr_sim *s) {
     if (s->k->sets) tr_set_row_kinds(s);
     return code;
   }
+  tr_limit_step_by_flights(s, met);
   tr_log_contacts(s, met);
   tr_log_mode_changes(s, s->clock.t, modes, 0);
   tr_audit_allow_change(s, energy);

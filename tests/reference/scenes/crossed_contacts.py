@@ -24,7 +24,7 @@ def touch(d: Draft, name: str, body: str, at: np.ndarray, curve: dict[str, Any],
     joint: dict[str, Any] = {"type": "point_on_curve", "axis": "z", "reference": "x", "inboard": "ground", "curve": curve}
     joint["outboard"] = {"body": body, "point": [float(at[0]), float(at[1]), 0.0]}
     joint |= {"friction": {"mu": d.of(0.05, 0.5)}} if d.chance(0.7) else {}
-    d.joints[name] = joint | {"unilateral": ({"restitution": d.of(0.1, 0.7)} if d.chance(0.4) else {}) | more} 
+    d.joints[name] = joint | {"unilateral": ({"restitution": d.of(0.1, 0.7)} if d.chance(0.4) else {}) | more}
 
 
 def dropped_levers(rng: Generator) -> dict[str, Any]:
@@ -121,9 +121,9 @@ def pulled_boxes(rng: Generator) -> dict[str, Any]:
         at = [-d.of(0.3, 0.4), high, 0.0]
         d.block("slide", at)
         d.join("guide", "prismatic", "ground", "slide", at, d.guide(2.0), {"effort": d.sudden(10, until, " N")}, axis="x")
-        d.forces["cord"] = {"type": "spring_damper", "from": {"body": "slide", "point": [0, 0, 0]},
-                            "to": {"body": "box", "point": [-half, d.of(-0.5, 1) * high, 0]}, "stiffness": d.of(50, 500),
-                            "rest": d.of(0.2, 0.3), "damping": d.of(0, 5)}  # fmt: skip
+        d.forces["cord"] = {"type": "spring_damper", "stiffness": d.of(50, 500), "damping": d.of(0, 5), "length": d.of(0.2, 0.3),
+                            "between": [{"body": "slide", "point": [0, 0, 0]},
+                                        {"body": "box", "point": [-half, d.of(-0.5, 1) * high, 0]}]}  # fmt: skip
     return d.scene(until)
 
 
