@@ -33,7 +33,7 @@ GROUPS = {
         f"engine/docs/guide/{page}.md" for page in ("installation", "first_run", "scene", "loads", "friction", "pictures")
     ],
     "tables": [f"engine/docs/guide/{page}.md" for page in ("accuracy", "batches")],
-    "analysis": ["engine/docs/guide/rest_and_wear.md"],
+    "analysis": ["engine/docs/guide/mechanical_analyses.md"],
     "pandas": ["models/cookbook/data.md"],
     "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
     "service, pandas": ["service/README.md"],

@@ -13,17 +13,17 @@ from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.elements.joints import REGISTRY
 from trunnion.plots.geometry import meshes
+from trunnion.plots.geometry.belts_and_brake_bands import cage, straps
 from trunnion.plots.geometry.cams import cams
 from trunnion.plots.geometry.contact_marks import ContactMark, Patch
 from trunnion.plots.geometry.gear_wheels import wheels
 from trunnion.plots.geometry.meshes import SORTED, Grain, Mesh
 from trunnion.plots.geometry.slots import slots
-from trunnion.plots.geometry.straps import cage, straps
 from trunnion.plots.style.palette import BODIES
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import GROUND, body_of, point_of
-from trunnion.scene.queries.joint_contacts import sizes_given, touching
+from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.packed_surfaces import unpacked
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.load_builder import as_joint

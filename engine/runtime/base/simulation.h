@@ -7,12 +7,12 @@
  * Terms in all comments: maps are reactions, rates and accelerations as affine functions of the multipliers
  * (``base/map_block_offsets.h``). The current state is the state whose maps were evaluated last. The solution consists of the
  * multipliers z that solve the equations of the current state in the modes in force. A pair is a friction pair; a freedom is one
- * direction in which a pair slides or turns, with one rate. ``base/validity.h`` lists the parts of a block that belong to the
- * current state. */
+ * direction in which a pair slides or turns, with one rate. ``base/debug_validity_checks.h`` lists the parts of a block that belong
+ * to the current state. */
 #ifndef TR_SIMULATION_H
 #define TR_SIMULATION_H
 #include "tr_abi.h"
-#include "base/validity.h"
+#include "base/debug_validity_checks.h"
 
 /* Whether an event kind belongs to end stops, latches and joints that only push. All other kinds belong to friction pairs. */
 #define TR_IS_OF_STOP(kind) ((kind) == TR_EV_END_STOP_ENGAGED || (kind) == TR_EV_END_STOP_RELEASED || (kind) == TR_EV_LATCH || (kind) == TR_EV_UNLATCH || \
@@ -44,7 +44,7 @@ typedef struct tr_stepping {
   double jac_t;        /* time at which the Jacobian was evaluated, s */
   double works;        /* error of the works that columns need in the last accepted step, in units of the tolerance */
   double worked;       /* fraction of the last accepted step up to which works are integrated for rows */
-  int parts;           /* whether the works of the last step are integrated in parts (``integrators/quadrature.c``) */
+  int parts;           /* whether the works of the last step are integrated in parts (``integrators/work_quadrature.c``) */
   int method;          /* number of the method in force; never that of method auto */
   int have_k1;         /* whether the first row of K is ẏ at the state `y` */
   int missed;          /* whether the last step was repeated to end at an event, but did not reach the event */

@@ -8,12 +8,12 @@ from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
+from trunnion.scene.data_classes.drag_and_attraction import Drag, PointGravity
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
 from trunnion.scene.data_classes.force_field import Field
 from trunnion.scene.data_classes.joints import Nonlinear
-from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.signals import LoadVector
-from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness, Time
+from trunnion.scene.units.numbers_with_units import Damping, Number, Per, Stiffness, Time
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -14,6 +14,7 @@ from trunnion.basics.setting_declarations import RTOL
 from trunnion.runtime.integrators import METHODS
 from trunnion.scene.data_classes.assemblies import Assembly
 from trunnion.scene.data_classes.bodies import Body, Cylinder, Ground, Turn
+from trunnion.scene.data_classes.drag_and_attraction import Drag, PointGravity
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
 from trunnion.scene.data_classes.force_field import Field, PlaceFormula
 from trunnion.scene.data_classes.friction_keys import Wear
@@ -31,7 +32,6 @@ from trunnion.scene.data_classes.joints import (
     Start,
 )
 from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
-from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.realtime_steps import RealTime
 from trunnion.scene.data_classes.signals import (
     ByLoad,
@@ -52,7 +52,7 @@ from trunnion.scene.signals.harmonic import Harmonic
 from trunnion.scene.signals.move import Move
 from trunnion.scene.signals.ramp import Ramp
 from trunnion.scene.signals.table import Table
-from trunnion.scene.units.quantities import Acceleration, Duration, Number, Per
+from trunnion.scene.units.numbers_with_units import Acceleration, Duration, Number, Per
 
 if TYPE_CHECKING:
     MethodName = str

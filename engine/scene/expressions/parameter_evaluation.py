@@ -16,7 +16,7 @@ from trunnion.scene.expressions.formula_values_and_dimensions import dimension, 
 from trunnion.scene.file_format.yaml_reader import DEEPEST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
-from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
+from trunnion.scene.units.numbers_with_units import Computed, NoValue, Quantity, number
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 FORMULAS = ("expression", *COMPONENTS)
@@ -75,7 +75,7 @@ class Parameters:
 
 def evaluate(data: Any) -> tuple[Any, list[Finding]]:
     """The data with each expression replaced by its value, and the mistakes in the names of parameters. An invalid expression
-    becomes a ``NoValue``, which ``quantities.number`` reports as a mistake at its path."""
+    becomes a ``NoValue``, which ``numbers_with_units.number`` reports as a mistake at its path."""
     if not isinstance(data, dict):
         return data, []
     given = data.get(NAMED)

@@ -16,7 +16,7 @@ from trunnion.scene.force_laws import registry as force_laws
 from trunnion.scene.signals.registry import given
 from trunnion.scene.signals.table import Table
 from trunnion.scene.units.dimension_names import unit_of
-from trunnion.scene.units.quantities import Quantity
+from trunnion.scene.units.numbers_with_units import Quantity
 from trunnion.system.construction.point_curve_spline import length
 from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
 from trunnion.system.structure.coupling_joint_data import Slot, Unilateral

@@ -14,7 +14,7 @@ from trunnion.plots.geometry.meshes import Mesh, box, join, placed
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import body_of
-from trunnion.scene.queries.joint_contacts import sizes_given, touching
+from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import span
