@@ -37,7 +37,7 @@ STOUT = 12.0
 """The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
 
 Place = sm.Drag | sm.Field | sm.PointGravity
-"""Loads of which the place is drawn."""
+"""Loads whose point of action is drawn."""
 RODS = tuple(k.name for k in REGISTRY.values() if k.keeps_distance)
 """Types of joints that are drawn as rods."""
 
@@ -210,7 +210,7 @@ def _bushing(scene: sm.Scene, name: str, f: sm.Bushing, index: dict[str, int], s
 
 
 def _place(scene: sm.Scene, name: str, f: Place, index: dict[str, int], size: float) -> JointMark:
-    """The place of a load by speed or by place, as circles. A point of attraction has circles, too."""
+    """The point of a load that depends on speed or position, as circles. A point of attraction has circles, too."""
     ends = [(index[body_of(e)], _point(scene, e)) for e in ([f.on, f.towards] if isinstance(f, sm.PointGravity) else [f.on])]
     pins = tuple((part, meshes.placed(cage(CAGE * size, THIN * size), np.eye(3), p)) for part, p in ends)
     (part, p), (last, q) = ends[0], ends[-1]

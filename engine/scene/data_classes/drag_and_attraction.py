@@ -1,4 +1,4 @@
-"""Loads that depend on the speed or the place of a body: drag, attraction by a point."""
+"""Loads that depend on the speed or the position of a body: drag, attraction by a point."""
 
 from __future__ import annotations
 

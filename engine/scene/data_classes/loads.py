@@ -37,7 +37,7 @@ class Torque:
     type: Literal["torque"]
     """Kind of load: a torque."""
     on: str
-    """The body it acts on."""
+    """The body on which the torque acts."""
     torque: LoadVector
     """Components, N*m."""
     frame: Literal["world", "body"] = "world"
@@ -131,8 +131,8 @@ class Input:
     begin: Time | None = None
     """Time from which the values that the caller sets count. Before it, ``start`` counts. Default: the start of the run."""
     unit: str = "1"
-    """Its unit (SI)."""
+    """SI unit of the input."""
     description: str = ""
-    """What it is, in words."""
+    """Description of the input."""
     bandwidth: Annotated[float, Per("rad/s", POSITIVE)] = 100.0
     """Bandwidth of the critically damped filter through which a prescribed motion follows the input, rad/s."""

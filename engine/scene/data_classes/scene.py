@@ -126,11 +126,11 @@ class Scene:
     """Date of the scene, such as 2026-11-23."""
 
     def law_of(self, friction: Friction) -> str:
-        """Friction law of a joint: its own, else the scene's."""
+        """Friction law of a joint: the joint's own law, otherwise the scene's."""
         return friction.law or self.friction.law
 
     def normal_force_of(self, friction: Friction) -> str:
-        """Computation of a joint's normal force: the joint's own setting, else the scene's."""
+        """How the normal force of a joint is computed ("exact" or "adams"): the joint's own setting, otherwise the scene's."""
         return friction.normal_force or self.friction.normal_force
 
 

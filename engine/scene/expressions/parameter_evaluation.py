@@ -20,7 +20,7 @@ from trunnion.scene.units.numbers_with_units import Computed, NoValue, Quantity,
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 FORMULAS = ("expression", *COMPONENTS)
-"""Keys whose values are formulas of time or place."""
+"""Keys whose values are formulas of time or position."""
 NAMED = "parameters"
 MEND_FIRST = "correct the parameter first"
 """The hint for an expression that has no value because one of its parameters has none."""
@@ -158,7 +158,7 @@ def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
 
 
 def _with_numbers(given: Any, path: Path) -> Any:
-    """The group of a formula of time or place, with the formula's constant parts as numbers. Any other value is unchanged; so is a
+    """The group of a formula of time or position, with the formula's constant parts as numbers. Any other value is unchanged; so is a
     formula with a mistake, which the checks report."""
     kind = next((c for c in classes_at(shape(path)) if hasattr(c, "__separate__")), None) if path[-1] in FORMULAS else None
     if kind is None:

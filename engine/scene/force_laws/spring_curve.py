@@ -23,7 +23,7 @@ class SpringCurve:
     at: tuple[Number, ...]
     """Two to twelve increasing coordinates, or distances of two points."""
     effort: tuple[Number, ...]
-    """The effort of the spring at each of them: positive if it acts against the coordinate, or pulls the points together."""
+    """The effort of the spring at each coordinate: positive if it acts against the coordinate, or pulls the points together."""
 
 
 class SpringCurveLaw(ForceLaw):

@@ -1,4 +1,4 @@
-"""A sine of time."""
+"""A signal that is a sine of the time."""
 
 from __future__ import annotations
 
