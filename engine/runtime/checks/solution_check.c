@@ -113,7 +113,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: also a scale, because with μ = 0 friction is round-off of the load */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: also a scale, because with μ = 0 friction is round-off of it */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);

@@ -74,7 +74,7 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
   s->moreau.h = 0.0;
-  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* a dead centre; with friction, decisions check this */
+  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* dead centre; with friction, decisions check it */
   if (ok) tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;
 }

@@ -1,4 +1,5 @@
-"""Notes about sliding contacts that stay on a long part by default: the user may have meant the short part. Such a scene is valid."""
+"""Notes about sliding contacts that stay on a long part by default: the user may have meant the short part. Such scenes are
+valid."""
 
 from __future__ import annotations
 

@@ -174,8 +174,9 @@ class Builder:
 
 @dataclass(frozen=True)
 class SignalLeaves:
-    """Makes the leaves of one signal. path: path of the signal's keys. unit: unit of the values. rate: unit of the rates, for drives.
-    use: "drive" or "load". limited: whether the signal has limits; each number then moves the times at which it passes a limit."""
+    """Makes the leaves of one signal. path: path of the signal's keys. unit: unit of the values. rate: unit of the rates, for
+    drives. use: "drive" or "load". limited: whether the signal has limits; each number then moves the times at which it passes
+    a limit."""
 
     builder: Builder
     path: str
