@@ -30,7 +30,8 @@ GROUPS = {
         *LAST,
     ],
     "guide, plain": [
-        f"engine/docs/guide/{page}.md" for page in ("installation", "first_run", "scene", "loads", "friction", "pictures")
+        f"engine/docs/guide/{page}.md"
+        for page in ("installation", "first_run", "scene", "springs_and_loads", "friction", "pictures")
     ],
     "tables": [f"engine/docs/guide/{page}.md" for page in ("accuracy", "batches")],
     "analysis": ["engine/docs/guide/mechanical_analyses.md"],
