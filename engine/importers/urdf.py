@@ -10,7 +10,7 @@ import numpy as np
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, Names, Tie, floats, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse, pose, rpy
-from trunnion.importers.schema_table import schema
+from trunnion.importers.schema_coverage import schema
 from trunnion.importers.visual_meshes import Pictures
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, Findings, existing, read_root

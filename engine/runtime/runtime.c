@@ -8,7 +8,7 @@ TR_RARE
 #include "base/block_layout.c"
 TR_OFTEN
 #include "base/signals.c"
-#include "base/validity.c"
+#include "base/debug_validity_checks.c"
 #include "base/unilateral_rows.c"
 #include "base/kernel_calls.c"
 
@@ -45,13 +45,13 @@ TR_OFTEN
 #include "integrators/jacobian.c"
 #include "integrators/rosenbrock.c"
 #include "integrators/dense_output.c"
-#include "integrators/quadrature.c"
+#include "integrators/work_quadrature.c"
 #include "integrators/method_choice.c"
 #include "integrators/step_size.c"
 
 #include "checks/solution_check.c"
 TR_RARE
-#include "checks/certificate.c"
+#include "checks/uniqueness_certificate.c"
 TR_OFTEN
 #include "checks/audit.c"
 
@@ -64,7 +64,7 @@ TR_OFTEN
 TR_RARE
 #include "modes/pairs_at_rest.c"
 #include "modes/frozen_sliding_directions.c"
-#include "modes/mode_fit.c"
+#include "modes/mode_misfits.c"
 #include "modes/slip_onset.c"
 #include "modes/cone_equations_ball.c"
 #include "modes/cone_equations.c"
@@ -76,19 +76,20 @@ TR_RARE
 #include "modes/active_set.c"
 
 TR_OFTEN
-#include "events/stop_events.c"
-#include "events/direction_turns.c"
+#include "events/end_stop_events.c"
+#include "events/sliding_direction_turns.c"
 #include "events/event_outcome_margin.c"
 #include "events/violation_maxima_in_step.c"
-#include "events/unilateral_location.c"
+#include "events/unilateral_event_location.c"
 #include "events/event_location.c"
 TR_RARE
 #include "events/event_location_projected.c"
 TR_OFTEN
 #include "events/event_log.c"
+#include "events/kink_and_stop_events.c"
 #include "events/contact_separation.c"
 #include "events/follower_pulls.c"
-#include "events/corner_location.c"
+#include "events/end_stop_corner_location.c"
 TR_RARE
 #include "events/event_handling.c"
 TR_OFTEN
@@ -124,7 +125,7 @@ TR_RARE
 #include "hosts/linearization.c"
 #include "hosts/step_record.c"
 #include "hosts/tangent_evaluation.c"
-#include "hosts/tangents.c"
+#include "hosts/tangent_integration.c"
 #include "hosts/model_exchange.c"
 #include "hosts/model_exchange_derivatives.c"
 #include "hosts/model_exchange_events.c"

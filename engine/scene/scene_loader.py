@@ -18,8 +18,8 @@ from trunnion.scene.expressions.parameter_evaluation import MEND_FIRST, evaluate
 from trunnion.scene.file_format.yaml_reader import LARGEST, read
 from trunnion.scene.findings.findings_and_paths import Finding, Path, error_of
 from trunnion.scene.library.model_folders import SCENE_FILE, bundled_names, model_file
+from trunnion.scene.plain_data_changes import set_values
 from trunnion.scene.validation import build, plain_copy
-from trunnion.scene.value_changes import set_values
 
 SUFFIXES = (".yaml", ".yml", ".json")
 MOST_NAMED = 5

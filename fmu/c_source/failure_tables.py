@@ -9,7 +9,7 @@ from trunnion.runtime.abi import EventKind, Why
 from trunnion.simulation.execution.failure_diagnosis import WHY, describe_loop, loop_joint
 from trunnion.simulation.results.outcome import ADVICE, NAMES
 from trunnion.simulation.run import Model
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names, stop_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names, stop_names
 
 
 def cause_tables(model: Model) -> str:

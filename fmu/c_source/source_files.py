@@ -24,7 +24,7 @@ INTERFACES = ("ModelExchange", "CoSimulation")
 LEFT = ("fmi2Functions.h", "fmi3Functions.h")
 """Headers of the FMI standards, which are not expanded because the compiling tool provides them (FMI 2.0, section 2.3; FMI 3.0,
 section 2.5.1.2)."""
-UNUSED = ("hosts/batch.c", "hosts/lane_batch.c", "hosts/static_friction_ratios.c", "hosts/tangents.c", "output/wear.c")
+UNUSED = ("hosts/batch.c", "hosts/lane_batch.c", "hosts/static_friction_ratios.c", "hosts/tangent_integration.c", "output/wear.c")
 """Files of the runtime that exported models do not call."""
 CMAKE = """# Builds the library of this FMU for this machine:
 #   cmake -S sources -B build -DFMI_HEADERS=FOLDER && cmake --build build --config Release

@@ -14,7 +14,7 @@ from trunnion.fmu.model_description.parameter_set_ssv import SSC, SSV, BaseUnits
 from trunnion.fmu.ssp.system_yaml import Component, Link, Setting, System
 from trunnion.fmu.xml_document import with_prefix, xml_bytes
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
-from trunnion.scene.units.quantities import Quantity, number
+from trunnion.scene.units.numbers_with_units import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse, parse_unit
 
 MAPPING_TYPE = "application/x-ssp-parameter-mapping"

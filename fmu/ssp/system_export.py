@@ -23,7 +23,7 @@ from trunnion.scene import load_scene
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_evaluation import NAMED
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
-from trunnion.scene.units.quantities import Quantity, number
+from trunnion.scene.units.numbers_with_units import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"

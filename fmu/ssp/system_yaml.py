@@ -13,7 +13,7 @@ from typing import Any
 from trunnion.basics.problems import SceneError
 from trunnion.scene.file_format.yaml_reader import Document, read
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
-from trunnion.scene.units.quantities import Quantity, number
+from trunnion.scene.units.numbers_with_units import Quantity, number
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
 
 KEYS = ("name", "components", "connections", "parameters", "mappings", "simulation")

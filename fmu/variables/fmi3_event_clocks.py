@@ -9,7 +9,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.fmu.c_text.literals import integers
 from trunnion.runtime.abi import EventKind
 from trunnion.simulation.run import Model
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names, stop_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names, stop_names
 
 SLIDES = (
     EventKind.REVERSAL, EventKind.STICK, EventKind.SLIP, EventKind.SEPARATION, EventKind.CONTACT_JUMP, EventKind.IMPACT,

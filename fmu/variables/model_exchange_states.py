@@ -10,7 +10,7 @@ from trunnion.fmu.variables.outputs_inputs_parameters import Variable, followed
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.runtime.integrators import REGISTRY, Impulses
 from trunnion.simulation.run import Model
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
 KINDS = {"cs": 1, "me": 2, "both": 3}

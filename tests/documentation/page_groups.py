@@ -30,10 +30,11 @@ GROUPS = {
         *LAST,
     ],
     "guide, plain": [
-        f"engine/docs/guide/{page}.md" for page in ("installation", "first_run", "scene", "loads", "friction", "pictures")
+        f"engine/docs/guide/{page}.md"
+        for page in ("installation", "first_run", "scene", "springs_and_loads", "friction", "pictures")
     ],
     "tables": [f"engine/docs/guide/{page}.md" for page in ("accuracy", "batches")],
-    "analysis": ["engine/docs/guide/rest_and_wear.md"],
+    "analysis": ["engine/docs/guide/mechanical_analyses.md"],
     "pandas": ["models/cookbook/data.md"],
     "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
     "service, pandas": ["service/README.md"],

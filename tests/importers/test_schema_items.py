@@ -15,7 +15,7 @@ from tests.importers.schema_items import Items, mjcf, recorded
 from trunnion.basics.problems import SceneError
 from trunnion.importers import intermediate_linkage, xml_reader
 from trunnion.importers.format_detection import scene_of
-from trunnion.importers.schema_table import ANY, Row, Table, schema
+from trunnion.importers.schema_coverage import ANY, Row, Table, schema
 from trunnion.importers.xml_reader import Element
 
 EXAMPLES = {"URDF": URDF, "SDF": SDF, "MJCF": MJCF}

@@ -8,10 +8,10 @@ import pytest
 from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive
 from trunnion.basics.problems import SceneError
 from trunnion.plots.geometry import meshes
+from trunnion.plots.geometry.belts_and_brake_bands import THICK, WIDE, straps
 from trunnion.plots.geometry.mechanism_geometry import scenery
 from trunnion.plots.geometry.meshes import Mesh
 from trunnion.plots.geometry.motion_and_view import arrow_scale, motion, round_force
-from trunnion.plots.geometry.straps import THICK, WIDE, straps
 from trunnion.plots.mechanism_pictures.instant_picture import contact_places
 from trunnion.scene import load_scene, model_names
 from trunnion.scene.library.model_folders import design_names

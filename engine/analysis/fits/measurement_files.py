@@ -12,7 +12,7 @@ from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.units.quantities import Per
+from trunnion.scene.units.numbers_with_units import Per
 from trunnion.scene.units.unit_parser import UnitError
 from trunnion.simulation.results.external_tables import columns_of
 from trunnion.system.construction.system_builder import build

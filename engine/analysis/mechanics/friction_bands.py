@@ -15,7 +15,7 @@ from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import Model
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 from trunnion.system.construction.start_values_and_scales import GIVEN, Numbers
 from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates

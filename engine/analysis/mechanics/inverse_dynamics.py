@@ -13,7 +13,7 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.scene.queries.joint_contacts import touching
+from trunnion.scene.queries.joint_contact_elements import touching
 from trunnion.scene.queries.loads_and_signals import each
 from trunnion.scene.queries.unilateral_joints import refuse_unilateral
 from trunnion.scene.units.python_arguments import Names

@@ -14,7 +14,7 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import ContactElement, Place
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.joint_contacts import sizes_given, touching
+from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.wheel_sizes import sizes as wheel_sizes
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface.c_signatures import library

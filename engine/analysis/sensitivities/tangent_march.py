@@ -1,5 +1,5 @@
-"""Integrates tangents along recorded steps in C (``runtime/hosts/tangents.c``). Python finds the multipliers of states at which
-they have no clear solution. Events are left to the caller."""
+"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). Python finds the multipliers of states
+at which they have no clear solution. Events are left to the caller."""
 
 from __future__ import annotations
 

@@ -18,9 +18,9 @@ from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import SPAN
 from trunnion.elements.contact.registry import pairs_at_rest
 from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
-from trunnion.scene.checks.input_and_speed_curves import BY_LOAD
+from trunnion.scene.checks.variable_friction_and_input_curves import BY_LOAD
 from trunnion.scene.data_classes.scene import ByLoad, Scene
-from trunnion.scene.queries.joint_contacts import touching
+from trunnion.scene.queries.joint_contact_elements import touching
 from trunnion.simulation.run import Model
 from trunnion.system.construction.system_builder import Built, build
 from trunnion.system.structure.bodies_and_joints import System

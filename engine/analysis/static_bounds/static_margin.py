@@ -17,7 +17,7 @@ from trunnion.simulation.execution.open_loop_report import open_loop
 from trunnion.simulation.results.redundant_reactions import redundancy
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names
 from trunnion.system.construction.system_builder import build
 from trunnion.system.structure.bodies_and_joints import System
 

@@ -14,7 +14,7 @@ from trunnion.batch.sample_statistics.quantiles import USUAL, Spread, spread
 from trunnion.batch.sample_statistics.sobol_indices import Indices, indices
 from trunnion.batch.tables.reductions import ERROR, Reduction
 from trunnion.scene.findings.name_suggestions import shown
-from trunnion.scene.units.quantities import agree, parse_quantity
+from trunnion.scene.units.numbers_with_units import agree, parse_quantity
 from trunnion.scene.units.unit_parser import UnitError
 
 if TYPE_CHECKING:

@@ -63,7 +63,7 @@ class ArgumentReader:
 
     def quantity(self, text: str, unit: str, where: str) -> float | None:
         """SI value of a number with or without a unit."""
-        from trunnion.scene.units.quantities import Per
+        from trunnion.scene.units.numbers_with_units import Per
         from trunnion.scene.units.unit_parser import UnitError
 
         try:

@@ -75,7 +75,7 @@ def proposal_lines(ranked: Sequence[RankedExperiment], f: Fit) -> list[str]:
 def draw(f: Fit, picture: Path) -> None:
     """Draw the curves, profiles and correlation of a fit."""
     from trunnion.analysis.fits.profile_likelihood import threshold
-    from trunnion.plots.analysis.fit_profiles import Compare, Profile, draw_fit
+    from trunnion.plots.analysis.fit_curves_and_profiles import Compare, Profile, draw_fit
     from trunnion.plots.style.figure_files import save_figure
 
     assert f.solution is not None

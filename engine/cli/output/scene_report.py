@@ -55,7 +55,7 @@ def joint_data(j: Any, scene: Scene) -> dict[str, Any]:
 
 def start_data(model: Any) -> dict[str, Any]:
     """Result of assembling and starting the scene: outcome, notes (changed values, redundant loops), degrees of freedom."""
-    from trunnion.scene.checks.contact_ends import contact_end_notes
+    from trunnion.scene.checks.sliding_contact_ends import contact_end_notes
     from trunnion.scene.checks.unusual_magnitudes import magnitude_notes
     from trunnion.scene.expressions.parameter_dependence import unused_notes
     from trunnion.simulation.execution.drive_motion import beginning_notes

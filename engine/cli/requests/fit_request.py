@@ -169,7 +169,7 @@ def read_parameter(text: str, names: list[str], out: FitRequest, where: str, rea
 def read_noise(texts: Sequence[str], reader: ArgumentReader) -> float | Mapping[str, float] | None:
     """Standard deviation of the noise: one number for all columns, or a number for each column by name. None if it has to be
     estimated. A text is in SI units or has a unit."""
-    from trunnion.scene.units.quantities import AnyUnit
+    from trunnion.scene.units.numbers_with_units import AnyUnit
     from trunnion.scene.units.unit_parser import UnitError
 
     def read(text: str) -> float:

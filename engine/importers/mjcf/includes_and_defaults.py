@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.basics.problems import SceneError
 from trunnion.importers.pose_matrices import Pose, about, least_turn, of_quaternion, pose
-from trunnion.importers.schema_table import schema
+from trunnion.importers.schema_coverage import schema
 from trunnion.importers.xml_reader import DEEPEST, Element, is_file, read_root, read_xml
 
 FILES = 200

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trunnion.basics.problems import SceneError
-from trunnion.importers.schema_table import schema
+from trunnion.importers.schema_coverage import schema
 from trunnion.importers.sdf.frames import OWN, WORLD, Frames
 from trunnion.importers.xml_reader import Element, Findings, is_file, read_xml
 

@@ -10,7 +10,7 @@ import numpy as np
 from trunnion.elements.contact import ContactElement
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.plots.curves.angle_curves import broken, rotation_vector
-from trunnion.scene.queries.joint_contacts import touching
+from trunnion.scene.queries.joint_contact_elements import touching
 from trunnion.simulation.results.event import Event
 from trunnion.simulation.results.result import Result
 

@@ -13,17 +13,17 @@ from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.elements.joints import REGISTRY
 from trunnion.plots.geometry import meshes
+from trunnion.plots.geometry.belts_and_brake_bands import cage, straps
 from trunnion.plots.geometry.cams import cams
 from trunnion.plots.geometry.contact_marks import ContactMark, Patch
 from trunnion.plots.geometry.gear_wheels import wheels
 from trunnion.plots.geometry.meshes import SORTED, Grain, Mesh
 from trunnion.plots.geometry.slots import slots
-from trunnion.plots.geometry.straps import cage, straps
 from trunnion.plots.style.palette import BODIES
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import GROUND, body_of, point_of
-from trunnion.scene.queries.joint_contacts import sizes_given, touching
+from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.packed_surfaces import unpacked
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.load_builder import as_joint
@@ -37,7 +37,7 @@ STOUT = 12.0
 """The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
 
 Place = sm.Drag | sm.Field | sm.PointGravity
-"""Loads of which the place is drawn."""
+"""Loads whose point of action is drawn."""
 RODS = tuple(k.name for k in REGISTRY.values() if k.keeps_distance)
 """Types of joints that are drawn as rods."""
 
@@ -210,7 +210,7 @@ def _bushing(scene: sm.Scene, name: str, f: sm.Bushing, index: dict[str, int], s
 
 
 def _place(scene: sm.Scene, name: str, f: Place, index: dict[str, int], size: float) -> JointMark:
-    """The place of a load by speed or by place, as circles. A point of attraction has circles, too."""
+    """The point of a load that depends on speed or position, as circles. A point of attraction has circles, too."""
     ends = [(index[body_of(e)], _point(scene, e)) for e in ([f.on, f.towards] if isinstance(f, sm.PointGravity) else [f.on])]
     pins = tuple((part, meshes.placed(cage(CAGE * size, THIN * size), np.eye(3), p)) for part, p in ends)
     (part, p), (last, q) = ends[0], ends[-1]

@@ -103,7 +103,7 @@ def _result(source: Scene | Result, time: float) -> Result:
 
 def needed(scene: Scene) -> list[str]:
     """Patterns of the columns that a picture of this scene needs."""
-    from trunnion.scene.queries.joint_contacts import touching
+    from trunnion.scene.queries.joint_contact_elements import touching
 
     rubbing = [touching(j) for j in scene.joints.values() if j.friction is not None]
     moves = any(REGISTRY[j.type].nv for j in scene.joints.values())

@@ -87,11 +87,11 @@ double energy : scale of works, J; 0: works are not under error control
 int method : index in trunnion.runtime.integrators.METHODS
 int project : whether loops are closed after each step
 int locate : whether events are located
-int max_steps : most steps of a run; 0: unlimited
+int max_steps : largest number of steps of a run; 0: unlimited
 int through_jams : whether a jammed pair is stopped by an impact, after which the run continues
-int evaluations : most evaluations of the right-hand side in a bounded step; 0: steps are not bounded
-int iterations : most iterations of Newton's method in a bounded step
-int events : most events located in a bounded step
+int evaluations : largest number of evaluations of the right-hand side in a bounded step; 0: steps are not bounded
+int iterations : largest number of iterations of Newton's method in a bounded step
+int events : largest number of events located in a bounded step
 """)
 
 STATS = Record("tr_stats", "Statistics of a run.", f"""
@@ -182,7 +182,7 @@ double joint : joint, counted from 1 among those with friction; 0: none
 
 JUDGEMENT = Record("tr_judgement", "Verdict of the audit on the run so far.", f"""
 double verdict : TR_VERDICT_…
-double tolerance : relative tolerance of the run, or the assumed one of a method without error control
+double tolerance : relative tolerance of the run, or the tolerance assumed for a method without error control
 double judged : 1: the energy was balanced; 0: works were not integrated
 double lost : largest unexplained energy, J; positive: gained
 double lost_time : time of the largest unexplained energy, s

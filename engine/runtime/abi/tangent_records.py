@@ -21,14 +21,14 @@ int nx : external values
 int nz : multipliers
 int nall : multipliers of all rows and of friction
 int np : parameters and external inputs
-int m : parameters by which is differentiated
+int m : number of parameters of the derivatives
 int nf : values of f
 int residual : first residual in f
 int rates : first rate of a frictional joint in f
 int nrates : number of these rates
 int columns : number of columns
 int turning : sliding pairs of several components with a set-valued law
-const int *turn : five integers for each of these: index of its mode in x, number of components, indices of the rates in y
+const int *turn : five integers for each such pair: index of its mode in x, number of components, indices of the rates in y
 const int *place : (nz) index of each multiplier among those of all rows and of friction
 double regular : smallest over largest pivot above which the scaled ∂R/∂z is clearly regular
 double slow : speed of such a pair at the start or end of its sliding, rad/s or m/s

@@ -18,18 +18,18 @@ typedef struct tr_least_squares {
   int *perm, *lo, *hi;
 } tr_least_squares;
 
-/* Change the maps of the current state to those of the contacts in force: the row of an open contact is absent. Called after every
+/* Adapt the maps of the current state to the open and closed contacts: the row of an open contact is absent. Called after every
  * evaluation of raw maps. */
 static void tr_apply_contacts(tr_sim *s);
 
-/* Residuals h (2·rows) of the loops at y, then of their rates; 0 for open contacts. Requires the signals. */
+/* Residuals h (2·rows) of the loops at y: of positions, then of rates; 0 for open contacts. Requires the signals. */
 static void tr_evaluate_closure(tr_sim *s, const double *y, double *h);
 
-/* Gap of every joint that only pushes at y, m, and its rate, m/s, open or closed. Requires the signals. */
+/* Gap, m, and its rate, m/s, at y, of every joint that only pushes, open or closed. Requires the signals. */
 static void tr_evaluate_gaps(tr_sim *s, const double *y, double *gap, double *rate);
 
-/* Second time derivative of the gap of contact c at the present solution, m/s². forces: whether with the forces, or by multipliers
- * alone. Requires maps. */
+/* Second time derivative of the gap of contact c at the present solution, m/s². forces: whether applied forces count, or
+ * multipliers alone. Requires maps. */
 static double tr_gap_acceleration(const tr_sim *s, int c, int forces);
 
 /* Append the powers evaluated last to ẏ (dy): powers of the works that columns need, then the audit's two sums of powers. */

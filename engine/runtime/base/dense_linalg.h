@@ -145,7 +145,7 @@ static inline void tr_lu_subtract_panel(int n, int k, const double *A, double *t
   for (; i < n; ++i) to[i] = tr_multiply_subtract(tr_multiply_subtract(tr_multiply_subtract(tr_multiply_subtract(to[i], L0[i], a), L1[i], b), L2[i], c), L3[i], d);
 }
 
-/* As tr_lu_sized, for large matrices: eliminates four columns at a time. */
+/* Like tr_lu_sized, for large matrices: eliminates four columns at a time. */
 static int tr_lu_large(int n, double *A, int *perm) {
   for (int k = 0; k < n; k += TR_LU_WIDE) {
     const int end = k + TR_LU_WIDE < n ? k + TR_LU_WIDE : n;
@@ -163,7 +163,7 @@ static int tr_lu_large(int n, double *A, int *perm) {
   return 1;
 }
 
-/* As tr_lu_sized. The matrix sizes of small mechanisms are compiled separately. */
+/* Like tr_lu_sized. The matrix sizes of small mechanisms are compiled separately. */
 static int tr_lu(int n, double *A, int *perm) {
   switch (n) {
     case 2: return tr_lu_sized(2, A, perm);
@@ -218,7 +218,7 @@ TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, d
   }
 }
 
-/* As tr_lu_solve_sized. The matrix sizes of small mechanisms are compiled separately. */
+/* Like tr_lu_solve_sized. The matrix sizes of small mechanisms are compiled separately. */
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
   switch (n) {
     case 2: tr_lu_solve_sized(2, A, perm, b); break;

@@ -7,12 +7,12 @@
  * Terms in all comments: maps are reactions, rates and accelerations as affine functions of the multipliers
  * (``base/map_block_offsets.h``). The current state is the state whose maps were evaluated last. The solution consists of the
  * multipliers z that solve the equations of the current state in the modes in force. A pair is a friction pair; a freedom is one
- * direction in which a pair slides or turns, with one rate. ``base/validity.h`` lists the parts of a block that belong to the
- * current state. */
+ * direction in which a pair slides or turns, with one rate. ``base/debug_validity_checks.h`` lists the parts of a block that belong
+ * to the current state. */
 #ifndef TR_SIMULATION_H
 #define TR_SIMULATION_H
 #include "tr_abi.h"
-#include "base/validity.h"
+#include "base/debug_validity_checks.h"
 
 /* Whether an event kind belongs to end stops, latches and joints that only push. All other kinds belong to friction pairs. */
 #define TR_IS_OF_STOP(kind) ((kind) == TR_EV_END_STOP_ENGAGED || (kind) == TR_EV_END_STOP_RELEASED || (kind) == TR_EV_LATCH || (kind) == TR_EV_UNLATCH || \
@@ -44,7 +44,7 @@ typedef struct tr_stepping {
   double jac_t;        /* time at which the Jacobian was evaluated, s */
   double works;        /* error of the works that columns need in the last accepted step, in units of the tolerance */
   double worked;       /* fraction of the last accepted step up to which works are integrated for rows */
-  int parts;           /* whether the works of the last step are integrated in parts (``integrators/quadrature.c``) */
+  int parts;           /* whether the works of the last step are integrated in parts (``integrators/work_quadrature.c``) */
   int method;          /* number of the method in force; never that of method auto */
   int have_k1;         /* whether the first row of K is ẏ at the state `y` */
   int missed;          /* whether the last step was repeated to end at an event, but did not reach the event */
@@ -115,9 +115,9 @@ typedef struct tr_loops {
   double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
 } tr_loops;
 
-/* TR_PAST_ENDS: number of step ends with stored speeds (``events/capture_at_end_of_sliding.c``). TR_WORK_NODES: nodes of the quadrature of
- * works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step, because the dense output does not use this
- * stage. TR_AUDIT_SUMS: sums of the audit (energy taken, energy given). */
+/* TR_PAST_ENDS: number of step ends with stored speeds (``events/capture_at_end_of_sliding.c``). TR_WORK_NODES: nodes of the
+ * quadrature of works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step, because the dense output
+ * does not use this stage. TR_AUDIT_SUMS: sums of the audit (energy taken, energy given). */
 enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1, TR_AUDIT_SUMS = 2 };
 
 /* Pairs under set-valued laws. */
@@ -165,9 +165,10 @@ typedef struct tr_impact {
   double h;
 } tr_impact;
 
-/* A joint that only pushes. In an impact: `multiplier` is its value if `given`; otherwise `shift` is the required change of the
- * gap's rate, divided by −h. rebound: speed after its last impact, m/s; 0: none since it was closed. now: speed after the impact at
- * which impacts end, m/s; otherwise INFINITY. unloaded: 1 while it is open, but closed contacts keep its gap 0. */
+/* A joint that only pushes. In an impact, `multiplier` is the joint's multiplier if `given` is 1; otherwise `shift` is the required
+ * change of the gap's rate, divided by −h. rebound: speed after the joint's last impact, m/s; 0: no impact since it was closed.
+ * now: speed after the impact at which impacts end, m/s; otherwise INFINITY. unloaded: 1 while the joint is open, but other, closed
+ * contacts keep its gap 0. */
 typedef struct tr_touch {
   double given, multiplier, shift, rebound, now, unloaded;
 } tr_touch;
@@ -219,7 +220,7 @@ typedef struct tr_places {
   int zbeyond;      /* multipliers at the end of the last trial step, with the modes before an event inside the step */
   int scale;        /* unit of the error tolerance of each state */
   int d, S, perm;   /* loop equations: row scales, dense factor of S, pivot order; the pivots of `lu` follow in perm */
-  int sparse, whole_S; /* sparse factor of S: inverse pivots, then the entries below them; S without its structural zeros left out */
+  int sparse, whole_S; /* sparse factor of S: inverse pivots, then the entries below them; S with its structural zeros */
   int T, Np, NN;    /* T = S⁺ Se; load maps N0' and Ne' of N = N0' + Ne' η; the loads N */
   int law, dn, sliding; /* results of the laws: η, ∂η/∂N, tr_sliding per pair */
   int lu, r;        /* Newton's method on the complement equations: matrix, residual */

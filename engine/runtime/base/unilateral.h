@@ -6,7 +6,7 @@
 
 static inline const tr_unilateral *tr_unilateral_of(const tr_sim *s, int c) { return s->k->unilateral + c; }
 
-/* What the run knows about contact c. */
+/* Record of contact c in the block. */
 static inline tr_touch *tr_touch_of(const tr_sim *s, int c) { return (tr_touch *)TR_A(s, touch) + c; }
 
 static inline int tr_is_contact_open(const tr_sim *s, int c) { return !tr_is_pressed(s, tr_unilateral_of(s, c)->stop); }
@@ -18,7 +18,7 @@ static inline int tr_is_contact_away(const tr_sim *s, int c) {
   return inside >= 0 && !tr_is_pressed(s, inside);
 }
 
-/* Whether contact c touches, but has no load: closed contacts keep its gap 0. It is open. */
+/* Whether contact c is open, but touches without load: closed contacts keep its gap 0. */
 static inline int tr_is_contact_unloaded(const tr_sim *s, int c) { return tr_is_contact_open(s, c) && tr_touch_of(s, c)->unloaded > 0.0; }
 
 /* The contact with the flag `stop` of its mouths; −1: none. */
@@ -28,7 +28,7 @@ static inline int tr_contact_of_mouth(const tr_sim *s, int stop) {
   return -1;
 }
 
-/* The contact whose flag is that of stop `stop`; −1: an end stop or a latch. */
+/* The contact to which the flag of index `stop` belongs; −1: the flag of an end stop or a latch. */
 static inline int tr_contact_of_stop(const tr_sim *s, int stop) {
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (tr_unilateral_of(s, c)->stop == stop) return c;

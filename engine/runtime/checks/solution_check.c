@@ -59,7 +59,7 @@ static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double
   return closed;
 }
 
-/* As tr_are_loops_closed, for a recursive solution, where no row may be dropped. */
+/* Like tr_are_loops_closed, for a recursive solution, where no row may be dropped. */
 static int tr_are_rows_closed(const tr_sim *s, const tr_recomputed *it) {
   const double *gap = it->acc + s->k->neta, *first = it->acc_size + s->k->neta;
   int closed = 1;
@@ -113,7 +113,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: a scale, too, because with μ = 0 friction is its round-off */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: also a scale, because with μ = 0 friction is round-off of it */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);
@@ -143,7 +143,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
   const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   const tr_element *el = s->k->element + pair->element;
-  double friction = 0.0, load = 0.0; /* load: a scale, too, because with μ = 0 friction is its round-off */
+  double friction = 0.0, load = 0.0; /* load: also a scale, because with μ = 0 friction is round-off of the load */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
   if (power >= 0.0) return 0; /* levers are not needed, because they cancel in the power */
@@ -214,7 +214,7 @@ static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) 
   return broken;
 }
 
-/* As tr_recompute, for a recursive solution: the recursion runs with the frictions as applied forces. An acceleration has two
+/* Like tr_recompute, for a recursive solution: the recursion runs with the frictions as applied forces. An acceleration has two
  * terms: the acceleration without friction, and its change by friction. */
 static void tr_recompute_recursive(const tr_sim *s, tr_recomputed *it, int accelerates) {
   const tr_kernel *k = s->k;
@@ -248,8 +248,8 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   if (s->moreau.h > 0.0) tr_add_start_rates(s, it->acc, it->acc_size);
 }
 
-/* As tr_check_solution. brief: a violation that is found without maps is returned without a second check with maps; the audit then
- * reads the accelerations of this check. */
+/* Like tr_check_solution. brief: whether a violation that the recursion finds is returned without a second check by maps. Kernels
+ * with a recursion then store the accelerations of this check in end_acc, for the audit. */
 static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int brief) {
   TR_NEED(s, TR_HAS_MAPS);
   const tr_kernel *k = s->k;
@@ -309,8 +309,8 @@ static int tr_is_valid_decision(tr_sim *s, const int *rest, int n) {
   return ok;
 }
 
-/* Write to r the residuals of a recursive solution. A new pass over the bodies gives the loads. The residual of a freedom at rest is
- * its relative acceleration times its friction. */
+/* Write to r the residuals of a recursive solution. A new pass over the bodies gives the loads. The residual of a freedom at rest
+ * is its relative acceleration times its friction. */
 static void tr_residual_recursive(const tr_sim *s, double *r) {
   const tr_kernel *k = s->k;
   const double *eta = TR_A(s, z) + k->active;

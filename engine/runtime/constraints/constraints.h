@@ -55,17 +55,17 @@ static void tr_solve_loops(tr_sim *s, const double *b, double *x);
 /* Factorise the recursion's inertias without friction (k->narrow). Requires a kernel with recursion. */
 static void tr_narrow_without_friction(tr_sim *s);
 
-/* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row whose
- * diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off, their
- * scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the world's.)
- * `nothing`: no row has an effect; all scales become 1, so that all pivots stay round-off. */
+/* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row
+ * whose diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off,
+ * their scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the
+ * world's.) `nothing`: no row has an effect; all scales become 1, so that all pivots stay round-off. */
 static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Whether the row of contact c, which is open, depends on rows of closed contacts and loops. Requires the factor. */
 static int tr_is_contact_dependent(tr_sim *s, int c);
 
-/* Load, N, that contact c would have if it were closed and shared loads with contacts of equal stiffness; negative: it would pull. c is
- * open and dependent. 0 without scaled reactions. Requires the solution. */
+/* Load, N, that contact c would have if it were closed and shared loads with contacts of equal stiffness; negative: the contact
+ * would pull. 0 without scaled reactions. Requires the solution, and that contact c is open and dependent. */
 static double tr_load_of_open_contact(tr_sim *s, int c);
 
 /* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.
@@ -107,8 +107,8 @@ static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, cons
 static inline int tr_is_prescribed(const tr_sim *s, int i);
 
 /* In an impulse step, add the rates at its start to the accelerations acc (neta): the sums are rates at its end, divided by its
- * length. Prescribed freedoms get twice their mean rates, because their friction opposes the motion without changing it. size (neta):
- * sums of absolute terms; null pointer: none. Requires held maps. */
+ * length. Prescribed freedoms get twice their mean rates, because their friction opposes the motion without changing it. size
+ * (neta): sums of absolute terms; null pointer: none. Requires held maps. */
 static void tr_add_start_rates(const tr_sim *s, double *acc, double *size);
 
 #endif

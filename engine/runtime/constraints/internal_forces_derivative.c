@@ -61,7 +61,7 @@ static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const 
   return q;
 }
 
-/* As tr_follow_choice, for loops whose joints have friction. kap, more: derivatives of κ and of δ along the column. */
+/* Like tr_follow_choice, for loops whose joints have friction. kap, more: derivatives of κ and of δ along the column. */
 static void tr_follow_internal_forces(tr_sim *s, const tr_reaction_choice *q, int j, double *kap, const double *more, double *lam) {
   const tr_kernel *k = s->k;
   int m = k->nkappa, n = k->nn, r = tr_open_count(s), a = k->active;

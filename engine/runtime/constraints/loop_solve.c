@@ -15,8 +15,9 @@
 #define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
 #define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
 
-/* Sparse factor of S in the structural pivot order, column by column. A row with a pivot not above `keep` depends on the rows before
- * it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw maps. */
+/* Sparse factor of S in the structural pivot order, column by column. A row with a pivot not above `keep` depends on the rows
+ * before it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw
+ * maps. */
 TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
   const tr_kernel *k = s->k;
   const int n = k->active, *order = k->fill_order, *start = k->fill_start, *below = k->fill_below, *at = k->fill_at, *row = k->fill_row;
@@ -174,7 +175,7 @@ static void tr_update_rank(tr_sim *s) {
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
   if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
-    double most = 0.0; /* of the inverse roots of the pivots */
+    double most = 0.0; /* largest inverse root of a pivot */
     for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, sparse)[j]);
     s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
     return;

@@ -69,9 +69,9 @@ static void tr_loop_residual(const tr_sim *s, const double *h, double *position,
  * step.failure then contains the reason. */
 static int tr_project(tr_sim *s, double t, double *y);
 
-/* Close the loops from the state `y` at the time of the clock. qgiven, vgiven (nv each): 0 for an open value,
- * 1 for a given value, 2 for an exact one. `y` receives the result, or the nearest state found. Returns 1 on success, 0 if no closed positions are found, −1 if no consistent
- * rates are found. */
+/* Close the loops from the state `y` at the time of the clock. qgiven, vgiven (nv each): 0 for an open value, 1 for a given value,
+ * 2 for an exact value. `y` receives the result, or the nearest state found. Returns 1 on success, 0 if no closed positions are
+ * found, −1 if no consistent rates are found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
 /* Whether no freedom changes any active row at y, except by round-off. The other joints alone then satisfy the rows (example: a

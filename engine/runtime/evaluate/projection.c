@@ -1,5 +1,6 @@
 /* Projection onto the constraint manifold: quaternions of norm 1, and closed loops in positions and velocities (theory, "Closed
- * loops"). The correction δv = M⁻¹Gᵀ δλ is the smallest in the mass metric: the difference of two evaluations of stage 2. */
+ * loops"). The correction δv = M⁻¹Gᵀ δλ is the smallest in the mass metric. It is computed by the recursion, or as the
+ * difference of two evaluations of stage 2, with and without δλ. */
 #include "evaluate/evaluate.h"
 
 #define ROUND_OFF_MOST 4e-13 /* × the length, or rad: largest residual that counts as round-off; 100 × LOOP_CLOSED */

@@ -9,8 +9,8 @@
 #define CAPTURE_ACROSS 0.2
 #define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: required accuracy of the stop's time; below the speed NEAR_MISS, any */
 #define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops are simultaneous; far below the error of event times */
-/* × the length of the last stretch: another pair stops at its end, too, if its own stop is closer to this end; well above the error
- * of stop times */
+/* × the length of the last stretch: another pair whose own stop is closer to the end of the stretch stops there, too; well above
+ * the error of stop times. */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */

@@ -39,8 +39,8 @@ static double tr_error_part(const tr_sim *s, int which) {
   return fmin(1.0, fmax(off / tr_run_error(s), STRAYS_LEAST));
 }
 
-/* One tolerance of the event of `which`, in the unit of the event's margin: friction ratio, relative speed, relative length, or
- * sine². */
+/* The tolerance of an event of pair or stop `which`, in the unit of the event's margin: friction ratio, relative speed, relative
+ * length, or sine². It converts violations, which are in tolerances, to margins. */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
   if (!tr_is_set_valued(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_pair_speed_unit(s, which);

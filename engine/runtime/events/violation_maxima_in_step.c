@@ -140,8 +140,8 @@ static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p,
   }
 }
 
-/* As tr_find_maximum, for a maximum between the points `outer` and `inner`. `end`: outer is the last point of the search, otherwise
- * the first. A parabola through equidistant points may miss such a maximum, but the slope at `outer` shows it. */
+/* Like tr_find_maximum, for a maximum between the points `outer` and `inner`. `end`: outer is the last point of the search,
+ * otherwise the first. A parabola through equidistant points may miss such a maximum, but the slope at `outer` shows it. */
 static void tr_find_maximum_at_end(tr_sim *s, const tr_samples *at, int i, int end, tr_point outer, tr_point inner, tr_bracket *b) {
   int w = i < at->watched ? i : i - at->watched;
   const tr_point edge = tr_point_at(s, at, i, outer.x + EDGE * (inner.x - outer.x), &w);

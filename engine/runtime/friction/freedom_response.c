@@ -84,8 +84,8 @@ static double tr_acceleration_by_maps(tr_sim *s, int i) {
   return tr_acceleration_and_terms(s, i, &size);
 }
 
-/* Acceleration of freedom i divided by the sum of its absolute terms. This quotient tests held freedoms without an equation of
- * rest: the rest of other freedoms either implies or contradicts their rest. */
+/* Acceleration of freedom i divided by the sum of its absolute terms. This quotient tests held freedoms that have no equation of
+ * rest of their own, because the rest of other freedoms implies theirs or contradicts it. */
 static double tr_relative_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -109,8 +109,9 @@ static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc) {
   return 0;
 }
 
-/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state. Inside a
- * step, loops are open by the error of the dense output. The freedom then seems to move, by a small part of the terms that cancel. */
+/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state. Inside
+ * a step, loops are open by the error of the dense output. The freedom then seems to move, by a small part of the terms that
+ * cancel. */
 static int tr_is_acceleration_an_error(tr_sim *s, int i) {
   double size;
   if (!tr_is_prescribed(s, i)) return 0;

@@ -77,7 +77,7 @@ static void tr_form_law_jacobian(tr_sim *s);
 /* Compute `hold`, the friction and capacity of every pair, at the multipliers z and the loads NN. */
 static void tr_evaluate_capacities(tr_sim *s);
 
-/* As tr_evaluate_capacities, at the loads of the solution. (Newton's method leaves the loads of its last but one iterate in NN.
+/* Like tr_evaluate_capacities, at the loads of the solution. (Newton's method leaves the loads of its last but one iterate in NN.
  * With them, a small ball that shares a load with large balls would carry an unbalanced torque.) */
 static void tr_evaluate_capacities_at_solution(tr_sim *s);
 
@@ -106,7 +106,7 @@ static double tr_freedom_acceleration(tr_sim *s, int i);
 /* Acceleration of multiplier i's freedom from raw maps and all multipliers. size receives the sum of the absolute terms. */
 static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 
-/* As tr_freedom_acceleration, without held maps. */
+/* Like tr_freedom_acceleration, without held maps. */
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
 /* Whether freedom i, which drives move with the acceleration acc, counts as at rest. It does if its slow motion fades for a long
@@ -133,8 +133,8 @@ static inline double tr_direction_violation(const tr_sim *s, int i) { return tr_
  * requirements of tr_set_valued_violation. */
 static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 
-/* Stored load of multiplier i of pair m under the loads N. Of its stored friction, a ball keeps only the part perpendicular to its
- * force f. slope (3): derivative by f, which is zero for pairs that are not balls. */
+/* Stored load of multiplier i of pair m under the loads N. A ball keeps only that part of its stored friction that is
+ * perpendicular to its force f. slope (3): derivative by f, which is zero for pairs that are not balls. */
 static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope);
 
 /* In the residual r and the Jacobian J, replace the rows of held pairs by their equations (TR_ROW_…): zero acceleration, zero
@@ -158,7 +158,7 @@ static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i);
 /* Search a root over growing tilts of ball i, even if φ(0) ≤ 0 (``ball_near_cone.c``). Returns 1 on success. */
 static int tr_search_tilt(tr_sim *s, double *eta, int i);
 
-/* Whether every pair is on the branch of its mode: on the right side of its kink, or rightly inside or outside of its cone (balls).
+/* Whether every pair is on the branch of its mode: on the right side of its kink, and, for a ball, on the right side of its cone.
  * Requires the laws' values. */
 static int tr_is_on_branches(const tr_sim *s);
 
@@ -195,7 +195,8 @@ static int tr_is_recursive(const tr_sim *s);
  * determinant; 0 on failure. */
 static int tr_factor_without_friction(tr_sim *s);
 
-/* Acceleration of freedom i by a unit of force along it, in a tree. Overwrites the recursion's factor. Requires a recursive solution. */
+/* Acceleration of freedom i by a unit of force along it, in a tree. Overwrites the recursion's factor. Requires a recursive
+ * solution. */
 static double tr_response_by_recursion(tr_sim *s, int i);
 
 /* Compute the loads for the frictions eta, with held freedoms at rest. Stores these loads behind the multipliers in z. Returns 0 on

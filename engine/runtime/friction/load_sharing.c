@@ -299,7 +299,7 @@ static int tr_lead_by_next(tr_sim *s) {
   return any;
 }
 
-/* As tr_newton, with other leaders of the groups at rest. (Newton's method does not find a root at which the leader carries no
+/* Like tr_newton, with other leaders of the groups at rest. (Newton's method does not find a root at which the leader carries no
  * load.) */
 static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
@@ -313,7 +313,7 @@ static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   return 0;
 }
 
-/* Set the rows and directions of pairs that yield. Not in an impulse step, which decides the modes of all pairs anew. */
+/* Set the rows and directions of pairs that yield. In an impulse step no pair yields, because the step decides all modes anew. */
 static void tr_set_yielding_rows(tr_sim *s) {
   int *row = tr_row_kinds(s);
   for (int m = 0; m < s->k->nsliders && !(s->moreau.h > 0.0); ++m) {

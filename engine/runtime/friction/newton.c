@@ -90,7 +90,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* As tr_newton. If the direction of a group's load requires it, also reverses the impending motion of the group and solves
+/* Like tr_newton. If the direction of a group's load requires it, also reverses the impending motion of the group and solves
  * again. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
@@ -99,7 +99,7 @@ static int tr_newton_with_sense(tr_sim *s, double *eta) {
   return tr_newton(s, eta);
 }
 
-/* As tr_newton, for groups at rest without a solution if the values of balls are their friction: the values then follow from the
+/* Like tr_newton, for groups at rest without a solution if the values of balls are their friction: the values then follow from the
  * balls' axes (``load_sharing_rows.c``). */
 static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;

@@ -6,7 +6,9 @@
  * roots, certificates, and states where the recursion fails. */
 #include "friction/friction.h"
 
-#define CLEAR_ALONG 1e-7 /* × a row's scale: smallest pivot; 100 × KEEP_PIVOT; pivots of a series of 100 loops reach 1e-6 */
+/* × a row's scale: with a smaller pivot, maps are used instead. It is 100 × KEEP_PIVOT, and below the pivots of 100 loops in series
+ * (down to 1e-6). */
+#define CLEAR_ALONG 1e-7
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
 #define NEAR_ROOT 1e-2 /* × the largest friction: largest accepted second step after a start from the loads of a close state */
 #define STALLS 0.9 /* × the least step so far: a larger step is no progress; if it is small, it is round-off near a fold */
@@ -141,7 +143,8 @@ static int tr_loads_by_recursion(tr_sim *s, double *eta) {
   return 1;
 }
 
-/* Whether η obeys the laws evaluated last, up to round-off. Requires η and N of one linear solution. */
+/* Whether η obeys the laws evaluated last, up to round-off. Requires laws evaluated at the N of the same linear
+ * solution as η. */
 static int tr_obeys_laws(const tr_sim *s, const double *eta) {
   const double *law = TR_A(s, law), *lever = TR_A(s, lever);
   double gap = 0.0, size = 0.0;
@@ -162,7 +165,7 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
     tr_evaluate_local_laws(s, N, fresh);
     const int obeys = it > near && !least && tr_obeys_laws(s, eta);
-    /* With loops, the pivot is always that of the factor with friction, so that those of two states are comparable. */
+    /* With loops, the pivot is always that of the factor with friction, so that pivots of two states are comparable. */
     const int sense = fresh && (!obeys || (it == 1 && k->active)) ? tr_factor_with_laws(s) : 1;
     if (obeys && sense) return 1;
     if (!sense || sense < least) return 0;
@@ -173,7 +176,7 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
     stalled = step < STALLS * best ? 0 : stalled + 1, best = fmin(best, step);
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
-    const int round_off = step <= NEWTON_QUADRATIC * size && stalled > 1; /* of an ill-conditioned equation */
+    const int round_off = step <= NEWTON_QUADRATIC * size && stalled > 1; /* the equation is ill-conditioned */
     if (near && it == 1) { /* no convergence test here, because laws may jump between the loads of two states */
     } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size) || round_off) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;

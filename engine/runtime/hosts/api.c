@@ -97,7 +97,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
   if (k->neta && k->loop_friction && k->nkappa == 0 && open) return TR_NEED_REDUNDANT;
   int modes = tr_set_initial_modes(s);
   if (s->ask.cancelled) return s->clock.status = TR_CANCELLED;
-  if (modes != TR_OK && k->neta) { /* second attempt, with all starts of Newton's method */
+  if (modes != TR_OK && k->neta) { /* a second attempt uses all starts of Newton's method */
     s->friction.from_anywhere = 1;
     modes = tr_set_initial_modes(s);
     s->friction.from_anywhere = 0;

@@ -94,12 +94,12 @@ int tr_derivatives(tr_sim *s, double *out);
 /* Evaluate the state for tr_redundancy. Returns 1 on success, 0 if no reactions can be open, −1 if there is no solution. */
 int tr_evaluate_for_redundancy(tr_sim *s);
 
-/* Number of reaction directions that the motion does not determine at the block's state; −1 if there is no solution. share (nkappa):
- * as in tr_open_shares. */
+/* Number of reaction directions that the motion does not determine at the block's state; −1 if there is no solution. share
+ * (nkappa): as in tr_open_shares. */
 int tr_redundancy(tr_sim *s, double *share);
 
-/* Columns whose reactions are changed along each direction that the motion does not determine. columns and result as columns and
- * evaluations in tr_open_shares; 0 without a solution. */
+/* Columns whose reactions are changed along each direction that the motion does not determine. columns: as in tr_open_shares.
+ * Returns the number of evaluations there; 0 without a solution. */
 int tr_open_columns(tr_sim *s, double *columns);
 
 /* Watch the forces of followers until the next call. values (3 × count): last, peak and time of tr_pulls. count 0: none. */
@@ -127,15 +127,15 @@ int tr_hold_all(tr_sim *s, tr_held *out);
  * consists of inputs (one signal per input) and dy (ny). Requires the Jacobian unit's arrays. Returns 0 on failure. */
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
-/* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external values,
- * impulses of all multipliers, for each contact: 0 (no impulse), 1 (given rate) or 2 (given impulse), restitution]. */
+/* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external
+ * values, impulses of all multipliers, for each contact: 0 (no impulse), 1 (given rate) or 2 (given impulse), restitution]. */
 size_t tr_impact_length(const tr_sim *s);
 
-/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start (begin)
- * and its end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, whether these multipliers
- * belong to it; they do not if an event has cut the step. made: number of recorded steps. rows: room for `capacity` rows, of which
- * *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards events.
- * Returns a status, as tr_advance does. */
+/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start
+ * (begin) and its end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, whether these
+ * multipliers belong to the step; they do not if an event has cut the step. made: number of recorded steps. rows: room for
+ * `capacity` rows, of which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0
+ * phases: none. Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 
@@ -143,22 +143,23 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
 size_t tr_tangents_work(const tr_tangents *g);
 
 /* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
- * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found it. */
+ * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
+ * it. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
-/* Evaluate both sides of an event at time t and state y. First `after`: the rates with external values x1, after the event. Then,
- * with external values x: f and df as in tr_evaluate_tangents, and `flow` (nf), the derivatives of f by time along the motion
- * before the event. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers. Returns 2 if the host
- * found the solution before the event; `flow` is then unknown. */
+/* Evaluate both sides of an event at time t and state y. First, `after` receives the rates with external values x1, after the
+ * event. Then, with external values x, the function computes f and df as in tr_evaluate_tangents, and `flow` (nf), the derivatives
+ * of f by time along the motion before the event. z1: multipliers after the event; null pointer: unknown. Sets g->z to these
+ * multipliers. Returns 2 if the host found the solution before the event; `flow` is then unknown. */
 int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
                    double *df, double *flow, double *after);
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
- * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step (tr_record_steps).
- * marks: for each step, whether the host must complete its end, the number of samples inside the step, whether its end is a sample,
- * and whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns to `values` and their
- * derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete. Returns the number of
- * integrated steps, or −1 if the multipliers of a state have no solution. */
+ * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step
+ * (tr_record_steps). marks: for each step, whether the host must complete its end, the number of samples inside the step, whether
+ * its end is a sample, and whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns
+ * to `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete.
+ * Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives);
 
@@ -194,7 +195,7 @@ int tr_row_in_modes(tr_sim *s, double *row);
 /* Nominal value of state i for the importer (``NOMINAL`` of fmu/exchange.py). */
 double tr_nominal(const tr_sim *s, int i);
 
-/* As tr_directional, at the block's (t, y) in the modes in force; projects y. rates, dy: tr_states values. integral: 1 for each
+/* Like tr_directional, at the block's (t, y) in the modes in force; projects y. rates, dy: tr_states values. integral: 1 for each
  * column that contains works, otherwise 0. If `integral` is a null pointer, columns are not computed. */
 int tr_directional_in_modes(tr_sim *s, const tr_linear *l, const int *integral, const tr_signal *inputs, const double *dy, double *rates,
                             double *columns);
@@ -205,7 +206,8 @@ int tr_update(tr_sim *s, int jumped, int *changed);
 
 /* Continue the batch for about `budget` steps and rows. TR_DONE: all cases are done. TR_MORE: call again. TR_CASE_FAILED: a case
  * ended early; `now` is its block until the next call. TR_NEED_JACOBIAN, TR_NEED_REDUNDANT: the host provides the unit in
- * variant[which] and calls again. TR_CANCELLED: the host cancelled during a case. TR_WAITS: the case waits for the lanes of its batch. */
+ * variant[which] and calls again. TR_CANCELLED: the host cancelled during a case. TR_WAITS: the case waits for the lanes of its
+ * batch. */
 int tr_batch_run(tr_batch *b, long budget);
 
 /* End the present case with this status. The host cancelled the case, or an ensemble dropped it. The next tr_batch_run continues as
@@ -231,7 +233,7 @@ void tr_ensemble_resume(tr_ensemble *e);
  * lasting failure. */
 int tr_reach(tr_sim *s, double t, double limit, long max_steps, double *row);
 
-/* As tr_reach, but also ends at the next logged event, with TR_EVENT and the row just after this event. before receives the row
+/* Like tr_reach, but also ends at the next logged event, with TR_EVENT and the row just after this event. before receives the row
  * just before the event; null pointer: not requested. */
 int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *row, double *before);
 

@@ -1,4 +1,4 @@
-/* Record of a run, step by step, along which tangents are integrated (``hosts/tangents.c``). */
+/* Record of a run, step by step, along which tangents are integrated (``hosts/tangent_integration.c``). */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

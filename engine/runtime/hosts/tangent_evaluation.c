@@ -22,7 +22,7 @@ typedef struct tr_march {
   double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
   int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
   const double *times;                       /* times of the next samples */
-  int inside;                                /* number of them inside the present step */
+  int inside;                                /* number of samples inside the present step */
   double part;                               /* part of a recorded step that is made at once: 1, 1/2, 1/4, … */
   double *values, *derivatives;              /* columns of the next sample, and their derivatives (m × columns) */
 } tr_march;
@@ -62,7 +62,8 @@ size_t tr_tangents_work(const tr_tangents *g) {
   return tr_divide_work(&c, 0);
 }
 
-/* -- multipliers ------------------------------------------------------------------------------------------------------------------- */
+/* -- multipliers
+ * ------------------------------------------------------------------------------------------------------------------- */
 
 /* Factorise ∂R/∂z with scaled rows and columns. Returns 0 unless the matrix is clearly regular. */
 static int tr_factor_multipliers(tr_march *c) {
@@ -131,7 +132,7 @@ static void tr_eliminate_multipliers(const tr_march *c, int row) {
   for (int j = 0; j < nz; ++j) residual[j] = -c->change[j];
 }
 
-/* As tr_tangents_at, with the factors of ∂R/∂z. Returns 0 if z has no clear solution. */
+/* Like tr_tangents_at, with the factors of ∂R/∂z. Returns 0 if z has no clear solution. */
 static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S, int solved) {
   const tr_tangents *g = c->g;
   const int nz = g->nz, wide = tr_seed_width(g);
@@ -153,8 +154,8 @@ static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S,
 }
 
 /* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
- * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a clear
- * solution the host finds it. Returns 0 if it fails. */
+ * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a
+ * clear solution the host finds it. Returns 0 if it fails. */
 static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved) {
   const tr_tangents *g = c->g;
   tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);

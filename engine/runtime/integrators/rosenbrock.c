@@ -1,4 +1,4 @@
-/* Steps of an L-stable Rosenbrock method with the exact Jacobian. Works are not part of the integrated state; ``quadrature.c``
+/* Steps of an L-stable Rosenbrock method with the exact Jacobian. Works are not part of the integrated state; ``work_quadrature.c``
  * integrates works along the dense output. */
 #include "integrators/integrators.h"
 

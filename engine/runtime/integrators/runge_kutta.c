@@ -11,7 +11,6 @@ static double tr_step_work_error(const tr_sim *s, double h, const double *e, con
   return second ? tr_combine_estimators(error, tr_squared_work_error(s, second, y, ynew, first, n, unit)) : error;
 }
 
-/* Extrapolate x (e), the start of Newton's method at stage i, from its values `old` at earlier stages. */
 TR_INLINE void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, const double *old) {
   const double *weight = m->lead + i * m->stages;
   for (int j = 0; j < e; ++j) x[j] = 0.0;

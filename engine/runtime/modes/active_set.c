@@ -28,8 +28,8 @@ static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int
   return tr_solve_in_modes(s);
 }
 
-/* Whether stored loads may hold the stuck pairs. Loads are placed in many solutions. A long impulse step therefore does so only for
- * pairs at rest: pairs that move when it starts usually reverse. */
+/* Whether stored loads may hold the stuck pairs. To find stored loads takes many solutions. A long impulse step therefore stores
+ * them only for pairs at rest: pairs that move at its start usually reverse. */
 static int tr_may_store_loads(tr_sim *s, const int *rest, int n) {
   int still = !(s->moreau.h > s->moreau.decides);
   for (int q = 0; q < n && !still; ++q)
@@ -165,7 +165,7 @@ static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   return found;
 }
 
-/* As tr_decide_one_by_one, for many pairs: first through neighbouring modes, then all pairs at once, then one by one within
+/* Like tr_decide_one_by_one, for many pairs: first through neighbouring modes, then all pairs at once, then one by one within
  * MANY_WORK. */
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);

@@ -28,7 +28,7 @@ static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
 }
 
 /* Whether the capacity of pair i is given, not a function of loads. Internal forces that press pairs of a group together do not
- * raise it. Requires a solution. */
+ * raise a given capacity. Requires a solution. */
 static int tr_has_given_capacity(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   const tr_pair *pair = tr_pair_of(s, i);
@@ -89,9 +89,9 @@ static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) 
   return 0;
 }
 
-/* Whether the pair `released`, pairs that already yielded, and pairs that these overload start to slide. Loads are shared so that
- * they do not brace the group against sliding. `first`: succeed only if a pair already yielded; otherwise also if `released` has a
- * given capacity. start: modes before the decision. On success, the modes are in force. */
+/* Whether the pair `released`, pairs that already yielded, and pairs that these two overload start to slide. Loads are shared such
+ * that they do not brace the group against sliding. `first`: succeed only if a pair already yielded; otherwise also if `released`
+ * has a given capacity. start: modes before the decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
   const int was = s->friction.stored;
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;

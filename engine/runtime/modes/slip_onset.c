@@ -156,8 +156,8 @@ static int tr_find_onset_from(tr_sim *s, int i, double *d) {
   return TR_ONSET_NONE;
 }
 
-/* Largest difference between two unit vectors of directions that count as one, at the present solution. At the end of an impulse
- * step, a difference of speeds at rest counts as none. */
+/* Largest difference between the unit vectors of two directions that count as the same, at the present solution. In an impulse
+ * step, the limit includes differences from speeds that count as rest. */
 static double tr_same_direction(tr_sim *s, int i) {
   double acc[3];
   if (!(s->moreau.h > 0.0)) return SAME_DIRECTION;

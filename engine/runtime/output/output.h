@@ -4,8 +4,9 @@
 #include "checks/checks.h"
 
 /* share (nkappa) ← for each scaled reaction, its largest component over the open directions at the solution, where each direction
- * has norm 1. Returns the number of directions. Directions of loops without a common joint are evaluated together. evaluations ← the
- * number of evaluations. columns ((evaluations + 1) × nout, or null pointer) ← the columns at z, then those of each evaluation. */
+ * has norm 1. Returns the number of directions. Directions of loops without a common joint are evaluated together. evaluations ←
+ * the number of evaluations. columns ((evaluations + 1) × nout, or null pointer) ← the columns at z, then those of each
+ * evaluation. */
 static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share, double *columns, int *evaluations);
 
 /* full ← [λ | η] with λ of all rows, from [λ active | η] of the solution. resolve: choose the undetermined reactions with minimum
@@ -15,7 +16,7 @@ static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int 
 /* Contact forces of all pairs at the solution. a: time derivatives of the rates. Returns 0 if the mechanism has no contacts. */
 static int tr_evaluate_contacts(tr_sim *s, const double *y, const double *a, tr_contact *out);
 
-/* As tr_evaluate_contacts, with the accelerations evaluated last. */
+/* Like tr_evaluate_contacts, with the accelerations evaluated last. */
 static inline int tr_current_contacts(tr_sim *s, const double *y, tr_contact *out) { return tr_evaluate_contacts(s, y, TR_A(s, dy) + s->k->nq, out); }
 
 /* Contact forces of pair i at the solution. Returns their number. */
@@ -35,6 +36,6 @@ static void tr_finish_columns(tr_sim *s, double *row);
  * from its solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there);
 
-/* As tr_output_row_of, for a state that is not yet projected and solved. */
+/* Like tr_output_row_of, for a state that is not yet projected and solved. */
 static inline int tr_output_row(tr_sim *s, double t, double *y, double *row) { return tr_output_row_of(s, t, y, row, 0); }
 #endif

@@ -219,7 +219,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* the state is that before the event; from it, the run continues by an impact, or ends */
+  if (code != TR_OK) { /* the state is the one before the event; the run continues from it by an impact, or ends */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;

@@ -1,7 +1,7 @@
 /* The stepping loop: it makes trial steps until one is accepted, completes this step, and repeats up to the target. */
 #include "stepping/stepping.h"
 
-#define RESUMED_MOST 2       /* × the number of pairs: failures passed at one time; in the second half, by impacts only */
+#define RESUMED_MOST 2       /* × the number of pairs: failures passed at one time; the second half of them by impacts only */
 #define STALL_TIME 1e-9         /* / rate: least progress of STALL_TRIALS steps; steps at round-off of time end earlier */
 #define STALL_SHARE 1e-3        /* × a fixed step: least progress of STALL_TRIALS trial steps, which events may cut short */
 #define STALL_TRIALS 20000      /* number of trial steps, at most one second of work; onsets and captures take about a hundred */

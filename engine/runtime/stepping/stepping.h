@@ -18,8 +18,8 @@ static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const 
 /* Open or close the contacts of joints that only push at the start of a run. */
 static void tr_set_initial_contacts(tr_sim *s);
 
-/* Decide the contacts of joints that only push at the state `y`: impacts of those that approach, then which of those at rest stay
- * closed. Returns a status. */
+/* Decide the contacts of joints that only push at the state `y`: make the impacts of contacts that approach, then decide which
+ * contacts at rest stay closed. Returns a status. */
 static int tr_decide_contacts(tr_sim *s);
 
 /* Decide the contacts at the start of a run. Returns a status; TR_FAIL_PENETRATION if a gap is negative. */
@@ -35,7 +35,7 @@ static int tr_has_redundant_contacts(tr_sim *s);
 /* TR_FAIL_PENETRATION if an open contact has been missed, otherwise TR_OK. */
 static int tr_check_missed_contacts(tr_sim *s);
 
-/* Longest step while a contact is open: at rest, error control would not notice a part that passes within one step. */
+/* Longest step while a contact is open: error control of a part at rest would not notice a part that passes within one step. */
 static double tr_longest_open_step(const tr_sim *s);
 
 /* Whether a contact pulls at the present solution, because forces have jumped. */
@@ -52,8 +52,8 @@ static double tr_step_limit(const tr_sim *s, double target);
  * maps of the current state. */
 static int tr_has_stopped_with_drive(const tr_sim *s);
 
-/* Make one acceptable step towards `limit`; the step is then pending. Returns a status, TR_NEED_JACOBIAN or TR_WAITS. After TR_WAITS,
- * the caller calls again with the same limit when lanes have served the case's request. */
+/* Make one acceptable step towards `limit`; the step is then pending. Returns a status, TR_NEED_JACOBIAN or TR_WAITS. After
+ * TR_WAITS, the caller calls again with the same limit when lanes have served the case's request. */
 static int tr_make_step(tr_sim *s, double limit);
 
 /* Whether the run can continue after the friction failure `code` at the state `y`: with other modes, a spinning ball, another root,

@@ -1,5 +1,5 @@
-/* Joints that only push: which contacts stay closed, and the events at which contacts open, close and come to rest (theory, "Contact
- * that begins and ends"). */
+/* Joints that only push: which contacts stay closed, and the events at which contacts open, close and come to rest (theory,
+ * "Contact that begins and ends"). */
 #include "stepping/stepping.h"
 
 #define TOUCHES 1e-11   /* × max(length, 1 m): largest gap of contacts that close together */
@@ -14,7 +14,8 @@
 #define SETS_OF_MOST 6  /* contacts at rest: with more, not all sets are tried */
 
 /* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
- * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact, 0 without. flight: duration of the next flight, s. */
+ * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact, 0 without impact.
+ * flight: duration of the next flight, s. */
 typedef struct tr_met {
   int touches, ends, was, touched;
   double restitution, rate, approach, flight;
@@ -34,7 +35,7 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   tr_evaluate_maps_at(s, t, y);
   s->loops.rank = 0;
   tr_find_rank(s, tr_has_idle_rows(s, y));
-  if (k->sets) tr_set_row_kinds(s); /* modes, and the pairs that have any, may differ from those of the last solution */
+  if (k->sets) tr_set_row_kinds(s); /* pairs with a mode, and modes, may differ from those of the last solution */
   if (k->neta && k->loop_friction && k->nkappa == 0 && s->loops.rank < tr_loop_rows(s)) return TR_FAIL_MODES;
   if (!tr_project(s, t, y)) return TR_FAIL_CLOSURE;
   if (!tr_rhs(s, t, y, TR_A(s, dy)) && !k->sets) return TR_FAIL_MULTIPLIERS;
@@ -98,7 +99,7 @@ static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
   return tr_try_all_contact_sets(s, old, rests, modes) ? TR_OK : code == TR_OK ? TR_FAIL_MODES : code;
 }
 
-/* Set gaps' rates and which contacts touch and approach at the state `y`. Returns whether any approaches. */
+/* Set the rates of the gaps, and which contacts touch and approach, at the state `y`. Returns whether any contact approaches. */
 static int tr_meet(tr_sim *s, tr_met *met) {
   const int n = s->k->nunilateral;
   double gap[n + 1], rate[n + 1];
@@ -114,7 +115,7 @@ static int tr_meet(tr_sim *s, tr_met *met) {
 }
 
 /* Mark the contacts whose next flight after an impact would stay below REST_GAP, also those that the impact of another contact opens,
- * as when a box rocks to rest. Returns 1 if there are any new ones. */
+ * as when a box rocks to rest. Returns 1 if any contact is newly marked. */
 static int tr_mark_ends(tr_sim *s, tr_met *met, int impact) {
   int any = 0;
   for (int c = 0; c < s->k->nunilateral && impact; ++c) {
@@ -133,7 +134,7 @@ static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met) {
   }
 }
 
-/* Log what happened to the contacts. Impacts that come to their limit end after the next flights, whose durations form a geometric
+/* Log the events of the contacts. Impacts that come to their limit end after the next flights, whose durations form a geometric
  * series. */
 static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   for (int c = 0; c < s->k->nunilateral; ++c) {

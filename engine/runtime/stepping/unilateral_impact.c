@@ -1,13 +1,13 @@
-/* Impacts of joints that only push (theory, "Contact that begins and ends"). All touching contacts, the loops and the friction of all
- * joints take part in one problem of impulses, solved as an impulse step of negligible length: then forces do not count. */
+/* Impacts of joints that only push (theory, "Contact that begins and ends"). All touching contacts, the loops and the friction of
+ * all joints take part in one problem of impulses, solved as an impulse step of so short a length that forces do not count. */
 #include "stepping/stepping.h"
 
 #define IMPACT_TIME 1e-12   /* / rate: length of this step */
 #define IMPULSE_NOTHING 1e-11 /* × the largest impulse, or the largest speed: round-off of their signs */
 #define PIVOTS_MOST 60      /* largest number of changes of one contact in the search */
 
-/* One phase of an impact. at: contacts that touch. target: rate of each gap that a closed contact gets, m/s. least: impulse of each
- * contact, N s, below which it cannot fall. closed, impulse: results. */
+/* One phase of an impact. at: contacts that touch. target: rate of each gap that a closed contact gets, m/s. least: lower
+ * bound of the impulse of each contact, N s. closed, impulse: results. */
 typedef struct tr_phase {
   const char *at;
   const double *target, *least;

@@ -74,7 +74,7 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
   s->moreau.h = 0.0;
-  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* a dead centre; decisions check it with friction */
+  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* dead centre; with friction, decisions check it */
   if (ok) tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;
 }
@@ -129,8 +129,8 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
  * otherwise the redundant rows contradict each other. */
 static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
 
-/* Remove speeds at rest across the direction of a pair from the rates of the state y. They are round-off of the rates before a
- * reversal, and grow along a line that repels. */
+/* Remove speeds at rest across the direction of a pair from the rates of the state y. Such speeds are round-off of the rates before
+ * a reversal, and would grow if the direction repels. */
 static void tr_remove_speed_across(const tr_sim *s, double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

@@ -31,7 +31,7 @@ static int tr_is_moving_backwards(const tr_sim *s, int i) {
   return tr_is_set_valued(s, i) && !tr_is_stuck(s, i) && tr_speed_along(s, i) < -tr_crawl_speed(tr_speed_unit(s));
 }
 
-/* As tr_is_moving_backwards, for any pair at (t, y). */
+/* Like tr_is_moving_backwards, for any pair at (t, y). */
 static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
   int any = 0;
   if (!s->k->sets) return 0;
@@ -41,9 +41,9 @@ static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
 }
 
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
- * it is the speed before; for one that starts, the speed after; at a reversal, both. Two other pairs count, too: one that is stuck
- * at the end but slips in the next step, and one whose rate reversed without its mode, because the rates that decide the mode have
- * errors of h². */
+ * it is the speed before; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Pairs that are stuck
+ * at the end but slip in the next step count, too. So do pairs whose rate reversed without a change of mode: the rates that decide
+ * modes have errors of h². */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -64,8 +64,8 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step, unless this reverses a pair: its friction
- * would be against its motion. half: state between the half steps. Forms the dense output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step, unless this reverses the motion of a
+ * pair: friction would then drive the pair. half: state between the half steps. Forms the dense output. Returns a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
@@ -98,9 +98,9 @@ static double tr_largest_start_acceleration(tr_sim *s) {
   return most;
 }
 
-/* As tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. The accelerations are those in the
- * modes at the step's start and end, because a pair that is released has none before. */
+/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start
+ * of the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. The accelerations are those in
+ * the modes at the step's start and end, because a pair that is released has none before. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
@@ -114,8 +114,9 @@ static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_cou
   return LEAST_IMPULSE * s->set.rtol * tr_speed_unit(s) / most + TIME_ROUND_OFF * fabs(s->clock.t);
 }
 
-/* Whether, without a change of mode, a pair's speed jumps in the step h via `half` to ynew. However short the step, such a speed
- * changes in only one of its halves. The difference between the whole step and the half steps does not show this. */
+/* Whether a pair's speed jumps without a change of mode in the step of size h. half, ynew: states at the middle and at the end. A
+ * jump lies in one half of the step, however short the step is. The error estimate, which compares the whole step with the two
+ * half steps, does not show the jump. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
   const int n = s->k->nsliders;
   double v[3][n + 1];
@@ -202,8 +203,8 @@ static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jol
   return changed;
 }
 
-/* Log the separations of an accepted step to time `end`. `smooth`: whether its modes are the same throughout; otherwise forces jump,
- * and the step has no dense output that shows a force pass through zero. */
+/* Log the separations of an accepted step to time `end`. `smooth`: whether modes do not change in the step; otherwise forces jump,
+ * and the dense output does not show where a force passes through zero. */
 static void tr_log_impulse_separations(tr_sim *s, double end, int smooth) {
   const double *y = TR_A(s, ynew);
   double kept[tr_solution_size(s)], *slope = TR_A(s, dy);

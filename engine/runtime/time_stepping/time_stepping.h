@@ -9,13 +9,13 @@ static void tr_advance_positions(const tr_sim *s, double *y, const double *v, do
  * because such steps end at stop events. Logs changes at time t. */
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
-/* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair slips if its sliding
- * reversed inside the step and an impulse stopped it that its force could not. In loops, a pair that rests because others stick
- * also sticks. Restores the step's ẏ. */
+/* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair that stopped in
+ * the step slips if its friction cannot hold it: its sliding reversed inside the step. In loops, a pair that rests because others
+ * stick also sticks. Restores the step's ẏ. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
-/* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`. Returns
- * 0 on failure. */
+/* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`.
+ * Returns 0 on failure. */
 static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, double h);
 
 /* One impulse step h from (t, y). Results: ynew, and the modes at the step's end. Returns TR_OK, TR_MORE if a frozen direction

@@ -11,7 +11,6 @@ from trunnion.scene.checks import (
     cam_profiles,
     force_fields,
     gearboxes,
-    input_and_speed_curves,
     joint_devices,
     joint_frames,
     joint_friction,
@@ -20,13 +19,14 @@ from trunnion.scene.checks import (
     names,
     nonlinear_forces,
     number_bounds,
-    output_patterns,
+    outputs_tunables_and_date,
     point_curves,
     rods,
     start_values,
     time_formulas,
     topology,
     unilateral_contacts,
+    variable_friction_and_input_curves,
     wheel_pair_sizes,
 )
 from trunnion.scene.data_classes.scene import Scene
@@ -34,8 +34,8 @@ from trunnion.scene.findings.findings_and_paths import Finding, error_of
 
 TOPICS = (
     names, bodies, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods, joint_mimics,
-    gearboxes, bodiless_joints, joint_friction, start_values, joint_devices, input_and_speed_curves, time_formulas, loads,
-    nonlinear_forces, unilateral_contacts, force_fields, number_bounds, output_patterns,
+    gearboxes, bodiless_joints, joint_friction, start_values, joint_devices, variable_friction_and_input_curves, time_formulas,
+    loads, nonlinear_forces, unilateral_contacts, force_fields, number_bounds, outputs_tunables_and_date,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 

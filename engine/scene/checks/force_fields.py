@@ -9,8 +9,8 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_parser import parse_formula
 from trunnion.scene.expressions.formula_values_and_dimensions import dimension
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.signals.place_formulas import PLACE, separate
-from trunnion.scene.units.quantities import Computed, Quantity, agree
+from trunnion.scene.signals.position_formulas import PLACE, separate
+from trunnion.scene.units.numbers_with_units import Computed, Quantity, agree
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError, parse_unit
 
 LENGTH = parse_unit("m").dimension

@@ -14,7 +14,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Friction, Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.joint_contacts import given, is_constant, named, touching
+from trunnion.scene.queries.joint_contact_elements import given, is_constant, named, touching
 
 
 def check(scene: Scene) -> Iterator[Finding]:

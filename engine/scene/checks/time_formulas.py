@@ -14,7 +14,7 @@ from trunnion.scene.queries.number_units import unit_of
 from trunnion.scene.signals.expression import Expression
 from trunnion.scene.signals.registry import all_given
 from trunnion.scene.signals.time_formulas import PERIODIC
-from trunnion.scene.units.quantities import Computed, Quantity, agree
+from trunnion.scene.units.numbers_with_units import Computed, Quantity, agree
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError, parse_unit
 
 SECOND = parse_unit("s").dimension

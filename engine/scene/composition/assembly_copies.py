@@ -14,7 +14,7 @@ from trunnion.scene.expressions.expression_arithmetic import Term, is_number, so
 from trunnion.scene.expressions.parameter_evaluation import Parameters, is_expression
 from trunnion.scene.findings.findings_and_paths import Path
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
-from trunnion.scene.units.quantities import Computed, Per
+from trunnion.scene.units.numbers_with_units import Computed, Per
 from trunnion.scene.units.unit_parser import UnitError
 
 MOST = 1000

@@ -102,7 +102,7 @@ def _mirror_vector(p: Any, k: int) -> Any:
 
 
 def _move_start(path: Path, p: Any, move: Move, notes: list[Note]) -> Any:
-    """The start position of a point after a motion. A motion that turns it needs all components."""
+    """The start position of a point after a motion. A motion that turns directions needs all components of the position."""
     is_open = [c is None for c in p] if isinstance(p, list) else []
     if any(is_open) and move.turns:
         notes.append((path, "a start position with an open component cannot be turned or mirrored", "give all three components"))

@@ -81,7 +81,7 @@ def rename_parameters(node: Any, names: dict[str, str]) -> Any:
 
 
 def _rename_in_formula(key: str, given: Any, names: dict[str, str]) -> str:
-    """The text of a formula of time or place without braces, with other names of parameters; "" for any other value."""
+    """The text of a formula of time or position without braces, with other names of parameters; "" for any other value."""
     timed = key in (*FORMULAS, "formula") and isinstance(given, str) and not is_expression(given)
     return rename_names(given, names) if timed else ""
 

@@ -12,7 +12,7 @@ from trunnion.scene.data_classes.bodies import Body, Ground, Orientation
 from trunnion.scene.data_classes.field_types import GROUP, SCALAR, STRICT, Position, either
 from trunnion.scene.data_classes.joints import Joint
 from trunnion.scene.data_classes.loads import Applied, Input
-from trunnion.scene.units.quantities import Angle, Number
+from trunnion.scene.units.numbers_with_units import Angle, Number
 
 AxisLetter = Literal["x", "y", "z"]
 

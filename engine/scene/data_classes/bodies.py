@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import POSITIVE
 from trunnion.scene.data_classes.field_types import GROUP, LIST, STRICT, AxisName, Direction, Position, Vector, either
-from trunnion.scene.units.quantities import Angle, Density, Extent, Inertia, Length, Mass, Per
+from trunnion.scene.units.numbers_with_units import Angle, Density, Extent, Inertia, Length, Mass, Per
 
 
 @dataclass(frozen=True, config=STRICT)

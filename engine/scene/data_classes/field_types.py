@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import ConfigDict, Discriminator, Tag
 
-from trunnion.scene.units.quantities import Length, Number
+from trunnion.scene.units.numbers_with_units import Length, Number
 
 STRICT = ConfigDict(extra="forbid", defer_build=True)
 

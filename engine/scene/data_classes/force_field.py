@@ -7,8 +7,8 @@ from typing import Literal
 from pydantic.dataclasses import dataclass
 
 from trunnion.scene.data_classes.field_types import STRICT
-from trunnion.scene.signals.place_formulas import separate
-from trunnion.scene.units.quantities import Number
+from trunnion.scene.signals.position_formulas import separate
+from trunnion.scene.units.numbers_with_units import Number
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -16,7 +16,7 @@ from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Field, either
 from trunnion.scene.data_classes.signals import VARYING_FORMS, ByLoad, BySpeed, FromInput, Signal, load_or
 from trunnion.scene.units.dimension_names import QUANTITIES
-from trunnion.scene.units.quantities import Per
+from trunnion.scene.units.numbers_with_units import Per
 
 if TYPE_CHECKING:
     LawName = str

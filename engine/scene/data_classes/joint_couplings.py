@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
-from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, Length, Number
+from trunnion.scene.units.numbers_with_units import Angle, AnyUnit, Extent, Length, Number
 from trunnion.scene.units.unit_parser import UnitError
 
 

@@ -17,7 +17,7 @@ from trunnion.scene.data_classes.joint_couplings import Curve, Mimic, Profile, S
 from trunnion.scene.data_classes.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
 from trunnion.scene.data_classes.unilateral_contact import Unilateral
 from trunnion.scene.force_laws.registry import REGISTRY as LAWS
-from trunnion.scene.units.quantities import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
+from trunnion.scene.units.numbers_with_units import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -8,12 +8,12 @@ from pydantic import Discriminator, Tag
 from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
+from trunnion.scene.data_classes.drag_and_attraction import Drag, PointGravity
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
 from trunnion.scene.data_classes.force_field import Field
 from trunnion.scene.data_classes.joints import Nonlinear
-from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.signals import LoadVector
-from trunnion.scene.units.quantities import Damping, Number, Per, Stiffness, Time
+from trunnion.scene.units.numbers_with_units import Damping, Number, Per, Stiffness, Time
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -37,7 +37,7 @@ class Torque:
     type: Literal["torque"]
     """Kind of load: a torque."""
     on: str
-    """The body it acts on."""
+    """The body on which the torque acts."""
     torque: LoadVector
     """Components, N*m."""
     frame: Literal["world", "body"] = "world"
@@ -131,8 +131,8 @@ class Input:
     begin: Time | None = None
     """Time from which the values that the caller sets count. Before it, ``start`` counts. Default: the start of the run."""
     unit: str = "1"
-    """Its unit (SI)."""
+    """SI unit of the input."""
     description: str = ""
-    """What it is, in words."""
+    """Description of the input."""
     bandwidth: Annotated[float, Per("rad/s", POSITIVE)] = 100.0
     """Bandwidth of the critically damped filter through which a prescribed motion follows the input, rad/s."""

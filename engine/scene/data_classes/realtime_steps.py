@@ -8,7 +8,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
-from trunnion.scene.units.quantities import Duration, Per
+from trunnion.scene.units.numbers_with_units import Duration, Per
 
 EVENTS, EVALUATIONS, ITERATIONS = Bound(0.0, 1e3), Bound(1.0, 1e6), Bound(1.0, 1e6)
 """Allowed values of the bounds on the work in a step."""

@@ -14,6 +14,7 @@ from trunnion.basics.setting_declarations import RTOL
 from trunnion.runtime.integrators import METHODS
 from trunnion.scene.data_classes.assemblies import Assembly
 from trunnion.scene.data_classes.bodies import Body, Cylinder, Ground, Turn
+from trunnion.scene.data_classes.drag_and_attraction import Drag, PointGravity
 from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, AxisName, Direction, Position, Vector, either
 from trunnion.scene.data_classes.force_field import Field, PlaceFormula
 from trunnion.scene.data_classes.friction_keys import Wear
@@ -31,7 +32,6 @@ from trunnion.scene.data_classes.joints import (
     Start,
 )
 from trunnion.scene.data_classes.loads import Applied, Bushing, Force, Input, SpringDamper, Torque
-from trunnion.scene.data_classes.loads_by_motion import Drag, PointGravity
 from trunnion.scene.data_classes.realtime_steps import RealTime
 from trunnion.scene.data_classes.signals import (
     ByLoad,
@@ -52,7 +52,7 @@ from trunnion.scene.signals.harmonic import Harmonic
 from trunnion.scene.signals.move import Move
 from trunnion.scene.signals.ramp import Ramp
 from trunnion.scene.signals.table import Table
-from trunnion.scene.units.quantities import Acceleration, Duration, Number, Per
+from trunnion.scene.units.numbers_with_units import Acceleration, Duration, Number, Per
 
 if TYPE_CHECKING:
     MethodName = str
@@ -126,11 +126,11 @@ class Scene:
     """Date of the scene, such as 2026-11-23."""
 
     def law_of(self, friction: Friction) -> str:
-        """Friction law of a joint: its own, else the scene's."""
+        """Friction law of a joint: the joint's own law, otherwise the scene's."""
         return friction.law or self.friction.law
 
     def normal_force_of(self, friction: Friction) -> str:
-        """Computation of a joint's normal force: the joint's own setting, else the scene's."""
+        """How the normal force of a joint is computed ("exact" or "adams"): the joint's own setting, otherwise the scene's."""
         return friction.normal_force or self.friction.normal_force
 
 

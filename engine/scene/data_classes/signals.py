@@ -12,7 +12,7 @@ from trunnion.basics.number_declarations import POSITIVE, Bound
 from trunnion.scene.data_classes.field_types import SCALAR, STRICT, Field, with_fields
 from trunnion.scene.signals.limit import Limit
 from trunnion.scene.signals.registry import DRIVES, LOADS, REGISTRY
-from trunnion.scene.units.quantities import AnyUnit, NotNegative, Number, Per, Positive
+from trunnion.scene.units.numbers_with_units import AnyUnit, NotNegative, Number, Per, Positive
 
 
 @dataclass(frozen=True, config=STRICT)

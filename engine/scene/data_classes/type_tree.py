@@ -14,7 +14,7 @@ from typing import Annotated, Any, ForwardRef, Union, get_args, get_origin, get_
 from trunnion.basics.number_declarations import ANY, Bound
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Path
-from trunnion.scene.units.quantities import AnyUnit
+from trunnion.scene.units.numbers_with_units import AnyUnit
 
 NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("assemblies",))
 """Groups of a scene whose keys are names that users choose."""

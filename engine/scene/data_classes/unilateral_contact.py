@@ -8,7 +8,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
-from trunnion.scene.units.quantities import Per
+from trunnion.scene.units.numbers_with_units import Per
 
 RESTITUTION = Bound(0.0, 0.999, advice="0: the parts do not bounce; 0.999: they hardly lose speed")
 

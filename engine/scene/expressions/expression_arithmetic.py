@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from trunnion.scene.expressions.parameter_evaluation import Parameters, expression_text, is_expression
-from trunnion.scene.units.quantities import NoValue, number
+from trunnion.scene.units.numbers_with_units import NoValue, number
 from trunnion.scene.units.unit_parser import UnitError
 
 Term = Any

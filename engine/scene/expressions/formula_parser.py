@@ -33,7 +33,8 @@ TIME = "t"
 WHATEVER: Dimension = (99, 99, 99, 99, 99)
 """Marks a number written with "SI": it has the dimension that its place requires."""
 RESERVED = {*UNITS, *ALIASES, *_WORDS, *CONSTANTS, "SI"}
-"""Words that cannot name a parameter: an expression must have one meaning. Later functions may name one, as older scenes do."""
+"""Words that cannot name a parameter, because an expression must have one meaning. Functions that were added later are not among
+them, because older scenes have parameters with these names."""
 _COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
 _POWER = r"(?:\s*(?:\*\*|\^)\s*[+-]?\d(?![\d.]))?"
 _SI = re.compile(r"\s*SI(?![A-Za-z0-9_(])")
@@ -44,8 +45,8 @@ _SIGN = re.compile(r"\*\*|[-+*/^(),]")
 
 @cache
 def _units(timed: bool) -> re.Pattern[str]:
-    """The form of a unit behind a number. It has all units four times, so it takes long to compile. timed: whether t is the time
-    instead of the unit tonne."""
+    """The pattern of a unit behind a number. It contains all units four times, so its compilation takes long. timed: whether t is
+    the time instead of the unit tonne."""
     known = {*UNITS, *ALIASES} - ({TIME} if timed else set())
     symbol = "(?:" + "|".join(sorted(map(re.escape, known), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
     return re.compile(rf"\s*{symbol}{_POWER}(?:\s*[*/]\s*{symbol}{_POWER})*")

@@ -16,11 +16,11 @@ from trunnion.scene.expressions.formula_values_and_dimensions import dimension, 
 from trunnion.scene.file_format.yaml_reader import DEEPEST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
-from trunnion.scene.units.quantities import Computed, NoValue, Quantity, number
+from trunnion.scene.units.numbers_with_units import Computed, NoValue, Quantity, number
 from trunnion.scene.units.unit_parser import NONE, Dimension, UnitError
 
 FORMULAS = ("expression", *COMPONENTS)
-"""Keys whose values are formulas of time or place."""
+"""Keys whose values are formulas of time or position."""
 NAMED = "parameters"
 MEND_FIRST = "correct the parameter first"
 """The hint for an expression that has no value because one of its parameters has none."""
@@ -75,7 +75,7 @@ class Parameters:
 
 def evaluate(data: Any) -> tuple[Any, list[Finding]]:
     """The data with each expression replaced by its value, and the mistakes in the names of parameters. An invalid expression
-    becomes a ``NoValue``, which ``quantities.number`` reports as a mistake at its path."""
+    becomes a ``NoValue``, which ``numbers_with_units.number`` reports as a mistake at its path."""
     if not isinstance(data, dict):
         return data, []
     given = data.get(NAMED)
@@ -158,8 +158,8 @@ def _is_unquoted(node: dict[str, Any], path: Path) -> bool:
 
 
 def _with_numbers(given: Any, path: Path) -> Any:
-    """The group of a formula of time or place, with the formula's constant parts as numbers. Any other value is unchanged; so is a
-    formula with a mistake, which the checks report."""
+    """The group of a formula of time or position, with the formula's constant parts as numbers. Any other value is unchanged; so is
+    a formula with a mistake, which the checks report."""
     kind = next((c for c in classes_at(shape(path)) if hasattr(c, "__separate__")), None) if path[-1] in FORMULAS else None
     if kind is None:
         return given

@@ -15,7 +15,7 @@ from trunnion.scene.data_classes.field_types import Says
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.data_classes.type_tree import fields_by_key, hints, members, required_fields
 from trunnion.scene.units.dimension_names import QUANTITIES
-from trunnion.scene.units.quantities import AnyUnit
+from trunnion.scene.units.numbers_with_units import AnyUnit
 
 
 def json_schema() -> dict[str, Any]:

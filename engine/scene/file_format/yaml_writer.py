@@ -11,7 +11,7 @@ from typing import Any
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_scalars import plain
 from trunnion.scene.units.dimension_names import unit_of
-from trunnion.scene.units.quantities import Computed, Quantity
+from trunnion.scene.units.numbers_with_units import Computed, Quantity
 
 WIDTH = 110
 """A group is written in one line if the line has at most this many characters."""

@@ -11,7 +11,7 @@ from trunnion.basics.monotone_curves import KNOTS, straight_beyond
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.force_laws.declaration import ForceLaw, faults_of_points, points
-from trunnion.scene.units.quantities import Number
+from trunnion.scene.units.numbers_with_units import Number
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -22,7 +22,7 @@ class DampingCurve:
     speed: tuple[Number, ...]
     """Two to twelve increasing rates, one of them 0."""
     effort: tuple[Number, ...]
-    """The effort of the damper at each of them, against the motion: with the sign of the rate, and 0 at 0."""
+    """The effort of the damper at each rate, against the motion: with the sign of the rate, and 0 at 0."""
 
 
 class DampingCurveLaw(ForceLaw):

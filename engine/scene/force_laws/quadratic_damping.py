@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.scene.force_laws.declaration import ForceLaw
-from trunnion.scene.units.quantities import NotNegative
+from trunnion.scene.units.numbers_with_units import NotNegative
 
 
 class QuadraticDampingLaw(ForceLaw):

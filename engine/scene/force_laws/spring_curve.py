@@ -12,7 +12,7 @@ from trunnion.basics.monotone_curves import KNOTS, straight_beyond
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.force_laws.declaration import ForceLaw, faults_of_points, points
-from trunnion.scene.units.quantities import Number
+from trunnion.scene.units.numbers_with_units import Number
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -23,7 +23,7 @@ class SpringCurve:
     at: tuple[Number, ...]
     """Two to twelve increasing coordinates, or distances of two points."""
     effort: tuple[Number, ...]
-    """The effort of the spring at each of them: positive if it acts against the coordinate, or pulls the points together."""
+    """The effort of the spring at each coordinate: positive if it acts against the coordinate, or pulls the points together."""
 
 
 class SpringCurveLaw(ForceLaw):

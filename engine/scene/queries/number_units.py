@@ -18,7 +18,7 @@ from trunnion.scene.findings.findings_and_paths import Path
 from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as SIGNALS
 from trunnion.scene.units.dimension_names import unit_of as unit_text
-from trunnion.scene.units.quantities import Quantity
+from trunnion.scene.units.numbers_with_units import Quantity
 
 PLAIN = "1"
 RUBBING = {name: n for group in (law_numbers(), sizes()) for name, (n, _) in group.items()}

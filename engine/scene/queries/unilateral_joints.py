@@ -1,4 +1,4 @@
-"""Joints that only push, and the analyses that do not know them."""
+"""Joints that only push: refusal by analyses that do not support them."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from trunnion.basics.lazy_casadi import ca
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import SignalKind, Triple
-from trunnion.scene.units.quantities import Number
+from trunnion.scene.units.numbers_with_units import Number
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -14,7 +14,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import SignalKind, Triple, sampled_times
 from trunnion.scene.signals.time_formulas import computed, operate, rates_of_angles, separate
 from trunnion.scene.units.dimension_names import unit_of
-from trunnion.scene.units.quantities import Number, Quantity
+from trunnion.scene.units.numbers_with_units import Number, Quantity
 from trunnion.scene.units.unit_parser import UnitError
 
 

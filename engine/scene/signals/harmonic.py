@@ -1,4 +1,4 @@
-"""A sine of time."""
+"""A signal that is a sine of the time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import Corner, SignalKind, Triple
-from trunnion.scene.units.quantities import Angle, Number, Per
+from trunnion.scene.units.numbers_with_units import Angle, Number, Per
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -12,7 +12,7 @@ from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import Corner, SignalKind, Triple
 from trunnion.scene.signals.motion_profiles import MOVES, PROFILES, derivative
-from trunnion.scene.units.quantities import Number, Per, Time
+from trunnion.scene.units.numbers_with_units import Number, Per, Time
 
 
 @dataclass(frozen=True, config=STRICT)

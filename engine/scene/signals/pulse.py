@@ -12,7 +12,7 @@ from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import Corner, SignalKind
 from trunnion.scene.signals.step import NO_JUMP
-from trunnion.scene.units.quantities import Duration, Number, Time
+from trunnion.scene.units.numbers_with_units import Duration, Number, Time
 
 
 @dataclass(frozen=True, config=STRICT)

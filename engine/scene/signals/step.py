@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import Corner, SignalKind
-from trunnion.scene.units.quantities import Number, Time
+from trunnion.scene.units.numbers_with_units import Number, Time
 
 NO_JUMP = (
     "a drive cannot jump: a jump of its coordinate or rate is an impact",

@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import Corner, SignalKind, interpolated
-from trunnion.scene.units.quantities import Number, Time
+from trunnion.scene.units.numbers_with_units import Number, Time
 
 Interpolation = Literal["natural", "clamped", "monotone", "linear"]
 

@@ -45,8 +45,8 @@ def parts(tree: Tree) -> Iterator[Tree]:
 
 
 def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T], operation: Callable[..., T]) -> T:
-    """A tree's result, from the results of its numbers (by index), of the time or of the coordinates of a place (by index), and of
-    operations (by name, then operands)."""
+    """The result of a tree. number: gives the result of a number, by its index. variable: gives the result of the time, or of a
+    coordinate by its index. operation: gives the result of an operation, by its name and the results of its operands."""
     if tree[0] == "number":
         return number(tree[1])
     if tree[0] in ("time", "place"):

@@ -13,7 +13,7 @@ from trunnion.basics.number_declarations import NOT_NEGATIVE, Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import Corner, SignalKind, Triple, interpolated
-from trunnion.scene.units.quantities import Duration, Number, Per, Time
+from trunnion.scene.units.numbers_with_units import Duration, Number, Per, Time
 
 Slope = Annotated[float, Per("s", Bound(0.0, open=True, advice="for a jump, use pulse"))]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from numbers import Real
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.scene.units.quantities import Per
+from trunnion.scene.units.numbers_with_units import Per
 from trunnion.scene.units.unit_parser import UnitError
 
 Amount = float | str

@@ -11,7 +11,7 @@ from trunnion.elements.contact.journal import LENGTHS
 from trunnion.runtime.abi import Status, Why
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import DEAD_CENTRE, OVERLAP_LOST, Outcome, from_status
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names
 from trunnion.system.structure.bodies_and_joints import Joint, System, way_to_ground
 from trunnion.system.structure.parameter_table import Param
 

@@ -1,4 +1,4 @@
-"""Followers without friction whose force becomes a pull: a note tells the first instant (theory, "Cams")."""
+"""Notes about followers without friction whose force becomes a pull, with the first instant (theory, "Cams")."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ONE_SIDED = ("point", "face")
 
 
 class FollowerPulls:
-    """The forces of followers without friction during a run. system: of the block, which must have started."""
+    """The forces of followers without friction during a run. system: structure of the block; the block must have started."""
 
     def __init__(self, system: System, block: Block):
         watched = [j for j in system.cuts if j.kind.follows in (*ONE_SIDED, "curve") and not (j.friction or j.unilateral)]

@@ -16,10 +16,10 @@ from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.execution.follower_pulls import FollowerPulls
-from trunnion.simulation.execution.guide_ends import guide_end_notes
+from trunnion.simulation.execution.guide_end_notes import guide_end_notes
 from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
-from trunnion.simulation.execution.open_reactions import open_reactions
+from trunnion.simulation.execution.undetermined_reactions import open_reactions
 from trunnion.simulation.results.audit import Audit, audit_of, judged
 from trunnion.simulation.results.event_decoder import decode
 from trunnion.simulation.results.friction_uniqueness import Certificate, certificate, certificate_notes

@@ -43,7 +43,7 @@ class Model:
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
         self._reactions: Model | None = None
-        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # stored by ``open_reactions``, as the next
+        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # ``open_reactions`` stores this and ``perhaps_open``
         self.perhaps_open: dict[tuple[str, ...], list[Column]] = {}
         self.with_inertia_at = b""  # parameters and state of the last start, at which every motion moved inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds

@@ -17,15 +17,15 @@ TIGHTEST = 1e-14
 """Tightest tolerance of any run. At a tighter tolerance, round-off dominates."""
 WHOLE, FINER, SMOOTH = 1600.0, 6.5, 1e-12
 """A run of order 8 at the tolerance WHOLE · rtol_5^(8/5) takes less than half the evaluations of a stiff run of order 5 at rtol_5.
-The run of order 8 is used if its tolerance is tighter by the factor FINER or more. SMOOTH is its tightest tolerance,
-because steps of high order suffer from round-off."""
+The run of order 8 is used if its tolerance is tighter by the factor FINER or more. SMOOTH is the tightest tolerance of
+such a run, because steps of high order suffer from round-off."""
 HIGHER, BEGUN = 1e-6, 50.0
 """Loosest tolerance at which a run of order 5 is compared with a run of order 8. Then: the initial ratio of the two tolerances."""
 NEEDED, APART_AT_LEAST = 1e-4, 3.0
 """Tightest useful tolerance of the tighter run, relative to that of the first run. Then: smallest ratio of the first run's
 tolerance to the tighter run's tolerance."""
 ROUND = 1e-13
-"""Tolerance of a tighter run. At a tighter tolerance, round-off dominates the difference of the runs."""
+"""Tightest tolerance to which a tighter run is limited. Below it, round-off dominates the difference of the runs."""
 ORDERS = {m.name: m.order for m in REGISTRY}
 
 

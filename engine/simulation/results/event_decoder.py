@@ -6,7 +6,7 @@ import numpy as np
 
 from trunnion.runtime.abi import EventKind
 from trunnion.simulation.results.event import Event
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names, stop_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names, stop_names
 from trunnion.system.structure.bodies_and_joints import System
 
 KINDS = {k.value: k.name.lower() for k in EventKind}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from trunnion.runtime.integrators import AUTO
 from trunnion.simulation.results.redundant_reactions import Redundancy
-from trunnion.simulation.runtime_interface.friction_pair_names import slider_names
+from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names
 from trunnion.simulation.runtime_interface.simulation_block import Block
 from trunnion.system.structure.bodies_and_joints import System
 

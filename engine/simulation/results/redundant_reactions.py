@@ -41,7 +41,7 @@ class Redundancy:
     determined: tuple[Combination, ...] = ()
 
     def or_at(self, later: Redundancy) -> Redundancy:
-        """What is not unique here or at a later state of the run."""
+        """The redundancy at this state or at a later state of the run: a column is unique only if it is unique at both."""
         def both(a: tuple[str, ...], b: tuple[str, ...]) -> tuple[str, ...]:
             return tuple(dict.fromkeys((*a, *b)))
 
@@ -84,7 +84,7 @@ def redundancy_notes(r: Redundancy) -> list[str]:
 
 
 def _components(r: Redundancy) -> list[str]:
-    """The open components in words, joints with equal components together."""
+    """The components that are not unique, in words. Joints with equal components share one text."""
     by_joint: dict[str, dict[str, list[str]]] = {}
     joints = set(r.joints)
     for name in r.columns:

@@ -16,7 +16,7 @@ from trunnion.scene.force_laws import registry as force_laws
 from trunnion.scene.signals.registry import given
 from trunnion.scene.signals.table import Table
 from trunnion.scene.units.dimension_names import unit_of
-from trunnion.scene.units.quantities import Quantity
+from trunnion.scene.units.numbers_with_units import Quantity
 from trunnion.system.construction.point_curve_spline import length
 from trunnion.system.structure.bodies_and_joints import Device, Latch, LawForce, Motor, Signal, Stop
 from trunnion.system.structure.coupling_joint_data import Slot, Unilateral
@@ -174,8 +174,9 @@ class Builder:
 
 @dataclass(frozen=True)
 class SignalLeaves:
-    """Makes the leaves of one signal. path: of its keys. unit, rate: units of its values and, of drives, of its rates. use: "drive"
-    or "load". limited: whether every number moves the times at which the signal passes a limit."""
+    """Makes the leaves of one signal. path: path of the signal's keys. unit: unit of the values. rate: unit of the rates, for
+    drives. use: "drive" or "load". limited: whether the signal has limits; each number then moves the times at which it passes
+    a limit."""
 
     builder: Builder
     path: str

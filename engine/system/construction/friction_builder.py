@@ -10,7 +10,7 @@ from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.joint_contacts import given, touching
+from trunnion.scene.queries.joint_contact_elements import given, touching
 from trunnion.system.construction.device_builder import Builder
 from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, Signal, Slider
 from trunnion.system.structure.parameter_table import Leaf, ParameterTable

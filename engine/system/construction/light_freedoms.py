@@ -23,7 +23,8 @@ def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
     """All light freedoms of tree joints. Only the body that the joint carries counts, not heavier bodies outboard: a wheel that
-    turns freely on a shaft's axis adds nothing to the inertia of the shaft. more: couplings, which close loops too."""
+    turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis. more: couplings, which
+    close loops too."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []

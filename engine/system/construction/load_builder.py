@@ -7,7 +7,7 @@ from trunnion.scene.data_classes.force_field import COMPONENTS
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import named_point, point_of
 from trunnion.scene.queries.mass_properties import mass_properties
-from trunnion.scene.signals.place_formulas import separate
+from trunnion.scene.signals.position_formulas import separate
 from trunnion.system.construction.joint_frames import frame
 from trunnion.system.construction.point_parameters import Points
 from trunnion.system.structure.bodies_and_joints import LawForce, Load, Signal

@@ -20,7 +20,7 @@ from trunnion.system.construction.friction_builder import element
 from trunnion.system.construction.joint_frames import frame
 from trunnion.system.construction.light_freedoms import light_freedoms, light_rows, massless_and_free, with_inertias
 from trunnion.system.construction.load_builder import load
-from trunnion.system.construction.mimic_couplings import gearbox, ties
+from trunnion.system.construction.mimics_and_gearboxes import gearbox, ties
 from trunnion.system.construction.point_curve_spline import curve
 from trunnion.system.construction.point_parameters import Points
 from trunnion.system.construction.spanning_tree import Spanning, span

@@ -17,7 +17,7 @@ class Signal:
     table      no leaves; ``index`` is that of the table. External inputs are the first tables.
     through    a curve of an input: ``KNOTS`` values of the input, then ``KNOTS`` results; ``index``: the input's table.
     limit      lower and upper limit of the signal ``of``.
-    place      a function of the position of a point (``scene.signals.place_formulas``).
+    place      a function of a point's position (``scene.signals.position_formulas``).
 
     formula: the tree of an expression (``scene.signals.time_formulas``)."""
 

@@ -17,7 +17,7 @@ from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, 
 class Element:
     """A joint with friction.
 
-    needs   components of f_c, m_c that the contact forms use; they are rows n0, n0 + 1, … of the N block.
+    needs   components of f_c, m_c that the contact forms use; they are the rows n0, n0 + 1, … of the N block.
     rate0   index of the joint's first freedom among the rates of all joints with friction."""
 
     joint: Joint

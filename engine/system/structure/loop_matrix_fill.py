@@ -76,7 +76,7 @@ def fill(system: System, active: Sequence[int]) -> Fill:
 
 
 def pattern(system: System, active: Sequence[int], part: float = 1.0) -> Fill:
-    """As ``fill``, for any number of rows. The result is empty only if the factor has more than the fraction ``part`` of a dense
+    """Like ``fill``, for any number of rows. The result is empty only if the factor has more than the fraction ``part`` of a dense
     factor's entries."""
     loops = rows_by_loop(system, active)
     near, most = coupled(system, [c for c, _ in loops]), part * len(active) * (len(active) + 1) / 2

@@ -20,7 +20,7 @@ from trunnion.importers import scene_of
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.scene_loader import scene_from_dict
 
-PAGE = Path(__file__).resolve().parents[3] / "engine" / "importers" / "NEIGHBOURS.md"
+PAGE = Path(__file__).resolve().parents[3] / "engine" / "importers" / "OTHER_PROGRAMS.md"
 READERS = {
     "friction": "friction 0.7", "damping": "damping 0.3", "mimic": "mimic, ratio 2, offset 0.1",
     "limits": "limits −3 … 3, effort 10",

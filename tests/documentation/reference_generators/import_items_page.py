@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from trunnion.importers.schema_table import FATES, Row, schema
+from trunnion.importers.schema_coverage import FATES, Row, schema
 
 HEAD = """# Items of imported files
 

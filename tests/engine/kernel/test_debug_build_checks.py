@@ -1,4 +1,5 @@
-"""A debug build of the runtime checks whether the data that functions read belong to the present state (``base/validity.h``)."""
+"""A debug build of the runtime checks whether the data that functions read belong to the current state
+(``base/debug_validity_checks.h``)."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from trunnion.scene.checks.contact_ends import contact_end_notes
+from trunnion.scene.checks.sliding_contact_ends import contact_end_notes
 from trunnion.scene.scene_loader import scene_from_dict
 
 AXES = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1]}

@@ -20,7 +20,7 @@ from trunnion.batch.preparation.case_parameters import Preparer, Run
 from trunnion.scene import load_scene, model_names, scene_from_dict, scene_from_text
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.overrides import apply, list_parameters, parse_assignment
-from trunnion.scene.value_changes import opened
+from trunnion.scene.plain_data_changes import opened
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import SceneSource, scene_of
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.scene.valid_scene import edited, problems_of
 from trunnion.scene.data_classes.scene import Body, Spring
 from trunnion.scene.units.dimension_names import QUANTITIES, fits, si_text
-from trunnion.scene.units.quantities import Per, Quantity, parse_quantity
+from trunnion.scene.units.numbers_with_units import Per, Quantity, parse_quantity
 from trunnion.scene.units.unit_parser import UNITS, UnitError, parse, parse_unit
 
 EXACT = {

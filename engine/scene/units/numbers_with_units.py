@@ -1,4 +1,5 @@
-"""Numbers with units in a scene's fields: text such as "45 deg" or "30 mm" is converted to SI during validation."""
+"""Numbers with units in a scene's fields, and the types of these fields (``Length``, ``Mass``, …). Validation converts text such as
+"45 deg" or "30 mm" to SI."""
 
 from __future__ import annotations
 

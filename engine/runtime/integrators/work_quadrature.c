@@ -53,8 +53,8 @@ static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selec
 /* Distance between the indices of the nodes that a rule uses. */
 static inline int tr_node_step(int rule) { return (TR_WORK_NODES - 1) >> rule; }
 
-/* Works (w->count values) of a part of the step, by the given rule (1 to WORK_RULES). Returns the squared error in units of the
- * tolerance. The difference from the next coarser rule gives this estimate. */
+/* Compute the works (w->count values) of a part of the step by the given rule (1 to WORK_RULES). Returns the squared error, in
+ * units of the tolerance, estimated from the difference from the next coarser rule. */
 static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_selection *w, const double *power, double *work) {
   const int q = w->count;
   double e[tr_state_width(s)];
@@ -71,8 +71,9 @@ static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_se
   return tr_squared_work_error(s, e, TR_A(s, yold), TR_A(s, ynew), w->first, q, w->unit) / (w->looser * w->looser);
 }
 
-/* Works (w->count values) from θ = a to a + part. power: powers at the nodes (TR_WORK_NODES × count); the caller provides the
- * powers of the first node. *rule receives the last rule used. Returns the squared error; NaN if there is no solution. */
+/* Compute the works (w->count values) from θ = a to a + part. power: powers at the nodes (TR_WORK_NODES × count); the caller
+ * provides the powers of the first node. *rule receives the last rule used. Returns the squared error; NaN if there is no
+ * solution. */
 static double tr_work_of_part(tr_sim *s, const tr_method *m, const tr_work_selection *w, double a, double part, double *power, double *work, int *rule) {
   double err = INFINITY;
   for (*rule = 1; *rule <= WORK_RULES; ++*rule) {
@@ -138,8 +139,8 @@ static tr_work_selection tr_column_works(const tr_sim *s) {
   return (tr_work_selection){s->ny, s->nworks, tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, s->nworks), 1.0};
 }
 
-/* Integrate the audit's sums over the pending stiff step: by Simpson's rule over a whole step, or if necessary more accurately. Up to
- * an event inside the step, the parabola of this rule is less accurate than the rule, so that the works are integrated anew. */
+/* Integrate the audit's sums over the pending stiff step: by Simpson's rule over a whole step, or if necessary more accurately. Up
+ * to an event inside the step, the parabola of this rule is less accurate than the rule, so that the works are integrated anew. */
 static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   const int n = tr_state_width(s), first = s->ny + s->nworks, q = TR_AUDIT_SUMS, trouble = s->step.failure;
   const double end = s->pending.theta, *K = TR_A(s, K), *yold = TR_A(s, yold);

@@ -81,7 +81,8 @@ def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterato
 
 def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
     """For each group of loops: the number of rows that structure removes, and which columns belong to the joints of each loop with
-    a drive, and of all other loops together. Combinations concern drives alone, so only their loops need separate directions."""
+    a drive, and of all other loops together. Only loops with drives need separate directions, because
+    combinations concern drives alone."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
@@ -94,7 +95,7 @@ def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarra
 
 
 def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]:
-    """Those masks that hold a drive, and the union of all others."""
+    """The masks that contain a drive, and the union of all other masks."""
     driven = [m for m in masks if (m & is_drive).any()]
     return [*driven, np.any([m for m in masks if not (m & is_drive).any()] or [np.zeros(len(is_drive), bool)], axis=0)]
 
@@ -115,7 +116,7 @@ def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combinat
         rest = np.delete(rest, pivot, 0)
         rest = rest - np.outer(rest[:, at], row)
         out.append(row)
-    for i, row in enumerate(out):  # the leading effort of each combination is in no other one
+    for i, row in enumerate(out):  # no other combination contains the leading effort of a combination
         lead = int(np.argmax(np.abs(row) > SHARE))
         out[:i] = [above - above[lead] * row for above in out[:i]]
     return tuple({n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > SHARE} for row in out)

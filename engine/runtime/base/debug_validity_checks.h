@@ -1,6 +1,6 @@
 /* Parts of a block that belong to the current state: the state whose maps were evaluated last. In debug builds (-DTR_DEBUG),
  * TR_MADE marks parts as valid and TR_SPOILT marks parts as invalid. TR_NEED reports a required part that is invalid.
- * tr_failed_check (``base/validity.c``) returns the first failure. In other builds the macros do nothing. */
+ * tr_failed_check (``base/debug_validity_checks.c``) returns the first failure. In other builds the macros do nothing. */
 #ifndef TR_VALIDITY_H
 #define TR_VALIDITY_H
 

@@ -1,4 +1,4 @@
-"""Tables of all elements and attributes of the formats' schemas, and what becomes of each: the folder ``schemas``.
+"""Tables of all elements and attributes in the schemas of the formats, with the treatment (fate) of each: the folder ``schemas``.
 
 A line names elements, indented below the element that holds them, then segments. A segment is a fate with the attributes and
 elements that have it; without a fate, a segment has the fate of the element. The first segment is that of the element itself.

@@ -1,13 +1,13 @@
-/* Whether pairs at rest satisfy the laws of their modes; mode changes that remove a misfit. */
+/* Misfits: by how much pairs at rest violate the laws of their modes. Also mode changes that remove a misfit. */
 #include "modes/modes.h"
 
 #define FAINT 1e-7     /* × length · rate²: a smaller acceleration has a direction of round-off */
 /* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
 #define NO_SPEED 1e-15
 
-/* In an impulse step, replace the direction in which pair i is let slip by the direction that it would have from rest, if both lie on
- * the line of its rates. Rates across this line are round-off. Divided by a short step, they would turn the direction away from a line
- * that repels. */
+/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest, if both lie on the line of
+ * the pair's rates. Rates across this line are round-off. Divided by the length of a short step, they would turn the direction away
+ * from a line that repels. */
 static void tr_straighten_direction(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
@@ -133,8 +133,8 @@ static int tr_is_slipping_in_place(tr_sim *s, int i) {
   return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Let the pairs with idle[q] stick in addition to `modes`. Returns 1 if these modes have a solution that obeys the laws. Pairs without
- * a reserve are removed from idle. */
+/* Let the pairs with idle[q] stick in addition to `modes`. Returns 1 if these modes have a solution that obeys the laws. Pairs
+ * without a reserve are removed from idle. */
 static int tr_stick_these(tr_sim *s, const int *rest, int n, const tr_mode *modes, int *idle) {
   int count = 0;
   tr_restore_modes(s, modes);

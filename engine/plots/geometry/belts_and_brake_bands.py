@@ -1,4 +1,4 @@
-"""Straps: the strands of belts and chains around their wheels, and the bands of brakes around their drums."""
+"""Belts, chains and bands as straps: strands around wheels, and the bands of brakes around their drums."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trunnion.plots.geometry.meshes import Mesh, box, join, placed
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import sides_of
 from trunnion.scene.queries.body_references import body_of
-from trunnion.scene.queries.joint_contacts import sizes_given, touching
+from trunnion.scene.queries.joint_contact_elements import sizes_given, touching
 from trunnion.scene.queries.wheel_sizes import rolls_of, sizes
 from trunnion.system.construction.joint_frames import frame, matrix
 from trunnion.system.construction.spanning_tree import span
@@ -48,7 +48,7 @@ def straps(scene: sm.Scene) -> list[tuple[str, str, Mesh]]:
 
 
 def cage(radius: float, thick: float) -> Mesh:
-    """Three circles about x, y and z: the place and size of something that has no body. radius and thickness in m."""
+    """Three circles about x, y and z, which show a point where a load acts. radius and thickness in m."""
     circle = join(list(_plates(_circle(np.linspace(0.0, 2 * np.pi, _pieces(2 * np.pi)), radius), thick, thick)))
     return join([placed(circle, np.roll(np.eye(3), k, axis=0), np.zeros(3)) for k in range(3)])
 

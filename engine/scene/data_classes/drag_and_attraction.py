@@ -1,4 +1,4 @@
-"""Loads that depend on the speed or the place of a body: drag, attraction by a point."""
+"""Loads that depend on the speed or the position of a body: drag, attraction by a point."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pydantic.dataclasses import dataclass
 
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import STRICT
-from trunnion.scene.units.quantities import Density, Per
+from trunnion.scene.units.numbers_with_units import Density, Per
 
 
 @dataclass(frozen=True, config=STRICT)

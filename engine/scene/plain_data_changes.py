@@ -14,7 +14,7 @@ from trunnion.scene.expressions.parameter_evaluation import NAMED, Parameters, i
 from trunnion.scene.findings.findings_and_paths import Finding, Path, dotted, parse_path
 from trunnion.scene.findings.name_suggestions import Nearest, closest, shown
 from trunnion.scene.units.dimension_names import unit_of
-from trunnion.scene.units.quantities import Computed, NoValue, Quantity, agree, number
+from trunnion.scene.units.numbers_with_units import Computed, NoValue, Quantity, agree, number
 from trunnion.scene.units.unit_parser import UnitError
 
 

@@ -1,4 +1,5 @@
-"""Questions about sliding contacts whose ends lie on the longer part. They are never mistakes."""
+"""Notes about sliding contacts that stay on a long part by default: the user may have meant the short part. Such scenes are
+valid."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from trunnion.scene.queries.part_extents import extent
 
 SLIDING = (PRISMATIC.name, CYLINDRICAL.name)
 SHORT = 1.5
-"""× the distance between the contacts: a part that is not longer probably carries them."""
+"""× the distance between the contacts: a part that is not longer than this probably carries the contacts."""
 
 
 def contact_end_notes(scene: Scene) -> list[str]:

@@ -1,4 +1,4 @@
-/* Failed checks of debug builds (``base/validity.h``). */
+/* Failed checks of debug builds (``base/debug_validity_checks.h``). */
 #include "base/base.h"
 
 #ifdef TR_DEBUG

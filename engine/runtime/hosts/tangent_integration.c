@@ -30,8 +30,8 @@ static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   }
 }
 
-/* Row i of K: slopes, at time t, of the state with its tangents in c->now. stages: multipliers of the run at each row of K; null
- * pointer: unknown. Returns 0 on failure, as all functions that evaluate tangents. */
+/* Set row i of K to the slopes, at time t, of the state with its tangents in c->now. stages: multipliers of the run at each row of
+ * K; null pointer: unknown. Like all functions that evaluate tangents, returns 0 on failure. */
 static int tr_tangent_slopes(tr_march *c, int i, double t, const double *stages) {
   const tr_tangents *g = c->g;
   double *slopes = c->K + (size_t)i * c->width;
@@ -82,9 +82,10 @@ static double tr_tangent_error(const tr_march *c, double h) {
   return sqrt(worst);
 }
 
-/* -- samples ----------------------------------------------------------------------------------------------------------------------- */
+/* -- samples
+ * ----------------------------------------------------------------------------------------------------------------------- */
 
-/* As tr_tangents_at, at the state c->now. */
+/* Like tr_tangents_at, at the state c->now. */
 static int tr_tangents_of_state(tr_march *c, double t, int solved) {
   memcpy(c->before, c->g->z, sizeof(double) * c->g->nz);
   tr_keep_slip_direction(c, c->now, c->now + c->g->n);
@@ -192,7 +193,7 @@ static void tr_set_external(const tr_march *c, const double *x, double inside) {
   ((tr_moment *)c->x)->inside = inside;
 }
 
-/* As tr_evaluate_tangents. Returns 2 if the host found the solution. */
+/* Like tr_evaluate_tangents. Returns 2 if the host found the solution. */
 static int tr_evaluate_state(tr_march *c, double t, const double *y, const double *x, int solved) {
   const tr_tangents *g = c->g;
   memcpy(c->x, x, sizeof(double) * g->nx);
