@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.conventions.source_syntax import syntax_of
+from tests.conventions.parsed_sources import syntax_of
 from tests.documentation.reference_generators.result_pages import DETAILS
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound, Number, merged
 from trunnion.elements import contact, friction, joints

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conventions.source_syntax import syntax_of
+from tests.conventions.parsed_sources import syntax_of
 from trunnion.cli.command_registry import COMMANDS
 from trunnion.elements import contact, joints
 from trunnion.elements.joints.joint_kind import JointKind

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from setuptools import Distribution
 
-from tests.conventions.source_syntax import syntax_of
+from tests.conventions.parsed_sources import syntax_of
 from trunnion.packaging.commands import MODEL_FILE, PACKAGES, ROOT, BuildPy
 from trunnion.scene.library.model_folders import bundled_names
 

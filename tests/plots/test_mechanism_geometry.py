@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive
+from tests.engine.mechanisms.band_brakes_and_belt_drives import Band, Brake, Drive
 from trunnion.basics.problems import SceneError
 from trunnion.plots.geometry import meshes
 from trunnion.plots.geometry.mechanism_geometry import scenery

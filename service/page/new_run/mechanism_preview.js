@@ -1,7 +1,7 @@
 // The motion of the scene beside the editor. A changed scene runs at once; while a number is dragged, the newest text runs next.
 
 import { $, ask, askText, make, problemList } from "../basics/requests_and_dom.js";
-import * as browser from "./browser_runs.js";
+import * as browser from "./webassembly_runs.js";
 import * as curve from "./motion_curve.js";
 
 const SLOW = 600; // time until the picture of an earlier scene is marked as outdated, ms

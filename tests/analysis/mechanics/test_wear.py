@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.reference.scenes.crossed_scenes import crossed
+from tests.reference.scenes.interacting_devices import crossed
 from trunnion import SceneError, load_scene, simulate, wear
 from trunnion.analysis.mechanics.wear import BINS, integral
 from trunnion.cli import main

@@ -16,7 +16,7 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece
+from trunnion.service.executor.part_file_format import Piece
 from trunnion.service.store.leases_and_chunks import WorkStore
 
 

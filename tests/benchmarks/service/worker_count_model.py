@@ -26,7 +26,7 @@ from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_dispatcher import AHEAD
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece
+from trunnion.service.executor.part_file_format import Piece
 from trunnion.service.store.leases_and_chunks import Done, WorkStore
 from trunnion.service.store.store_records import Job
 

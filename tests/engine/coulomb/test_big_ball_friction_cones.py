@@ -9,7 +9,7 @@ import pytest
 from tests.engine.checks.random_run_laws import CONE, broken_cone
 from tests.engine.mechanisms.big_ball_bodies import big_balls
 from tests.reference.scenes.random_friction_scenes import rubbing
-from tests.reference.states_of_results import wanted
+from tests.reference.states_from_columns import wanted
 from tests.sampling import slow
 from tests.stability.entries.self_tightening_brakes import GRIPS, LEAVES, loosened, tightened
 from trunnion.simulation.results.result import Result

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.engine.mechanisms.band_brakes_and_belt_drives import Band, Brake, Drive, random_brake, random_drive
 from tests.engine.mechanisms.gear_pairs import Row, flying, unit
-from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive, random_brake, random_drive
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.reference.contact_and_friction.band_in_flat_pieces import band
 from trunnion import SceneError, hold, sensitivity, simulate, sweep

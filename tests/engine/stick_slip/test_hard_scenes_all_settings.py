@@ -14,7 +14,7 @@ from tests.reference.mechanics.joint_constraints import freedoms, of
 from tests.reference.scenes.frame_changes import rotated
 from tests.reference.scenes.random_scenes import Case, _started
 from tests.reference.scenes.unit_changes import rescaled
-from tests.reference.states_of_results import column
+from tests.reference.states_from_columns import column
 from trunnion.elements.friction import REGISTRY
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm

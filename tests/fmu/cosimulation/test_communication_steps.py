@@ -11,7 +11,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.exported_fmus import FOLDER, exported
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 from trunnion.scene import scene_from_dict, scene_to_dict
 

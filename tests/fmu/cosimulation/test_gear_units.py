@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from tests.engine.mechanisms.geared_hoist import Hoist
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 
 ANGLE = "drum_bearing.q[1]"

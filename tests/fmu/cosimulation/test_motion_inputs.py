@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.exported_fmus import FOLDER, exported
+from tests.fmu.fmpy_host import Host
 from tests.fmu.systems.scenarios import motor_and_crank
 from trunnion.fmu.scene_export import export
 

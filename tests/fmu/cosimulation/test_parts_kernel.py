@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.fmu.engine_comparison import BEYOND, ROWS, engine_run, fmu_run
+from tests.fmu.exported_fmus import FOLDER, arm, exported
 from tests.fmu.fmi3.event_mode_host import Host3
-from tests.fmu.fmpy_host import BEYOND, FOLDER, ROWS, Host, arm, engine_run, exported, fmu_run
+from tests.fmu.fmpy_host import Host
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.binaries import platform_builds
 from trunnion.fmu.scene_export import export

@@ -13,7 +13,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from tests.fmu.cosimulation.test_parts_kernel import of_parts
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 
 SEAL, MODE = 16, 48

@@ -12,8 +12,8 @@ import pytest
 from fmpy import read_model_description
 
 import trunnion
-from tests.fmu.fmpy_host import arm, exported
-from tests.fmu.validation import validated
+from tests.fmu.exported_fmus import arm, exported
+from tests.fmu.fmpy_validation import validated
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND

@@ -10,7 +10,8 @@ import pytest
 from fmpy import read_model_description
 
 from tests.fmu.cosimulation.test_parts_kernel import of_parts
-from tests.fmu.fmpy_host import FOLDER, Host, arm, exported
+from tests.fmu.exported_fmus import FOLDER, arm, exported
+from tests.fmu.fmpy_host import Host
 from tests.fmu.systems.scenarios import motor_and_crank
 from trunnion.fmu.scene_export import export
 

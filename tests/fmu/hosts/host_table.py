@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.fmu.hosts.programs import MARK, Values
+from tests.fmu.hosts.other_tools import MARK, Values
 from trunnion.fmu.scene_export import export
 
 MODELS = ("spherical_pendulum", "crank_slider", "n_four_bar", "double_pendulum", "simple_pendulum", "governor", "andrews",

@@ -14,7 +14,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 from tests.fmu.cosimulation.test_state_serialization import flipped, midway, refusal
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 
 BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
 OK, DISCARD, ERROR = 0, 2, 3

@@ -16,7 +16,8 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssm, read_ssv
 from scipy.integrate import solve_ivp
 
-from tests.fmu.fmpy_host import Host, arm, exported
+from tests.fmu.exported_fmus import arm, exported
+from tests.fmu.fmpy_host import Host
 from trunnion import load_scene, simulate
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main

@@ -5,7 +5,7 @@ levels of stiffness and of the speed below which friction rests, extrapolates, a
 apart.
 """
 
-from tests.reference.compliant.answer import Judged, judged
-from tests.reference.compliant.laws import NotJudged
+from tests.reference.compliant.friction_laws import NotJudged
+from tests.reference.compliant.runs_and_limit import Judged, judged
 
 __all__ = ["Judged", "NotJudged", "judged"]

@@ -10,10 +10,10 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from tests.reference.compliant.couplings import follower_stiffness
 from tests.reference.compliant.devices import Devices, Freedoms
-from tests.reference.compliant.fits import Level
-from tests.reference.compliant.laws import Laws, NotJudged, Signals
-from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
-from tests.reference.compliant.motion_loads import MotionLoads
+from tests.reference.compliant.friction_laws import Laws, NotJudged, Signals
+from tests.reference.compliant.loads_by_speed_and_position import MotionLoads
+from tests.reference.compliant.pin_bearing_fits import Level
+from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
 LOCKED = 1e-9
 """Least 1 - ratio x loss of a unit that the output drives: it moves below its speed of rest when it is locked."""

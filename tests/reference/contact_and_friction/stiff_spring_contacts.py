@@ -19,7 +19,7 @@ from scipy.linalg import block_diag
 from tests.reference.contact_and_friction.contact_roots import E1, E2, E3, pin_force
 from tests.reference.contact_and_friction.friction_laws import Law, law_of
 from tests.reference.contact_and_friction.joint_friction import ends_of, pair, pin_of, rates_of
-from tests.reference.mechanics.body_properties import GROUND, joint_frames
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames
 from tests.reference.mechanics.joint_constraints import directions
 from tests.reference.mechanics.kinematics import State
 from tests.reference.mechanics.loop_sizes import arms

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND, frame, place
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, frame, place
 from tests.reference.mechanics.characteristic_curves import nonlinear
 from tests.reference.mechanics.joint_constraints import directions, free_picker, freedoms, of
 from tests.reference.mechanics.kinematics import State

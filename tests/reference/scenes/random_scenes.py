@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND
 from tests.reference.mechanics.joint_constraints import freedoms, joint_transform, of
 from tests.reference.mechanics.kinematics import State, closure, forward, measured
 from tests.reference.mechanics.time_signals import per_freedom

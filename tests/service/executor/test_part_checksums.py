@@ -20,7 +20,7 @@ from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
 from trunnion.service.request_models.job_request import JobRequest, plan_of_request
 from trunnion.service.store.leases_and_chunks import WorkStore
 
