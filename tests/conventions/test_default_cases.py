@@ -1,4 +1,4 @@
-"""Of a law with many cases, those that run by default have as many different values as possible."""
+"""If a test has many cases, the cases that run by default have as many different values as possible."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.sampling import keep_default_cases
 
 
 class Case:
-    """A case of a law as pytest collects it. Of direct parameters, pytest counts the cases, not the values."""
+    """A case of a test as pytest collects it. For direct parameters, pytest gives the index of the case, not of the value."""
 
     def __init__(self, number: int, values: dict[str, Any], keep: int):
         self.nodeid, self.marks = f"file.py::law[{number}]", {"default_cases": SimpleNamespace(args=(keep,))}

@@ -68,7 +68,7 @@ def test_the_scan_finds_a_name_where_there_is_one(tmp_path: Path) -> None:
 
 
 def test_the_reference_lists_the_events_that_the_runtime_reports() -> None:
-    """Each kind that the C code logs, and no other, is a row of the page of events."""
+    """Exactly the kinds of events that the C code logs are rows of the page of events."""
     code = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "engine" / "runtime").rglob("*.c"))
     told = {name.lower() for name in re.findall(r"\bTR_EV_(\w+)", code)}
     assert rows_of("events") == told

@@ -1,4 +1,5 @@
-"""Advice knows what can go wrong with gear units, worms, curves, attracting points and jumps, and what their friction does."""
+"""The advice names what can go wrong with gear units, worms, curves, attracting points and jumps, and the effect of their
+friction."""
 
 from __future__ import annotations
 

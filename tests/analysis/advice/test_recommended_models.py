@@ -65,7 +65,7 @@ def test_what_integration_alone_adds_is_part_of_the_error_and_falls_with_the_err
 
 
 def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) -> None:
-    """The prediction is of first order; friction affects its own normal force, so that a tenth is allowed for this."""
+    """The prediction is of first order. Friction also changes its own normal force; a tenth is allowed for this change."""
     ideal = next(r for r in torque.rungs if not r.joints)
     assert not ideal.predicted
     assert ideal.setting is None
@@ -80,7 +80,7 @@ def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice
 
 @pytest.mark.slow
 def test_what_the_wanted_error_rules_out_is_not_run() -> None:
-    """Without friction 8.1 is entirely wrong: sensitivities show this, and the advice makes no run of that model."""
+    """Without friction, the model of 8.1 is entirely wrong. Sensitivities show this, so the advice does not run that model."""
     a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)
     assert a.rungs[0].predicted
     assert a.rungs[0].model_error > 30 * 1e-3

@@ -1,5 +1,5 @@
-"""A complete request for a fit, as a batch makes it: it gives the results of the functions, to the bit, in any pieces, and all
-mistakes at once."""
+"""A complete request for a fit, as in a batch. It gives the results of the functions, to the bit, for any division into pieces. It
+reports all mistakes at once."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def rows(whole: FitPlan) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def evidence() -> trunnion.ModelComparison:
-    """The same evidence, by the functions."""
+    """The evidence of the request, computed by the functions."""
     given: dict[str, Any] = {"runs": RUNS, "own": (Q,), "priors": {QD: "normal(0.5, 0.2)"}}
     return trunnion.compare(GLIDER, LAWS, (QD,), **given)
 

@@ -57,8 +57,7 @@ def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> No
 @pytest.mark.slow
 def test_intervals_of_the_engines_own_fits_hold_the_truth() -> None:
     """100 of the sets of ``python -m tests.benchmarks.numerical_error.fit_interval_coverage``, by the engine's runs and slopes. 93
-    to 97 % of 95 % intervals must contain the true value, with two standard errors more, since there are not a thousand sets. (A
-    set takes 2 s; 200 did not finish in ten minutes beside other work, and their standard error is 1 % in place of 1.4 %.)"""
+    to 97 % of the 95 % intervals must contain the true value, give or take two standard errors of 100 sets."""
     both = covered(100)["all"]
     for count in (both.local, both.profile):
         share = count / both.intervals

@@ -1,4 +1,4 @@
-"""Derivatives of runs by the numbers of signals: values, formulas' parameters, and times at which a load jumps."""
+"""Derivatives of runs with respect to the numbers of signals: values, parameters of formulas, and times at which a load jumps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The integration of tangents solves the multipliers in C, with the results of Python's solver."""
+"""The integration of tangents (derivatives along a run) solves for the multipliers in C, with the results of the solver in
+Python."""
 
 from __future__ import annotations
 

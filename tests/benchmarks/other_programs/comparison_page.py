@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write
 
-ROWS.json are outputs of ``other_readers.py`` and ``other_engines.py`` of other environments; the rows of Trunnion are made here."""
+ROWS.json are outputs of ``other_readers.py`` and ``other_engines.py`` in other environments. This script computes the rows of
+Trunnion."""
 
 from __future__ import annotations
 
@@ -118,7 +119,7 @@ def main() -> None:
     files = [Path(a) for a in sys.argv[1:] if not a.startswith("-")]
     rows: dict[tuple[str, ...], Row] = {}
     for row in (r for f in files for r in json.loads(f.read_text())):
-        rows.setdefault((row["program"], row.get("settings", "file")), row)  # of two versions, the first
+        rows.setdefault((row["program"], row.get("settings", "file")), row)  # if there are two versions, the first one counts
     text = page(list(rows.values()))
     if "--write" in sys.argv:
         PAGE.write_text(text, encoding="utf-8")

@@ -58,7 +58,7 @@ def hanging(scene: sm.Scene) -> sm.Scene:
 
 
 def side_by_side(count: int) -> sm.Scene:
-    """This many spatial slider-cranks, whose sliders each stand on the ground."""
+    """This number of spatial slider-cranks, each with its own slider guide on the ground."""
     one = load_scene("spatial_slider_crank")
     bodies, joints = {}, {}
     for k in range(count):
@@ -92,7 +92,7 @@ def seconds(model: Model, until: float, every: float, settings: Settings) -> tup
 
 
 def resident(block: Block) -> float:
-    """Bytes of the pages of a block that the runs have used (Linux)."""
+    """Size of the memory pages of a block that the runs have used, bytes (Linux)."""
     first = block.at // PAGESIZE
     count = (block.at + block.bytes - 1) // PAGESIZE - first + 1
     used = (ctypes.c_ubyte * count)()

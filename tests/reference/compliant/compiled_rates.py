@@ -1,4 +1,5 @@
-"""The rates of ``model.Model`` in C, for speed: the same forces from the same numbers. Without a compiler the model uses Python."""
+"""The rates of ``equations_of_motion.Model`` in C, for speed: the same forces from the same numbers. Without a compiler, the model
+uses Python."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ class Fits:
         size["slides"] = np.array([float(j.type == "cylindrical") for j in some])
         eps = np.full(len(at), self.level.speed) if kind == "sleeve" else size["radius"] * self.level.rate
         ends = np.array([float((j.ends or j.pin) == j.pin) for j in some])
-        return getattr(contacts, kind), np.array(at), size, Laws(self.scene, frictions, eps), ends, names
+        return getattr(contact_springs, kind), np.array(at), size, Laws(self.scene, frictions, eps), ends, names
 
     def _given(self, joints) -> tuple | None:
         at = [i for i, j in enumerate(joints) if is_given(j.friction) and not is_loaded(j.friction)]

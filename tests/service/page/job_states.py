@@ -1,4 +1,4 @@
-"""Each state of a job that the page can show (``states.py``)."""
+"""Each state of a job that the page can show (``page_states.py``)."""
 
 from __future__ import annotations
 
