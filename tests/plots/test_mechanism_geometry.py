@@ -75,7 +75,7 @@ def joint_gap(result: Result, row: int) -> float:
 @pytest.mark.default_cases(5)
 @pytest.mark.parametrize("name", design_names())
 def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
-    """Earlier, a trolley of 40 mm on a panel of two metres had pins of 100 mm."""
+    """Earlier, a trolley of 40 mm on a panel of two metres was drawn with pins of 100 mm."""
     scene = load_scene(name)
     drawn = scenery(scene)
     for j in drawn.joints:

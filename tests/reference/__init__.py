@@ -1,4 +1,5 @@
-"""The independent formulation that the engine is held against: absolute coordinates, one dense solve, contacts as numerical roots.
+"""The independent formulation with which the engine is compared: absolute coordinates, one dense solve, contacts as numerical
+roots.
 
 It uses numpy and scipy only, and shares nothing with the engine but the Scene classes. How it is used:
 

@@ -216,7 +216,7 @@ class Served(Talk):
 
 
 def spawned(process: psutil.Process) -> bool:
-    """Whether it is a process that Python has started for itself, and that has not ended meanwhile."""
+    """Whether a process is a helper process that Python started, and that has not ended."""
     try:
         return any(way in " ".join(process.cmdline()) for way in ("spawn_main", "multiprocessing.forkserver"))
     except psutil.Error:

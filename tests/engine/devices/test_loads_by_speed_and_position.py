@@ -1,4 +1,4 @@
-"""Loads by speed and by place with friction: what holds at rest, what runs in batches and FMUs, and in long chains."""
+"""Loads that depend on speed and position, with friction: at rest, in batches, in FMUs, and in long chains."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ HOLDS = {
 
 @pytest.mark.parametrize("kind", HOLDS)
 def test_friction_holds_up_to_its_limit(kind: str) -> None:
-    """Static friction holds a load of μ m g less a millionth, and does not hold a millionth more."""
+    """Static friction holds a load that is a millionth less than μ m g, and does not hold a load that is a millionth more."""
     limit = MU * MASS * G
     for share, stays in ((1 - 1e-6, True), (1 + 1e-6, False)):
         scene = scene_from_dict(HOLDS[kind](limit * share))

@@ -1,5 +1,5 @@
-"""Every method at every tolerance finds passes whose peak is slightly above a threshold; peaks slightly below it cause no event.
-Closed formulas give the answers."""
+"""Brief crossings of a threshold. Every method at every tolerance finds a peak slightly above the threshold; a peak slightly below
+it causes no event. Closed formulas give the correct events."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 MOREAU = 1e-6
 """Tolerance of `moreau`, which is of first order."""
 FAILED = (5569, 5701, 2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
-"""Seeds of the small law; an earlier version missed events in most of them."""
+"""Seeds of the short test; an earlier version missed events in most of them."""
 MANY = 1500
-"""Seeds of the large law."""
+"""Seeds of the slow test."""
 INACCURATE = ("rosenbrock", 1e-3)
 """Setting in which the audit of energy may be inaccurate, because stiff steps integrate works of drives at this tolerance."""
 
 
 def wrong(case: BriefPass, run: Result | HostRun, rtol: float) -> list[str]:
-    """Differences from the answer: events, their times (beyond 100 tolerances), and coordinates at the end (beyond 1,000
+    """Differences from the correct result: events, their times (beyond 100 tolerances), and final coordinates (beyond 1,000
     tolerances)."""
     found = []
     for name, part in case.parts.items():
@@ -47,7 +47,7 @@ def settings(case: BriefPass, rtols: tuple[float, ...]) -> list[tuple[str, float
 
 
 def examined(seed: int, rtols: tuple[float, ...]) -> tuple[int, list[str]]:
-    """Number of peaks of a scene in all runs, and the differences from the answer."""
+    """Number of peaks of a scene in all runs, and the differences from the correct results."""
     case = brief_pass(seed)
     scene = scene_from_dict(case.scene)
     found, peaks = [], 0
@@ -67,7 +67,7 @@ def test_brief_crossings_are_found_by_every_method(seed: int) -> None:
 
 
 def examined_shape(seed: int, shape: Shape, rtols: tuple[float, ...]) -> list[str]:
-    """The differences from the answer in all runs of a scene with signals of a shape."""
+    """The differences from the correct results in all runs of a scene with signals of a shape."""
     case, found = brief_pass(seed, shape), []
     scene, columns = scene_from_dict(case.scene), [f"{n}.q*" for n in case.parts]
     for method, rtol in settings(case, rtols):
@@ -82,7 +82,7 @@ def examined_shape(seed: int, shape: Shape, rtols: tuple[float, ...]) -> list[st
 
 @pytest.mark.parametrize("shape", [ramp, told], ids=["ramps", "inputs with derivatives"])
 def test_passes_by_ramps_and_by_inputs_with_derivatives_are_found(shape: Shape) -> None:
-    """An input is what its host declared, also between the communication points."""
+    """Between communication points, an input follows the value and the derivatives that the host declared."""
     assert examined_shape(108, shape, (1e-3, 1e-7)) == []
 
 

@@ -10,16 +10,15 @@ from tests.reference.scenes.interacting_devices import FAMILIES, crossed
 from trunnion import simulate
 
 SEEDS = 118
-"""Seeds of each family in the study: 2,006 scenes of 17 families."""
+"""Number of seeds of each family in the slow test: 2,006 scenes of 17 families."""
 ALIKE = 0.99
-"""Required share of scenes whose runs are alike, as aimed at in the study. Named outcomes that all settings share count as
-alike."""
+"""Required share of scenes whose runs agree. Runs that end with the same named outcome at all settings count as equal."""
 QUICK: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "auto"), ("rosenbrock", 1e-6, "auto"), ("auto", 1e-9, "auto"))
-"""Settings of the small law, on one kernel."""
+"""Settings of the short test, on one kernel."""
 ONE_KERNEL = tuple((m, rtol, "auto") for m, rtol, _ in SETTINGS)
 FAILED = {"ratchets_in_loops": (0, 3), "hooks_in_loops": (6,), "planets": (0, 4), "stops_beside_sticking_pairs": (10,)}
 CHOSEN: dict[str, tuple[int, ...]] = dict.fromkeys(FAMILIES, (1,)) | FAILED
-"""Seeds of the small law; earlier, those of planets, hooks, ratchets and stops failed."""
+"""Seeds of the short test; earlier, those of planets, hooks, ratchets and stops failed."""
 
 
 @pytest.mark.default_cases(1)

@@ -1,4 +1,4 @@
-"""Moreau's method agrees with located runs: swings of balls, releases, driven starts and separations."""
+"""Moreau's method agrees with runs that locate events: swings of balls, releases, driven starts and separations."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def swinging_ball(seed: int) -> sm.Scene:
 
 
 def off_located(scene: sm.Scene, until: float, rtol: float) -> float:
-    """Largest distance, m, of the mass centre from that of a located run."""
+    """Largest distance, m, of the mass centre from its position in a run that locates events."""
     (body,) = scene.bodies
     methods, outputs = (("moreau", rtol), ("rk8", 1e-10)), [f"{body}.position*"]
     impulses, located = (simulate(scene, until=until, every=until / 40, rtol=r, method=m, outputs=outputs) for m, r in methods)
@@ -66,7 +66,8 @@ def test_random_balls_on_swings_stay_in_their_planes(seed: int) -> None:
     ],
 )  # fmt: skip
 def test_what_slides_on_is_no_jam(family: str, seed: int, until: float) -> None:
-    """Cut joints slid backwards where a drive begins; releases and stops counted as impacts; rates reversed without their modes."""
+    """Earlier, cut joints slid backwards where a drive begins, releases and stops counted as impacts, and rates reversed while
+    modes did not."""
     rtol = 1e-6 if family == "grippers" else 1e-4
     methods = (("moreau", rtol), ("rk8", 1e-9))
     scene, outputs = crossed(family, seed), ["energy.*"]

@@ -1,4 +1,4 @@
-"""A note tells when a contact of a sliding part leaves its guide, against motion with constant acceleration."""
+"""A note tells when a contact of a sliding part leaves its guide. The instant is compared with motion at constant acceleration."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ INERTIAS = (1e-3, 1e-6, 1e-8, 1e-12, 0.0)
 RATIOS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 """Masses of a light body, relative to the body's own mass."""
 SEEDS = (0, 3, 8, 11, 15, 16, 18)
-"""Random loops which determine the motion of their lightened body."""
+"""Seeds of random loops that determine the motion of their lightened body."""
 
 
 def shafts(inertia: float) -> Scene:

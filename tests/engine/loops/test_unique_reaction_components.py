@@ -1,5 +1,5 @@
-"""Which components of reactions, and which efforts of drives, redundant loops leave open, against the left null space of all
-constraint rows of free bodies."""
+"""Which components of reactions, and which efforts of drives, are not unique in redundant loops. The test compares them with the
+left null space of all constraint rows of free bodies."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def test_the_power_of_two_drives_of_one_crank_is_unique() -> None:
 
 
 def test_loops_without_drives_are_examined_together() -> None:
-    """So the search for open components grows with the number of loops, not with its square."""
+    """The loops are examined together, so that the work grows with the number of loops, not with its square."""
     model = Model(n_four_bar(5), ("*",), "parts")
     assert run(model, 0.001, 0.001, Settings()).redundancy.columns
     assert all(len(masks) == 1 for _, groups in model.columns_of_loops.values() for masks in groups)

@@ -15,8 +15,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Band:
-    """What presses a band: the tension of one end, or the mean tension of both; the angle of wrap, negative if forward motion
-    tightens the end with the given tension."""
+    """The data of a band. The tension of one end, or the mean tension of both ends, presses the band. The angle of wrap is negative
+    if forward motion tightens the end with the given tension."""
 
     mu: float
     wrap: float

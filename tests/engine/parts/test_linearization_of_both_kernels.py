@@ -1,4 +1,5 @@
-"""The linear units have the same derivatives, made of parts or compiled: those of rates and of columns by inputs and states."""
+"""The parts kernel and the compiled kernel have the same linearization: derivatives of rates and columns with respect to inputs and
+states."""
 
 from __future__ import annotations
 

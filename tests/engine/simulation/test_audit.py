@@ -126,7 +126,7 @@ def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
         assert (r.outcome.name, r.audit.verdict) == ("done", "within")
 
 
-# -- broken runs ------------------------------------------------------------------------------------------------------------------
+# -- runs with defects ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 1.0}], ids=["rtol", "fixed step"])

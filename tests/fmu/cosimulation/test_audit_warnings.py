@@ -1,4 +1,4 @@
-"""An FMU itself reports a run with an energy error. It gives one warning, with time and joint, and the run continues."""
+"""An FMU warns its host of an energy error in the run. It gives one warning, with time and joint, and the run continues."""
 
 from __future__ import annotations
 

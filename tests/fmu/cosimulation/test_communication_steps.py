@@ -1,4 +1,4 @@
-"""Communication steps, states, inputs, parameters and refusals, in both flavours where both have them."""
+"""Communication steps, states, inputs, parameters and refusals, in each flavour that has them."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ def test_the_stop_time_is_honoured_and_other_start_times_work() -> None:
 
 
 def jamming() -> trunnion.Scene:
-    """Example 8.3 with the guide of the text's literal reading. It jams from the start after friction is raised."""
+    """Example 8.3 with the guide as the paper's text literally describes it. With more friction, it jams from the start."""
     data = scene_to_dict(trunnion.load_scene("double_pendulum"))
     data["name"] = "jamming"
     return scene_from_dict(data)

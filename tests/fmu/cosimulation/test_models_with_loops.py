@@ -18,7 +18,7 @@ from trunnion.scene import model_names
 
 OPEN = open_models.pytestmark[0].args[1]
 SOME = ("andrews", "caught_carriage", "crank_slider", "spatial_slider_crank")
-"""Models with planar and spatial loops, one with latches, of which both flavours run by default."""
+"""Models whose two flavours run by default: planar loops, spatial loops, and one model with latches."""
 
 
 @pytest.mark.slow
@@ -35,7 +35,8 @@ def test_it_refuses_what_the_scene_refuses(model: str) -> None:
 
 
 def test_an_fmu_of_either_kind_gives_the_force_of_a_rod() -> None:
-    """By hand, on a guide whose friction follows from it; with the rod as long as a parameter says."""
+    """The force is compared with a hand calculation. It causes the friction of the guide. A parameter sets the length of the
+    rod."""
     file = FOLDER / "ladder.fmu"
     export(ladder(), file, outputs="r0.axial_force", kind="both")
     host = Host(file, joints__r0__length=0.55)

@@ -56,7 +56,7 @@ def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     here.run(0.0, 20, 0.01)
     kept = here.fmu.serializeFMUState(here.fmu.getFMUState())
     expected = here.run(0.2, 20, 0.01, *columns)
-    here.fmu.freeInstance()  # and its library
+    here.fmu.freeInstance()  # the tables and their library
     there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
     assert there.run(0.2, 20, 0.01, *columns) == expected
 
@@ -110,7 +110,7 @@ def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None
 def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'quick' is not a kernel \(one of auto, compiled, parts\)"):
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
-    with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU has no neighbouring cases
+    with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU runs one case, so it has no SIMD lanes
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="lanes")
     monkeypatch.setattr(c_compiler, "there", lambda module: False)
     with pytest.raises(SceneError, match=r"pip install 'trunnion\[compile\]'"):

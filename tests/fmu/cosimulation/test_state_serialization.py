@@ -98,7 +98,7 @@ def test_states_of_other_lengths_and_of_another_version_are_refused(tmp_path: Pa
 
 
 def test_of_what_a_state_says_places_are_found_anew_and_numbers_are_looked_at() -> None:
-    """Even where the state's checksum is right."""
+    """This holds even if the state's checksum is correct."""
     host, state = midway(exported("arm"))
     expected = host.run(0.1, 20, 0.01, *KNEE)
     assert forged(state, MODE, state[SEAL + MODE : SEAL + MODE + 4]) == state

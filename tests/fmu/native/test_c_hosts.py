@@ -1,4 +1,5 @@
-"""The native library in a host that has no Python: here, and with the slow tests on Windows (under wine, where it is there)."""
+"""The native library in hosts without Python: on this machine, and in slow tests under wine (Windows) and qemu (64-bit ARM) if they
+are installed."""
 
 from __future__ import annotations
 

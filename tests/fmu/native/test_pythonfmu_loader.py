@@ -1,4 +1,5 @@
-"""The loader before pythonfmu: messages of the python flavour's slave reach the host, as from the native flavour."""
+"""The loader that stands between host and pythonfmu: messages of the python flavour's slave reach the host, as from the native
+flavour."""
 
 from __future__ import annotations
 

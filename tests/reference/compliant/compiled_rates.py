@@ -60,7 +60,7 @@ class Compiled:
         self._constant()
 
     def _put(self, target, name: str, value, kind=float) -> None:
-        """Give a field a number or an array, which is kept alive."""
+        """Set a field to a number or an array, and keep a reference to the array."""
         if np.isscalar(value):
             setattr(target, name, value)
             return

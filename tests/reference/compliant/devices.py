@@ -1,8 +1,7 @@
 """Devices along freedoms of joints: springs, damping, stops, latches, motors, efforts, drives, and joints that follow others.
 
-A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a state apart
-from the equations: whether the hook is down, and on which tooth. It changes between two steps only.
-"""
+A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a discrete
+state: whether the hook is down, and on which tooth. This state changes only between two steps. """
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The engine's answer beside the judge's. As a command, for random scenes in which devices meet:
+"""Comparison of the engine with the compliant model (the judge). As a command, for random scenes in which devices interact:
 
 python -m tests.reference.compliant.engine_comparison FAMILY FIRST LAST [UNTIL]
 """
@@ -15,7 +15,7 @@ from tests.reference.compliant.runs_and_limit import LEVELS, Judged, judged
 from trunnion import simulate
 
 SURE = 3.0
-"""Number of the compliant model's errors that count as agreement: neighbouring extrapolations differ by about one."""
+"""Allowed difference in multiples of the compliant model's error. Neighbouring extrapolations differ by about one such error."""
 
 
 @dataclass(frozen=True)

@@ -82,16 +82,16 @@ class Model:
 
     @property
     def yields(self) -> bool:
-        """After ``rates``: whether a pair with a larger coefficient at rest moves, but has not begun to slide."""
+        """After ``rates``: whether a pair whose coefficient is larger at rest moves, although its state is not yet sliding."""
         return any(((law.share[:, law.jumps] >= 1) & ~law.slides[law.jumps]).any() for law in self.laws)
 
     def moving(self, states: int) -> np.ndarray:
-        """After ``rates`` of so many states: which pairs moved faster than friction rests (states x pairs)."""
+        """After ``rates`` of this number of states: which pairs moved faster than their speed of rest (states x pairs)."""
         return np.concatenate([np.broadcast_to(law.share, (states, len(law.kinds))) for law in self.laws], axis=1) >= 1
 
     @property
     def has_switches(self) -> bool:
-        """Whether the scene has states apart from its motion."""
+        """Whether the scene has discrete states in addition to its motion."""
         return bool(self.devices.latches) or self.has_jumps
 
     @property
@@ -132,7 +132,7 @@ class Model:
         return rates
 
     def _in_python(self, m: Motion, y: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces that only Python knows; the rates of these couplings' rows (n x rows)."""
+        """Add the forces that only the Python code computes. Returns the rates of these couplings' rows (n x rows)."""
         if self.loaded:
             self.loaded.act(m, out)
         self.by_motion.act(m, out)

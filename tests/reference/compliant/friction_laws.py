@@ -2,9 +2,9 @@
 
 Below eps friction rises in proportion to the speed, to its largest value at rest. Beyond, the law is exact. A pair whose
 coefficient at rest is larger has a state: it slides until its speed is below eps, and rests until its speed reaches ``BEGINS`` eps.
-(Pairs that move together reach their own eps one after the other: so all have their largest friction before one lets go. A law
-that falls with the speed instead has an unstable branch, which implicit steps follow.) All is for many states and pairs at once.
-"""
+(Pairs that move together reach their own eps one after the other. With this state, all of them have their largest friction before
+one of them slides. A law that falls with the speed would have an unstable branch, which implicit steps would follow.) All functions
+take many states and pairs at once. """
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEGINS = 100.0
 
 
 PERIODS = 100
-"""Number of periods of a signal whose kinks are seen."""
+"""Number of periods of a signal whose kinks are taken into account."""
 
 
 class NotJudged(NotImplementedError):

@@ -1,4 +1,4 @@
-"""Loads by speed and place: springs and dampers by curves, drag, fields, attracting points."""
+"""Loads that depend on speed and position: springs and dampers by curves, drag, fields, attracting points."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Spot:
 
 
 class MotionLoads:
-    """All such loads of a scene."""
+    """All loads of a scene that depend on speed or position."""
 
     def __init__(self, scene, frames: Frames, free: Freedoms, curves: list):
         self.free, self.curves, self.mass = free, curves, frames.mass
@@ -66,7 +66,7 @@ class MotionLoads:
             getattr(self, f"_{load.type}")(load, spot, m, out)
 
     def efforts(self, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Efforts of springs and dampers along the freedoms, and what the dampers take."""
+        """Efforts of springs and dampers along the freedoms, and the power that the dampers take."""
         effort, taken = np.zeros_like(q), np.zeros(len(q))
         for i, group in self.curves:
             force, power, _ = nonlinear(group, q[:, i], qd[:, i])

@@ -1,9 +1,8 @@
-"""Joints as fits of a pin in a bearing: every constrained direction is a spring, the contacts of those that rub are springs with
+"""Joints as a pin in a bearing: every constrained direction is a spring. In joints with friction, the contacts are springs with
 friction.
 
-The stiffness of a joint without friction is that of two contacts at a tenth of its block's size, about the point of the part
-with the ends, as of contacts that rub.
-"""
+A joint without friction has the stiffness of two contacts whose arm is a tenth of its block's size. Their centre is the point of
+the part that has the ends, as for contacts with friction. """
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from tests.reference.mechanics.bodies_and_joint_frames import GROUND
 from tests.reference.mechanics.joint_constraints import of
 
 USUAL = 1e8
-"""Stiffness of a joint without its own, N/m; only ratios count."""
+"""Stiffness of a joint for which the scene gives none, N/m; only ratios count."""
 KINDS = {"revolute": "shaft", "cylindrical": "shaft", "prismatic": "sleeve", "spherical": "ball"}
 SIZES = ("radius", "half_length", "half_width", "half_height", "thrust_radius")
 
@@ -35,7 +34,8 @@ class Level:
 
 
 def arm(frames: Frames, name: str) -> float:
-    """A tenth of the size of the joint's block; on no loop, of its parts' radius of gyration, which determines nothing there."""
+    """A tenth of the size of the joint's block. For a joint on no loop, a tenth of its parts' radius of gyration; there this number
+    does not affect the result."""
     f = frames.frames[name]
     both = [frames.parts[b] for b in (f.inboard, f.outboard) if b != GROUND]
     return frames.arms[name] or 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in both])))
@@ -63,7 +63,7 @@ def _one(value, what: str) -> float:
 
 
 class Fits:
-    """All joints that hold their two parts themselves."""
+    """All joints except couplings."""
 
     def __init__(self, scene, frames: Frames, level: Level):
         self.scene, self.frames, self.level = scene, frames, level

@@ -118,7 +118,7 @@ class Frames:
         return tuple(out)
 
     def motion(self, t: np.ndarray, y: np.ndarray) -> Motion:
-        """Everything that moves."""
+        """The motion of all bodies."""
         c, q, v, w = self.bodies(y)
         return Motion(t, matrices(q), c, v, w)
 

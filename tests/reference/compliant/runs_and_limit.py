@@ -1,4 +1,4 @@
-"""Runs of the compliant model, and its limit from several of them."""
+"""Runs of the compliant model at several levels of stiffness, and the limit of stiff joints by extrapolation."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from tests.reference.compliant.start_state import start
 FASTEST = 1e4
 """Angular frequency of the heaviest body on one contact spring at level 0, rad/s."""
 DELAYS = 10.0
-"""Damping: the delay of the springs times that frequency, at level 0. It falls as the compliance does, so that all errors have the
-same order: in a bearing whose parts turn at w, w x delay turns the displacement against its force, and with it shares of loads."""
+"""Damping: the delay of the springs times that frequency, at level 0. It falls with the compliance, so that all errors have the
+same order: in a bearing whose parts turn at the rate w, the delay rotates the displacement by the angle w x delay against its
+force, which changes the shares of loads."""
 REST = 3e-6
 """Rate below which friction rests at level 0, rad/s; the speed is a tenth of it, m/s. Friction below it relaxes the loads of
 springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time was milliseconds, and trains at rest slipped
@@ -28,7 +29,8 @@ FINER = 4.0
 """Ratio of two levels, in compliance and in speeds."""
 LEVELS = 3
 NUDGE = 2000
-"""Speed of rest over the step of finite differences: steps across the kink of a law there would mislead Newton's method."""
+"""Speed of rest relative to the step of finite differences. Differences across the kink of the law at this speed would mislead
+Newton's method."""
 BEGUN = 2e-6
 """Longest step, s, in which a pair may leave its speed of rest while another is about to let go."""
 SAMPLES = 9
@@ -36,7 +38,7 @@ SAMPLES = 9
 BEFORE = 1e-12
 """Part of the time before a jump of a signal at which a step ends, so that it sees no value after the jump."""
 ENOUGH = 1e-6
-"""Difference of the first two levels below which no third level is run."""
+"""If the first two levels differ by less than this, no third level is run."""
 
 
 @dataclass(frozen=True)
@@ -140,8 +142,8 @@ def _row(model: Model, y: np.ndarray) -> np.ndarray:
 
 
 def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
-    """A step, shortened to the first change of a state in it. left: the instant and state at which each moving pair left its speed
-    of rest."""
+    """A step that ends at the first change of a discrete state in it. left: the instant and state at which each moving pair left
+    its speed of rest."""
     t0, y0, stages = run.step(mark)
     if model.has_switches:
         h = run.t - t0

@@ -15,7 +15,7 @@ from tests.reference.mechanics.time_signals import drive_motion
 
 NEWTON, CLOSED, DEPENDENT = 60, 1e-13, 1e-9
 AGREED = 1e-6
-"""Rates that differ by less, of the largest one, agree."""
+"""Rates agree if they differ by less than this, relative to the largest rate."""
 
 
 def _given(scene, name: str, key: str):
@@ -158,7 +158,7 @@ def _moved(model: Model, y: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 def _least(G, g, E, e) -> np.ndarray:
-    """x with G x = g, then E x as near to e as that allows, then the least x."""
+    """The x with G x = g; among these, those with E x as near as possible to e; among these, the smallest x."""
     U, s, V = np.linalg.svd(G)
     k = int(np.sum(s > DEPENDENT * max(s, default=1.0)))
     x = V[:k].T @ ((U[:, :k].T @ g) / s[:k])
@@ -167,7 +167,7 @@ def _least(G, g, E, e) -> np.ndarray:
 
 
 def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> np.ndarray:
-    """The rates: all rows hold, then the given rates, then the offered ones or the least rates of joints."""
+    """The rates: they satisfy all rows, then the given rates, then the offered rates or the least rates of joints."""
     scale = _scaled(model)
     G, free, _, _ = _rows(model, y)
     target = np.zeros(len(G))
@@ -193,7 +193,8 @@ def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> n
 
 
 def _nearest(G, target, free, known, wanted, scale) -> np.ndarray:
-    """Velocities that hold all rows, then the known rates, then the least rates of joints."""
+    """Velocities that satisfy all rows; among these, those nearest to the known rates; among these, those with the least rates of
+    joints."""
     weights, want = np.where(known, 1.0, 1e-4), np.where(known, wanted, 0.0)
     x = scale * _least(G * scale, target, weights[:, None] * free * scale, weights * want)
     for _ in range(2):  # the small weights of open rates disturb the given ones; a second pass corrects this

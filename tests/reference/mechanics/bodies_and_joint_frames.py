@@ -1,4 +1,4 @@
-"""Mass properties of the bodies and the joint frames on both sides, read from a Scene by the rules of notation.md."""
+"""Mass properties of bodies, and the joint frames on both sides of joints, read from a Scene by the rules of notation.md."""
 
 from __future__ import annotations
 

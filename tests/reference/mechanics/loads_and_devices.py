@@ -126,7 +126,8 @@ class Applied:
         return np.eye(3) if body == GROUND else self.state.R[body]
 
     def devices(self, name: str) -> np.ndarray:
-        """Effort of a joint's springs, damping, stops and efforts along its freedoms on the outboard part; noted with what acts."""
+        """Effort of a joint's springs, damping, stops and efforts along its freedoms, on the outboard part. The powers and energies
+        are added to the applied loads."""
         effort, power, stored = joint_devices(self.state, name)
         free = directions(self.state, name).pick(free_picker(self.state.scene.joints[name]))
         pose = self.state.joint_pose(name)

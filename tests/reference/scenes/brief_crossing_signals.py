@@ -1,5 +1,5 @@
-"""Signals of brief passes: harmonics, tables, ramps, and inputs that a host declares with derivatives. All are functions in closed
-form."""
+"""Signals with brief threshold crossings: harmonics, tables, ramps, and inputs that a host declares with derivatives. All are
+functions in closed form."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Scenes of short passes with known answers: motions, loads and signals whose peaks are slightly above or below a threshold. All
-answers are closed formulas of free flight, one spring, and the signals themselves."""
+"""Scenes with brief threshold crossings and known events: motions, loads and signals whose peaks are slightly above or below a
+threshold. Closed formulas of free flight, one spring and the signals give the events."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ GRAVITY = 9.81
 NEAREST, FARTHEST = -8.0, -4.0
 """Decimal exponents of the distance of a motion's peak from its threshold, relative to the threshold."""
 NEAREST_LOAD = -6.0
-"""The same for loads that release a pair at rest."""
+"""Decimal exponents of the distance of a load's peak from the load that releases a pair at rest."""
 SURE = 300.0
-"""Distance of a peak from its threshold over the tolerance of a run that decides it."""
+"""Distance of a peak from its threshold, relative to the largest tolerance at which a run must decide it correctly."""
 EDGE = 0.05
 """Part of a window that a slider keeps from the window's ends."""
 
@@ -42,7 +42,7 @@ class Part:
     carrier: dict[str, Any] | None = None
     """A driven joint between the ground and this joint."""
     signal: Signal | None = None
-    """The signal that decides."""
+    """The signal whose peak decides."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Random scenes of rods, loads by speed and place, springs by curves, and rotors, beside joints that rub."""
+"""Random scenes of rods, loads that depend on speed and position, springs by curves, and rotors, with friction in joints."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Draft:
         self.gravity = self.gravity or list(GRAVITIES[int(self.rng.choice(4, p=[0.4, 0.3, 0.15, 0.15]))])
 
     def scene(self, until: float) -> dict[str, Any]:
-        """What a scene file would contain; of no gravity all weight is kept."""
+        """The content of a scene file."""
         return {"schema": 1, "gravity": self.gravity, "bodies": self.bodies, "joints": self.joints, "forces": self.forces,
                 "simulation": {"until": round(until, 3)}}  # fmt: skip
 

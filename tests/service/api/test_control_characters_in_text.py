@@ -1,4 +1,5 @@
-"""Text of one user cannot steer the terminals or reverse the pages of others."""
+"""Control characters in one user's text cannot control other users' terminals, and cannot reverse the text direction of their
+pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene runs at once, without a job, and its numbers are found in its text."""
+"""A scene runs immediately, without a job, and the server reports the positions of its numbers in its text."""
 
 from __future__ import annotations
 

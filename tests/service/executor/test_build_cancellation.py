@@ -1,4 +1,4 @@
-"""A worker gives its job up while it derives and compiles: nobody waits for a compiler, and nothing half made is left behind.
+"""A worker can stop its job while it derives and compiles equations: nothing waits for a compiler, and no incomplete files remain.
 
 The worker's function runs here, on a thread of its own as in a worker; the job is stopped at a place in the work, not at a time.
 """

@@ -179,7 +179,7 @@ def test_what_came_back_while_the_database_was_away_is_recorded_when_it_is_there
 
 
 def test_a_job_taken_over_is_settled_in_few_commits_as_its_parts_say(store: Counted, tmp_path: Path) -> None:
-    """A server that was killed had many pieces out, some of whose parts exist. These pieces are done, the others wait, and no
+    """A killed server had sent many chunks, and the parts of some of them exist. These chunks are done, the others wait, and no
     attempt counts."""
     job, _ = store.submit("me", "d", "scene", "", "{}", 5000, 1e9)
     store.claim("killed", 60.0)

@@ -1,5 +1,4 @@
-"""Every part contains its owner and a checksum of its bytes. Any damage to it is found when it is read, and the part is computed
-again."""
+"""Every part contains its identity and a checksum of its bytes. A reader finds any damage, and the part is computed again."""
 
 from __future__ import annotations
 

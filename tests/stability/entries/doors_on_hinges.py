@@ -13,7 +13,7 @@ from trunnion.simulation.run import simulate
 
 G = 9.81
 DOOR, REACH, SPACING = 30.0, 0.45, 1.5
-"""Of the door: mass, kg; distance from its hinges to its mass centre, m; distance between the hinges, m."""
+"""Data of the door: mass, kg; distance from the hinges to the mass centre, m; distance between the hinges, m."""
 MU, RADIUS, HALF, THRUST = 0.15, 0.006, 0.03, 0.008
 """Of a hinge: friction, radius and half length of its pin, radius of its end face, m."""
 BLOCK, MU_TABLE, SPRING = 2.0, 0.3, 500.0
