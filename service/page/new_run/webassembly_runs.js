@@ -17,7 +17,7 @@ function skeleton() {
 
 const values = () => new Map(sliders.numbers().map((n) => [n.path, n.factor === null ? (n.value ? NaN : 0) : n.value * n.factor]));
 
-// Asks for the module of the present text, unless it is there or was refused.
+// Requests the module of the present text, unless the module is loaded or the server refused it.
 export async function prepare() {
   const base = skeleton(), first = values();
   if (asked === base) return;
@@ -32,7 +32,7 @@ export async function prepare() {
   }
 }
 
-// The variable that sets a number; undefined if the module cannot, or if the picture would need other shapes.
+// The variable of the module that sets a number. undefined if there is none, or if the number would change the shapes of the picture.
 function variable(path, unit) {
   const { parameters } = module;
   return DRAWN.test(unit) && !path.includes(".start.") ? undefined : parameters[path] ?? parameters[`${path}[1]`];

@@ -56,7 +56,7 @@ def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     here.run(0.0, 20, 0.01)
     kept = here.fmu.serializeFMUState(here.fmu.getFMUState())
     expected = here.run(0.2, 20, 0.01, *columns)
-    here.fmu.freeInstance()  # the tables and their library
+    here.fmu.freeInstance()  # also unloads the library with the tables
     there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
     assert there.run(0.2, 20, 0.01, *columns) == expected
 

@@ -139,7 +139,7 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
 
 
 def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Each part is compiled once. Another model compiles only its tables."""
+    """``prepare`` compiles the units of a model side by side. ``library`` then compiles only the tables of the model."""
     compiled: list[str] = []
     run = c_compiler.run
 

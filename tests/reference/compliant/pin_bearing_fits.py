@@ -63,7 +63,7 @@ def _one(value, what: str) -> float:
 
 
 class Fits:
-    """All joints except couplings."""
+    """The springs and contacts of the joints of a scene."""
 
     def __init__(self, scene, frames: Frames, level: Level):
         self.scene, self.frames, self.level = scene, frames, level

@@ -8,7 +8,7 @@ least squares and solved from many starts:
                         coefficient
     +, - (one freedom)  η is the friction of sliding that way, and the pair accelerates that way
     slides (several)    η is the friction of sliding along the acceleration; a ball whose acceleration lies within its friction cone
-                        turns about its contact then (``contacts.ball``)
+                        turns about its contact then (``contact_roots.ball``)
     moves               the pair is in motion: η is the friction of that
 
 Where sticking pairs are redundant, many values of friction solve a choice. The found solution then shows only that one exists. """

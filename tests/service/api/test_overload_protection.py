@@ -153,7 +153,7 @@ def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
 
 
 class Slow(WorkerProcess):
-    """A worker without a process. times: seconds until each of its answers arrives."""
+    """A worker without a process. seconds: time until each of its answers arrives, s."""
 
     def __init__(self, *seconds: float):
         super().__init__(0)
