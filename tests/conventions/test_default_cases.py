@@ -44,5 +44,5 @@ def test_default_cases_have_every_value_once_before_any_value_twice(keep: int) -
 @pytest.mark.parametrize("one", [0, 1])
 @pytest.mark.parametrize("other", [0, 1])
 def test_values_are_found_where_pytest_keeps_them(one: int, other: int, request: pytest.FixtureRequest) -> None:
-    """Of the four cases, the two run by default that have no value in common."""
+    """Two of the four cases run by default: those that have no value in common."""
     assert (one == other) == (request.node.get_closest_marker("slow") is None)

@@ -44,7 +44,7 @@ def coupled(step: float, derivatives: int = 0, **settings: float) -> float:
 
 @cache
 def whole() -> float:
-    """The same angle of the same mechanism as one scene."""
+    """The motor's angle at END when motor and crank-slider are one scene."""
     return float(trunnion.simulate(motor_and_crank.one_scene(), until=END, every=END, rtol=1e-9)["crank_pivot.q[1]"][-1])
 
 

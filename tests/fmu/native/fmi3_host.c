@@ -1,4 +1,4 @@
-/* A host without Python for FMI 3.0: makes invalid calls, creates and frees many instances that each pass an event, and then makes a
+/* A host without Python for FMI 3.0: makes invalid calls, creates and frees many instances that each pass an event, and makes a
  * run in event mode. It prints the growth of the process in kB, then the times of the events. Usage: host LIBRARY TOKEN INSTANCES
  * UNTIL */
 #include "fmi3Functions.h"

@@ -1,4 +1,5 @@
-/* The rates of a compliant mechanism, as equations_of_motion.py defines them, for many states. The order of the groups in sums is also the same. */
+/* The rates of a compliant mechanism, as equations_of_motion.py defines them, for many states. The order of the groups
+ * in sums is also the same. */
 
 #include <math.h>
 #include <string.h>

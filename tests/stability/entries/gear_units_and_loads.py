@@ -12,13 +12,15 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_dict
 
 RATIO, DRIVING, DRIVEN, IDLE, LOAD = 50.0, 0.9, 0.6, 0.2, 98.1
-"""Of the winch: ratio, efficiencies both ways, no-load torque and the load's torque on the drum, N m."""
+"""Data of the winch: ratio; efficiencies in both directions of power; no-load torque and torque of the load on the drum, N m."""
 LEAD, PRESSURE = math.radians(5), math.radians(20)
 """Lead angle and pressure angle of the worm."""
 WEIGHT, CONSTANT, PART, PART_BACK = 39.24, 2.0, 0.1, 0.2
-"""Of the elbow: the weight's torque and the constant friction, N m; friction per torque, where joint or arm drives."""
+"""Data of the elbow: torque of the weight and constant friction, N m; friction per torque when the joint drives and when the arm
+drives."""
 STIFF, PLAY, HELD = 400.0, 0.05, 10.0
-"""Of the spring whose coils touch: stiffness before they do, N/m; way to there, m; friction of its block, N."""
+"""Data of the spring whose coils touch: stiffness before the coils touch, N/m; travel until they touch, m; friction of the block,
+N."""
 SHORT = 1e-3
 """Duration of a pulse, s."""
 

@@ -10,11 +10,11 @@ from tests.stability.scene_verdicts import honest, ran
 from trunnion.scene.data_classes import scene as sm
 
 WIDTH, WAY, SPEED = 0.01, 0.5, 1.0
-"""Of the hill of a field: width, m; distance of the start, m; and speed with which its top is reached, m/s."""
+"""Data of the potential hill: width, m; distance of the start, m; start speed with which a body just reaches the top, m/s."""
 FAST, THICK = 1e4, 1000.0
-"""Of the body that enters a dense medium: speed, m/s; drag per squared speed and mass, 1/m."""
+"""Data of the body that enters a dense medium: speed, m/s; drag divided by squared speed and mass, 1/m."""
 PLATEAU, OPENS = 10.0, 0.1
-"""Of the valve: force at which it opens, N, and speed there, m/s."""
+"""Data of the valve: force at which it opens, N; speed at this force, m/s."""
 
 
 def block(name: str, until: float, start: dict, forces: dict | None = None, **more: object) -> sm.Scene:
