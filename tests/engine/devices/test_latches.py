@@ -141,7 +141,7 @@ def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     elif kind == "table":
         times = [0.0, falls - 0.05, falls, falls + 0.3, 3.0]
         release = {"table": {"time": times, "value": [1, 1, 0.5, 0, 0], "interpolation": "linear"}}
-    else:  # below 0.5 where cos 2π f (t − middle) > 1 − dip
+    else:  # the signal is below 0.5 where cos 2π f (t − middle) > 1 − dip
         frequency, dip, middle = rng.uniform(1.0, 3.0), 10 ** rng.uniform(-4.0, -1.0), passes
         passes = middle + rng.uniform(-0.5, 0.9) * np.arccos(1.0 - dip) / (2 * np.pi * frequency)
         phase = 1.5 * np.pi - 2 * np.pi * frequency * middle

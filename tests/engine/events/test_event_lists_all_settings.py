@@ -30,7 +30,7 @@ PLATFORMS = 0.8
 
 
 PLATFORM = ["platform.position[*]", "energy.residual", "energy.dissipated"]
-"""Columns of runs of a platform, which share its kernel with ``test_many_pairs.py``."""
+"""Columns of runs of a platform, which share its kernel with ``test_active_set_many_pairs.py``."""
 
 
 ROUND_OFF = (3, 6, 128)

@@ -1,4 +1,4 @@
-"""Other tools that simulate FMUs. ``python programs.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
+"""Other tools that simulate FMUs. ``python other_tools.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
 Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON."""
 
 from __future__ import annotations

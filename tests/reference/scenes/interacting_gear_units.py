@@ -71,7 +71,7 @@ def winches(rng: Generator) -> dict[str, Any]:
         return d.scene(until)
     turn = d.of(-1, 1)
     pin = radius * point(math.cos(turn), math.sin(turn))
-    if way == 1:  # The rod hangs a block in a guide on a lever of the drum.
+    if way == 1:  # A rod connects a block in a guide with a lever of the drum.
         d.block("load", [float(pin[0]), -0.3, 0.0], mass)
         d.join("guide", "prismatic", "ground", "load", [float(pin[0]), -0.3, 0.0], d.guide(0.1 * mass * 9.81), *more, axis="y")
         end: dict[str, Any] = {"body": "load", "point": [0, 0, 0]}

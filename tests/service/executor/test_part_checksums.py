@@ -28,7 +28,7 @@ ASKED = plan_of_request(JobRequest.model_validate(SMALL), Limits())
 
 @pytest.fixture(scope="module")
 def pieces(tmp_path_factory: pytest.TempPathFactory) -> tuple[Parts, list[Piece], list[Any]]:
-    """Parts of two neighbouring pieces of a job, and of the same cases of another; and their tables."""
+    """Parts of two neighbouring pieces of a job, and of the same cases of another job, with their tables."""
     parts = Parts(str(tmp_path_factory.mktemp("parts")))
     runner = Runner(ASKED)
     found = [Piece("a", "d", 0, 10), Piece("a", "d", 10, 20), Piece("b", "e", 0, 10)]
