@@ -16,11 +16,13 @@ from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour
 from trunnion.fmu.c_source.model_tables import model_text
 from trunnion.fmu.export_option_checks import STANDARDS, apart, check
-from trunnion.fmu.model_description import documentation_page, terminals_and_icons
+from trunnion.fmu.model_description import terminals_and_icons
+from trunnion.fmu.model_description.documentation_and_picture import licences, page
+from trunnion.fmu.model_description.documentation_and_picture import picture as picture_of
 from trunnion.fmu.model_description.fmi2_xml import model_description
 from trunnion.fmu.model_description.fmi3_xml import model_description3
 from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
-from trunnion.fmu.model_description.related_files import related_files
+from trunnion.fmu.model_description.reference_results_ls_ref import reference_files
 from trunnion.fmu.variables.exported_model import ExportedModel
 from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
@@ -130,7 +132,7 @@ def _related(made: Made, outputs: Names | None, step: float, scalars: bool) -> d
     """The files of FMI-LS-REF, from a run of the whole scene with error estimates."""
     kernel = "parts" if isinstance(made.model.kernel, PartsKernel) else "compiled"
     run = simulate(made.scene, every=made.step, kernel=kernel, outputs=outputs, step=step or None, certify=True)
-    return related_files(made, run, scalars or made.standard == "2.0")
+    return reference_files(made, run, scalars or made.standard == "2.0")
 
 
 def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> list[str]:
@@ -251,7 +253,7 @@ class Made(ExportedModel):
     def documents(self, flavour: str, sources: bool = False) -> dict[str, bytes]:
         """The files by path in the archive: model description, picture, documentation page, licences, and C sources if
         requested."""
-        picture = documentation_page.picture(self.first)
+        picture = picture_of(self.first)
         pictures = {"model.png": picture} if self.standard == "2.0" else {
             "documentation/diagram.png": picture,
             **terminals_and_icons.files(terminals_and_icons.terminals(self.model, self.faces), picture),
@@ -259,8 +261,8 @@ class Made(ExportedModel):
         plain = {
             "modelDescription.xml": self.described(self.guid, flavour),
             **pictures,
-            "documentation/index.html": documentation_page.page(self.first, self.titled(), flavour, self.guid, self.standard),
-            **documentation_page.licences(flavour),
+            "documentation/index.html": page(self.first, self.titled(), flavour, self.guid, self.standard),
+            **licences(flavour),
         }
         if not sources:
             return plain

@@ -19,8 +19,8 @@ from tests.sampling import keep_default_cases
 
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-"""Linear algebra in one thread, also in programs that tests start; numpy reads this setting at its import. Threads that wait for
-each other, on processors that other tests use, take up to ten times the time for small matrices."""
+"""Linear algebra in one thread, also in programs that tests start; numpy reads this setting at its import. With several threads on
+busy processors, small matrices take up to ten times as long."""
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
@@ -37,36 +37,37 @@ prepare(chosen(("host",), "2.0"), {})
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Ctrl-C means what it means at a terminal: a shell that starts this in the background has it ignored.
+    """Make Ctrl-C act as at a terminal; a shell that starts the tests in the background lets them ignore it.
 
-    Kernels are compiled quickly, unless TRUNNION_QUICK_BUILD is 0: of a test's time more than a third was the compiler's.
+    Kernels are compiled without optimisation, unless TRUNNION_QUICK_BUILD is 0, because the compiler took more than a third of the
+    tests' time.
 
-    Where the environment forbids writing compiled modules, each of some two hundred programs that tests start would compile ours
-    anew (0.2 to 0.5 s), and each test process what pytest rewrites. They may write them beside the sources, as Python does."""
+    Tests and their programs may write compiled modules beside the sources, even if the environment forbids it. Otherwise each of
+    some two hundred programs would compile our modules again (0.2 to 0.5 s)."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
-    gc.disable()  # collecting ten thousand tests makes few cycles: their search took a seventh of its time
+    gc.disable()  # collecting ten thousand tests makes few reference cycles; searching for them took a seventh of the time
     if not hasattr(config, "workerinput") and config.getoption("dist", "no") != "no" and not config.getoption("collectonly"):
-        # Test processes collect tests meanwhile. Without this, each of them would compile the same runtime at its first run.
+        # The runtime is compiled while test processes collect tests. Otherwise each process would compile it at its first run.
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         subprocess.Popen([sys.executable, "-c", COMPILE], start_new_session=True, **quiet)
         if not Path(__file__).with_name("stability").joinpath("__pycache__").exists():
-            # The first run of a clone: one process compiles the Python modules, which otherwise every test process would.
+            # In the first run of a clone, one process compiles the Python modules. Otherwise every test process would compile them.
             subprocess.run([sys.executable, "-m", "pytest", "--collect-only", "-n", "0"], check=False, **quiet)
 
 
 def pytest_collection_finish() -> None:
-    """From here on, cycles are collected, but not searched for among the collected tests."""
+    """From here on, garbage collection runs again, but does not search the collected tests."""
     gc.freeze()
     gc.enable()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two more than the number of processors: tests of the service wait for servers, workers and browsers for a third of their
-    time. With one more, two processors were idle for a sixth of the time."""
+    """Two more processes than processors, because tests of the service wait a third of their time for servers, workers and
+    browsers. With one more, two processors were idle for a sixth of the time."""
     return (os.cpu_count() or 1) + 2
 
 

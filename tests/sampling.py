@@ -1,4 +1,4 @@
-"""Which cases of a law over many values run by default. The others run with the slow tests (``pytest -m slow``): same code.
+"""Selection of the cases of a parametrised test that run by default. The other cases run with the slow tests (``pytest -m slow``).
 
 The mark ``default_cases(n)`` over a parametrised test keeps n of its cases. ``sampled`` and ``crossed`` choose among parameters."""
 
@@ -37,7 +37,8 @@ def slow(value: Any) -> Any:
 
 
 def _pairwise(cases: list[tuple[int, ...]]) -> set[tuple[int, ...]]:
-    """Cases in which all pairs meet, chosen one after the other: each is the first with the most pairs that have not met yet."""
+    """Cases in which every pair of values occurs, chosen one after the other: each is the first case with the largest number of
+    pairs that have not occurred yet."""
     met: set[tuple[tuple[int, int], ...]] = set()
     kept = set()
     while True:
@@ -65,8 +66,8 @@ def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
 
 
 def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """(kept, others), chosen one after the other: each is the first case with the most values of parameters that no kept case
-    has."""
+    """(kept, others). Kept cases are chosen one after the other: each is the first case with the largest number of parameter values
+    that no kept case has."""
     met: set[tuple[str, Any]] = set()
     kept, others = [], list(cases)
     while others and len(kept) < keep:

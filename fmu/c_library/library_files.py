@@ -10,7 +10,7 @@ from typing import Any
 
 from trunnion.basics.atomic_files import replacing
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.fmu.c_source.layout_sizes import INPUT, SHELL, sizes_of
+from trunnion.fmu.c_source.array_size_macros import INPUT, SHELL, sizes_of
 from trunnion.fmu.c_source.source_files import texts
 from trunnion.fmu.scene_export import Made, started
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable

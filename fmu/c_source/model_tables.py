@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import accumulate
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.fmu.c_source.failure_tables import cause_tables, causes
+from trunnion.fmu.c_source.failure_message_tables import cause_tables, causes
 from trunnion.fmu.c_text.literals import doubles, integers, number, string, strings
 from trunnion.fmu.variables.input_sums import source_table
 from trunnion.fmu.variables.outputs_inputs_parameters import ERRORS, Variable, followed

@@ -9,7 +9,7 @@ from functools import lru_cache
 from xml.etree.ElementTree import Element, SubElement, fromstring
 
 from trunnion.fmu.binaries.platform_builds import NATIVE, SHELL_NAMES, entries
-from trunnion.fmu.c_source.layout_sizes import Sizes, sizes_of
+from trunnion.fmu.c_source.array_size_macros import Sizes, sizes_of
 from trunnion.fmu.c_text.constant_length_arrays import fixed
 from trunnion.fmu.c_text.dead_code_and_ascii import ascii_only, definitions, nothing_unused, renamed, used_only
 from trunnion.fmu.c_text.include_expansion import one_file

@@ -17,10 +17,10 @@
 #include "instance/parameter_expressions.c"
 #include "instance/input_extrapolation.c"
 #include "instance/error_estimate.c"
-#include "instance/run_start.c"
-#include "instance/exchange_row.c"
+#include "instance/run_start_and_changes.c"
+#include "instance/model_exchange_output_row.c"
 #include "instance/communication_steps.c"
-#include "instance/exchange_values.c"
+#include "instance/model_exchange_values.c"
 #include "instance/variable_access.c"
 #include "instance/lifecycle.c"
 
@@ -30,6 +30,7 @@
 #else
 #include "instance/state_serialization.c"
 #include "instance/directional_derivatives.c"
+#include "instance/output_time_derivatives.c"
 #include "instance/model_exchange.c"
 #endif
 

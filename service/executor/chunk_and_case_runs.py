@@ -22,12 +22,12 @@ from trunnion.basics.interrupts import watched
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Runner, Stopped
 from trunnion.scene.scene_loader import scene_from_dict
-from trunnion.service.basics.engine_build import engine_build
+from trunnion.service.basics.engine_version import engine_version
 from trunnion.service.basics.json_text import text_of
-from trunnion.service.basics.recent_items import RecentItems
-from trunnion.service.executor.build_stage import DERIVING, RUNNING, Tell, report_stages
+from trunnion.service.basics.recently_used_cache import RecentItems
+from trunnion.service.executor.job_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
 from trunnion.service.executor.part_versions import computed_by
 from trunnion.service.request_models.job_request import plan_of_document
 
@@ -88,7 +88,7 @@ def run_chunk(
     work = max(processor_seconds() - began, runner.seconds - stepped)
     build = min(runner.build_seconds - built, work - (runner.seconds - stepped))  # other load lengthens the wall time of a build
     spent = {"seconds": work - build, "build_seconds": build}
-    about = {"worker": _worker_name(), "version": engine_build()}
+    about = {"worker": _worker_name(), "version": engine_version()}
     return {"counts": count_by(table), "bytes": size, "reached": reached, **about, **spent}
 
 
@@ -98,7 +98,7 @@ def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitR
     if runner.plan.series is not None and runner.rows is not None:
         kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
         size = parts.write_rows(piece, kept)
-    return size + parts.write_part(piece, computed_by(table, engine_build()))
+    return size + parts.write_part(piece, computed_by(table, engine_version()))
 
 
 def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:

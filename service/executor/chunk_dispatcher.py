@@ -18,7 +18,7 @@ from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost, chec
 from trunnion.service.executor.dask_cluster import Cluster, NoCluster
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, document_bytes
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, document_bytes
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
 from trunnion.service.store.store_records import Chunk

@@ -17,8 +17,8 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_size import COMMIT_SIZE
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
-from trunnion.service.executor.study_rounds import round_results
+from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.study_round_results import round_results
 from trunnion.service.request_models.job_request import current_settings, study_of_document
 from trunnion.service.store.leases_and_chunks import Done, Lost, WorkStore
 from trunnion.service.store.store_records import Chunk, Job

@@ -12,7 +12,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import replacing
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, part_bytes, read_part_bytes
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, part_bytes, read_part_bytes
 from trunnion.service.executor.part_versions import version_of
 
 if TYPE_CHECKING:

@@ -1,5 +1,5 @@
-"""The version of the engine that computed the rows of a part. The part's metadata contain it, and the table of a job shows it in a
-column."""
+"""The version of the engine that computed the rows of a part. The part's metadata contain the version, and the table of a job shows
+the version in a column."""
 
 from __future__ import annotations
 

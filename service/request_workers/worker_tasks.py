@@ -23,7 +23,7 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.executor.part_versions import with_version
 from trunnion.service.request_models.job_request import JobRequest, SceneSource, document_of, identity_of, plan_of_request, scene_of
 from trunnion.service.request_models.sensitivity_and_fmu_requests import FmuRequest, SensitivityRequest, plain
-from trunnion.service.request_models.validation_words import problem_of
+from trunnion.service.request_models.validation_messages import problem_of
 
 M = TypeVar("M", bound=BaseModel)
 

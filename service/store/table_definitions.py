@@ -24,7 +24,8 @@ metadata = MetaData(
 )
 COUNTER = BigInteger().with_variant(Integer, "sqlite")
 UNKNOWN, EARLIER = "unknown", "an earlier version"
-"""Versions of chunks that earlier versions computed: before and after their parts were examined."""
+"""Values of the column ``version`` of a chunk that an earlier version of Trunnion computed: UNKNOWN until its part is examined,
+then EARLIER."""
 ACTIVE = ("queued", "running", "cancelling")
 ENDED = ("done", "failed", "cancelled")
 STATES = (*ACTIVE, *ENDED)

@@ -12,7 +12,7 @@ from trunnion.batch.preparation.case_parameters import Preparer
 
 
 def test_chunks_grow_while_other_processes_hold_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At each check, ten seconds have passed on the clock, and a hundredth of a second of processor time."""
+    """Between two checks, ten seconds pass on the clock, but only a hundredth of a second of processor time."""
     now, used, sizes = [0.0], [0.0], []
 
     def later(time: list[float], by: float) -> float:

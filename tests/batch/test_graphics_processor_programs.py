@@ -13,7 +13,8 @@ from trunnion import sweep
 from trunnion.fmu.c_library.library_files import library
 
 TOLERANCE = 1e-4
-"""Allowed difference relative to the largest value. Both runs have rtol 1e-6, and other steps: the library ends none at a row."""
+"""Allowed difference relative to the largest value. Both runs have rtol 1e-6, but different steps: the library does not end its
+steps at rows."""
 
 
 @pytest.mark.slow

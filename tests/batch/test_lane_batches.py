@@ -1,4 +1,5 @@
-"""Cases that make their steps together equal those that make them alone, up to round-off, for any neighbours."""
+"""Cases that are stepped together in SIMD lanes equal cases that are stepped alone, up to round-off, whatever cases are in the
+other lanes."""
 
 from __future__ import annotations
 
@@ -96,7 +97,7 @@ def test_neighbours_change_no_bit(which: str) -> None:
 
 @pytest.mark.parametrize("which", SWEPT)
 def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> None:
-    """No end of a step is refused and repeated; nor is one of cases that step alone."""
+    """No step is refused and repeated, neither in lanes nor of cases that are stepped alone."""
     r = runner(which, "lanes")
     r.chunk(0, 8)
     assert r.loops[0].together is not None
@@ -127,7 +128,7 @@ def test_an_ensemble_that_is_told_to_stop_gives_the_cases_that_have_ended() -> N
 
 
 def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runner, pyarrow.Table]:
-    """Example 8.1 spinning about all axes, with its friction changed by a part of itself."""
+    """Example 8.1 spinning about all axes, with friction changed by a relative amount."""
     rng = np.random.default_rng(3)
     cases = [{"joints.ball.friction.mu": float(rng.uniform(0.1, 0.6)) * (1.0 + part)}
              | {f"joints.ball.start.qd[{i}]": float(rng.uniform(-2, 2)) for i in (1, 2, 3)} for _ in range(24)]  # fmt: skip
@@ -136,8 +137,8 @@ def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runn
 
 
 def test_a_ball_that_rubs_steps_together_as_alone() -> None:
-    """The difference is at most the effect of one unit in the last place of its friction: near its cone friction keeps half of its
-    digits."""
+    """The difference is at most the effect of one unit in the last place of the friction coefficient. Near the friction cone,
+    friction keeps only half of its digits."""
     keep = ("max:ball.contact[1].normal_force", "final:pendulum.position[*]", "count:any")
     (runner, together), (_, alone) = rubbing("lanes", keep), rubbing("compiled", keep)
     assert runner.loops[0].together is not None

@@ -1,4 +1,5 @@
-"""Random mechanisms move together as they move alone: trees and loops, with every method, without friction and with it."""
+"""Random mechanisms that are stepped together in SIMD lanes move as when they are stepped alone: trees and loops, every method,
+with and without friction."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ DIGITS = 1e-9
 rounded in another order cause it (measured, column by column: 5e-13 in trees, 3e-11 in loops)."""
 AS_ONE_DIGIT = 30.0
 """Allowed difference where joints have friction, in multiples of the effect of one unit in the last place of the swept value.
-Friction near a ball's cone keeps half of the digits and slow sliding turns fast, so that round-off grows there in any case
-(measured: 0.1 to 5)."""
+Near a ball's friction cone, friction keeps half of its digits, and the direction of slow sliding turns fast. Round-off therefore
+grows there in any computation (measured: 0.1 to 5)."""
 CASES = 21
 KEPT = ("final:*.position[*]", "max:*.acceleration[*]")
 
@@ -102,7 +103,7 @@ def rubbing(kind: str, seed: int) -> sm.Scene:
 
 
 def swept(scene: sm.Scene, kernel: str, part: float = 0.0) -> tuple[Runner, pyarrow.Table]:
-    """Cases of many gravities, each changed by a part of itself."""
+    """Cases with many values of gravity, each changed by a relative amount."""
     cases = [{"gravity[1]": float(g) * (1.0 + part)} for g in np.linspace(-5.1, 5.0, CASES)]
     made = Runner(plan(scene, cases=cases, keep=(*KEPT, "count:any"), run=Run(until=0.3, every=0.05, kernel=kernel)))
     return made, made.chunk(0, CASES)

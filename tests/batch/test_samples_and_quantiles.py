@@ -51,7 +51,8 @@ def test_distributions_take_units_and_every_mistake_in_them_is_told() -> None:
 
 
 def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_they_are() -> None:
-    """Each of the 64 boxes of every shape 2^-a by 2^-(6 - a) holds one of 64 points in two numbers: a net of Sobol's first two."""
+    """The first two Sobol numbers form a net: for every a, each of the 64 boxes of size 2^-a by 2^-(6 - a) contains one of 64
+    points."""
     cases = sampled(scene(), {MU: (0, 1), G: (0, 1)}, 64, 5, "sobol")
     x = cases.values(0, 64)
     for a in range(7):

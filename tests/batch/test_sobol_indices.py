@@ -37,8 +37,8 @@ def numbers(i: Indices) -> np.ndarray:
 
 @pytest.mark.slow
 def test_intervals_of_indices_hold_the_true_ones_as_often_as_they_say() -> None:
-    """For Ishigami's function, each of nine intervals holds the true index in at least nine of ten seeds. All together hold it
-    within two parts in a hundred of 95 % (chance causes half a part for this number). With more points the intervals are
+    """For Ishigami's function, each of nine intervals holds the true index in at least nine of ten seeds. Of all intervals
+    together, 95 ± 2 % hold the true index (the standard error of this number is 0.5 %). With more points the intervals are
     narrower."""
     held, wide = [], []
     for seed in range(SEEDS):

@@ -1,5 +1,5 @@
-"""Every MJCF and URDF file that some packages ship through the importer: taken or refused, and accelerations at 100 random states
-compared with MuJoCo (MJCF) or Pinocchio (URDF).
+"""Imports every MJCF and URDF file of some packages: taken or refused. Accelerations at 100 random states are compared with MuJoCo
+(MJCF) or Pinocchio (URDF).
 
     python -m tests.benchmarks.robot_collections                 # models of PACKAGES, as far as they are installed
     python -m tests.benchmarks.robot_collections FOLDER …        # each subfolder is a package; NAME-VERSION.dist-info its version
@@ -35,7 +35,7 @@ PACKAGES = ("dm_control", "gymnasium", "gymnasium_robotics", "robosuite", "metaw
 NOTHING = ("nothing in it moves", "the root element is not <", "the scene has no bodies", "0 roots", 'pattern "*.qdd')
 STATES = 100
 EXACT = 1e-9
-"""Largest relative difference of accelerations that is no difference."""
+"""Allowed relative difference of accelerations."""
 HEAD = """# Models of robots tried
 
 `python -m tests.benchmarks.robot_collections --write` writes this page. The script imports every MJCF and URDF file of the packages

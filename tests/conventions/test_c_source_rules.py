@@ -183,8 +183,8 @@ REPLACEMENT = NATIVE / "portable_compiler_settings.h"
 
 
 def test_a_number_has_one_name_and_a_name_one_number() -> None:
-    """The files of a unit see each other's names. A name with a second definition would have different meanings above and below
-    it."""
+    """The files of a translation unit share their names. A constant with a second definition would have different values above and
+    below that definition."""
     files = [f for f in {*SOURCES, *(ENGINE / "kernel").rglob("*.hpp")} if f != REPLACEMENT]
     texts = [f.read_text(encoding="utf-8") for f in files]
     in_runtime = "".join(text for f, text in zip(files, texts, strict=True) if f.is_relative_to(RUNTIME))
@@ -211,13 +211,14 @@ def test_a_number_that_several_files_use_stands_among_the_tolerances() -> None:
 
 
 def test_thresholds_that_depend_on_each_other_are_in_order() -> None:
-    """See ``engine/runtime/README.md``. With another order a decision would be an event again at once."""
+    """The order is explained in ``engine/runtime/README.md``. With another order, a decided mode would at once be an event
+    again."""
     assert number("TOL_SPEED") < number("REST_SPEED") == number("TOL_RESOLVE") < number("TOL_RELEASE")
     assert number("REST_SPEED") < number("NEAR_MISS") < number("CAPTURE_SPEED")
 
 
 def test_no_number_of_the_runtime_is_copied() -> None:
-    """No copy has the same name, or a comment that says its number is that of another place."""
+    """No constant has the name of a runtime constant, or a comment that says that its number is copied from another file."""
     shared = {name for file in SHARED for name in DEFINED.findall((RUNTIME / file).read_text(encoding="utf-8"))}
     copies = re.compile(r"^#define (\w+) +-?[\d.].*\bas (?:there|in ``|[A-Z]{3,})", re.MULTILINE)
     for file in [*RUNTIME.rglob("*.[ch]"), *OTHERS]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conventions.source_syntax import Syntax, syntax, syntax_of
+from tests.conventions.parsed_sources import Syntax, syntax, syntax_of
 from trunnion.packaging.commands import PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]

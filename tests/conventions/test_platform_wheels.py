@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conventions.shared_library_formats import needs
+from tests.conventions.shared_library_dependencies import needs
 from trunnion.kernel.compilation.c_compiler import MACHINES, Machine
 from trunnion.packaging.platform_wheels import SUMS, write_checksums
 from trunnion.parts.primitives.library_prebuild import build

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.conventions.source_syntax import syntax_of
+from tests.conventions.parsed_sources import syntax_of
 from tests.documentation.reference_generators.result_pages import DETAILS
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound, Number, merged
 from trunnion.elements import contact, friction, joints
@@ -68,7 +68,7 @@ def test_the_scan_finds_a_name_where_there_is_one(tmp_path: Path) -> None:
 
 
 def test_the_reference_lists_the_events_that_the_runtime_reports() -> None:
-    """Each kind that the C code logs, and no other, is a row of the page of events."""
+    """Exactly the kinds of events that the C code logs are rows of the page of events."""
     code = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "engine" / "runtime").rglob("*.c"))
     told = {name.lower() for name in re.findall(r"\bTR_EV_(\w+)", code)}
     assert rows_of("events") == told

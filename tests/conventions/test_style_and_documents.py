@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conventions.source_syntax import syntax_of
+from tests.conventions.parsed_sources import syntax_of
 from trunnion.cli.command_registry import COMMANDS
 from trunnion.elements import contact, joints
 from trunnion.elements.joints.joint_kind import JointKind
@@ -65,7 +65,7 @@ def test_ruff_finds_nothing() -> None:
 
 
 def test_the_top_level_is_fixed() -> None:
-    """The results of commands on the pages were once committed, in the folder where they are typed."""
+    """Output files of the pages' commands were once committed, in the folder in which the commands run."""
     told = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if told.returncode:
         pytest.skip("no git checkout")
@@ -94,7 +94,7 @@ def test_the_first_code_block_is_one_line_to_run_and_one_to_test() -> None:
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
-    """CI picks the command from the README by a pattern; the pattern must find it. It waits for its tools before the last part."""
+    """CI finds the command in the README by a pattern, so the pattern must match. CI waits for its tools before the last part."""
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     pick = re.search(r"command=\$\((.*)\)$", script, re.MULTILINE)
     assert pick is not None

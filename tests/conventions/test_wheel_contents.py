@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 from setuptools import Distribution
 
-from tests.conventions.source_syntax import syntax_of
+from tests.conventions.parsed_sources import syntax_of
 from trunnion.packaging.commands import MODEL_FILE, PACKAGES, ROOT, BuildPy
 from trunnion.scene.library.model_folders import bundled_names
 
 LOADED_BY_OTHERS = ("trunnion.service.store.migrations.",)
 """Modules that a library loads from a folder (Alembic)."""
 HASHED = {"trunnion.parts.primitives.library_prebuild"}
-"""The module that builds the libraries of a wheel. ``prebuilt_libraries.sources`` reads the file: a library is used only with the
-same sources."""
+"""The module that builds the libraries of a wheel. ``prebuilt_libraries.sources`` reads this file, because a library is used only
+with the sources from which it was built."""
 READ_BY_OTHERS = {"py.typed"}
 """Files that tools read (type checkers)."""
 

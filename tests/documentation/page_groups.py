@@ -1,8 +1,7 @@
-"""Which pages share an environment, and a page read from its first block to its last.
+"""Groups of pages that share an environment, and the run of a page from its first block to its last.
 
-Pages are grouped by what they install: the pages of a group share an environment, in an order in which it only grows by what
-the next page asks for itself. After every page it is compared with what was typed into it.
-"""
+Pages are grouped by the packages that they install. The pages of a group share an environment. Their order is such that each page
+only adds packages. After every page, the environment is compared with the typed installations. """
 
 from __future__ import annotations
 
@@ -42,8 +41,8 @@ GROUPS = {
 }
 """Pages by group. The group's name lists the packages that its pages install, in their order."""
 ABOUT_MODELS = ("plain", "guide, plain", "pandas")
-"""Groups that one process reads. All others are read by a second one, for pages that serve do so at one port. They take about as
-long. A process reads the pages of one file of tests (``--dist loadfile``)."""
+"""Groups that one process runs. A second process runs all others, because all pages with a server use the same port. Both take
+about as long. A process runs the pages of one file of tests (``--dist loadfile``)."""
 
 
 def begins(page: str) -> list[Step]:
@@ -80,7 +79,8 @@ def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.
 
 
 def alone(shared: Path, about_models: bool) -> None:
-    """A lock: no other process runs pages of this kind. Two that serve would use one port, and get each other's answers."""
+    """A lock: no other process runs pages of this kind. Two servers would use the same port, and clients would get answers of the
+    wrong server."""
     reader = shared / f"{'models' if about_models else 'others'}.process"
     with suppress(FileExistsError), reader.open("x") as new:
         new.write(str(os.getpid()))

@@ -82,7 +82,7 @@ class Reader:
         scripts = [str(self.home / ".venv" / "bin")] if self.active else []
         ours = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg", "TRUNNION_CACHE": str(self.place.shared / "cache")}
         if self.place.copied:
-            ours["PIP_COMPILE"] = "0"  # Python compiles imported modules then; pip would compile all of them
+            ours["PIP_COMPILE"] = "0"  # Python then compiles only imported modules; pip would compile all modules
         return left | ours | {"PATH": os.pathsep.join([*scripts, left["PATH"]])}
 
     def _type(self, line: str, place: str) -> None:
@@ -113,8 +113,9 @@ class Reader:
                 self._ended(json.loads(done.stdout)["id"])
 
     def cheaper(self, line: str) -> str:
-        """The line, without building the project again where the environment holds it already, built from the same files: pip then
-        installs the line's extras only. The first environment of a session is made as printed; with TRUNNION_PAGES=all, all are."""
+        """The line to run. If the environment already contains the project, built from the same files, the line does not build it
+        again: pip then installs only the extras. The first environment of a session is made as printed; with TRUNNION_PAGES=all,
+        all environments are."""
         there = self.place.copied or self.place.typed
         return THE_PROJECT.sub(r"\1trunnion", line) if there and os.environ.get("TRUNNION_PAGES") != "all" else line
 

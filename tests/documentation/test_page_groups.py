@@ -1,4 +1,5 @@
-"""Every page is run, and first states the source of what it names. ``test_model_pages`` and ``test_other_pages`` run the pages."""
+"""Every page is run, and first states how to install the packages that it uses. ``test_model_pages`` and ``test_other_pages`` run
+the pages."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ def test_every_page_with_something_to_run_is_run() -> None:
 
 
 def test_every_page_begins_with_what_it_installs() -> None:
-    """A page that names a command without stating its source leaves its reader to guess."""
+    """A page must say how to install a command before it uses the command."""
     for page in (page for group in GROUPS.values() for page in group if steps(ROOT / page)):
         first = begins(page)[0].text
         assert "pip install" in first, f"{page} begins with {first.splitlines()[0]!r}"

@@ -1,10 +1,10 @@
-"""The environments in which pages are read: a copy of the checkout each, with a ``.venv`` that holds what was typed into it.
+"""The environments in which pages run: each is a copy of the checkout with a ``.venv`` that holds the packages that the pages
+install.
 
-What every page installs first, the project without extras, is unpacked once. Later environments begin as copies of that one (files
-are hard links), into which the page's own line is then typed, where "." or ".[extra]" is "trunnion" or "trunnion[extra]": the
-project is in them already, built from the same files, and building it anew took half of the time. At the end each holds exactly
-what its pages install.
-"""
+The project without extras, which every page installs first, is installed once. Later environments begin as copies of that
+environment (files are hard links). The page's own line then runs with "trunnion" or "trunnion[extra]" in place of "." or
+".[extra]", because building the project again took half of the time. At the end, each environment contains exactly the packages
+that its pages install. """
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from packaging.utils import canonicalize_name
 from tests.documentation.code_blocks import PLAIN
 
 BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?:\.venv/bin/)?pip install -q \.(?: |$)")
-"""The line that makes an environment with the project and no extras."""
+"""The line that creates an environment with the project and without extras."""
 EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
 PATIENCE = 600.0
 """Seconds to wait for another process's environment. A process waits so long only where the other one has failed, and then makes

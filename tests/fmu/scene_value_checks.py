@@ -5,7 +5,8 @@ from __future__ import annotations
 from fmpy.fmi1 import FMICallException
 
 import trunnion
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 from trunnion.basics.problems import SceneError
 from trunnion.scene.overrides import apply, list_parameters
 

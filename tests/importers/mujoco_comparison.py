@@ -21,7 +21,8 @@ from trunnion.simulation.run import Model
 @dataclass
 class Compared:
     """bodies, freedoms, loops: of the scene. gap: largest difference of accelerations, relative to the largest of all states.
-    inertia: largest relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has ours."""
+    inertia: largest relative difference of a body's inertia from MuJoCo's. gap_with: the remaining gap when MuJoCo has the inertias
+    of the scene."""
 
     bodies: int
     freedoms: int

@@ -128,8 +128,8 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_joint_keeps_its_markers_as_it_should(kind: str, tmp_path: Path) -> None:
-    """The quantities that a joint of this kind keeps fixed stay so while the part falls and tumbles: of markers I and J in the
-    world."""
+    """While the part falls and tumbles, the quantities that a joint of this kind keeps fixed do not change. They are computed from
+    markers I and J in the world."""
     turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # axes of a universal joint cross
     pitch = block("pitch", "50") if kind == "ScrewJoint" else block("offset", "20") if kind == "PlanarJoint" else []
     base, J = at(100, 0, 0, 0.3, 0.2, 0.1), at(10, 20, 30, 0.5, -0.4, 0.2)

@@ -118,7 +118,7 @@ def taken_items(name: str) -> dict[tuple[int, str], str]:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_what_the_table_takes_matters(name: str, folder: Path) -> None:
-    """Without it, the outcome of an example differs."""
+    """Without an item that the table takes, the outcome of an example differs."""
     table, wanted = schema(name), taken_items(name)
     for text in EXAMPLES[name]:
         root = read(text, folder)

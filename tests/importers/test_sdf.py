@@ -73,7 +73,7 @@ ARM = f"""<model name="arm"><pose>0 0 1 0 0 0.4</pose>
 
 
 def mjcf_of_arm() -> str:
-    """The same arm in MJCF, with poses and axes computed here."""
+    """The arm in MJCF, with poses and axes that the test computes."""
     model = placed(0, 0, 1, 0, 0, 0.4)
     at = {"upper": model @ placed(0.1, 0, 0, 0, 0.3, 0), "lower": model @ placed(0.8, 0, 0.2, 0.5, 0, 0),
           "slide": model @ placed(0.9, 0.1, 0.2, 0, 0, 0)}  # fmt: skip

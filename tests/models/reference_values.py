@@ -62,7 +62,7 @@ def expected(model: str) -> list[Expected]:
 
 
 def load_expected(file: Path) -> list[Expected]:
-    """The reference numbers in a file; SceneError with the line of every entry that is not one."""
+    """The reference numbers in a file; SceneError with the line of every invalid entry."""
     doc = read(file.read_bytes())
     known, out = {f.name for f in fields(Expected)}, []
     wrong = list(doc.findings)

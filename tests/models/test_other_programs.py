@@ -16,7 +16,7 @@ MECHANISMS = sorted(f.name for f in FOLDER.iterdir())
 
 
 def difference(mechanism: str, e: Expected) -> float:
-    """Number of the scene minus the published one."""
+    """The number that the scene gives, minus the published number."""
     scene = apply(load_scene(FOLDER / mechanism / "scene.yaml"), dict(e.set))
     until = e.at or 1e-3
     result = simulate(scene, until=until, every=until, outputs=columns_of(e.value))

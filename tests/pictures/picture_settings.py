@@ -20,12 +20,11 @@ class Plot:
 
 @dataclass(frozen=True)
 class Choice:
-    """What to draw of a model.
+    """Settings of the pictures of a model.
 
-    at: instant of the mechanism's picture, s. says: the line above the curves. curves: panels, by the titles they have in
-    ``figure``, or of one's own. until, every: of the run (none: the scene's). around: the part of it whose extent decides
-    from where the mechanism is seen, s. aside: where the viewer stands (see ``mechanism``). changes: overrides of the scene.
-    """
+    at: instant of the mechanism's picture, s. says: the line above the curves. curves: panels, each the title of a panel of
+    ``figure`` or a ``Plot``. until, every: end and row spacing of the run, s (None: those of the scene). around: time span of the
+    run whose extent determines the view, s. aside: position of the viewer (see ``mechanism``). changes: overrides of the scene. """
 
     at: float
     says: str

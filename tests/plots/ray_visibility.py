@@ -33,8 +33,7 @@ def rays(cam: dict[str, Any], spots: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 AT_ONCE = 64
-"""Number of triangles that are intersected with all rays near a part in one product of matrices. More would exceed the processor's
-caches."""
+"""Number of triangles in one matrix product with all rays near a part. More triangles would exceed the processor's caches."""
 
 
 def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:

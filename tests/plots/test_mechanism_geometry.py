@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive
+from tests.engine.mechanisms.band_brakes_and_belt_drives import Band, Brake, Drive
 from trunnion.basics.problems import SceneError
 from trunnion.plots.geometry import meshes
 from trunnion.plots.geometry.belts_and_brake_bands import THICK, WIDE, straps
@@ -75,7 +75,7 @@ def joint_gap(result: Result, row: int) -> float:
 @pytest.mark.default_cases(5)
 @pytest.mark.parametrize("name", design_names())
 def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
-    """Earlier, a trolley of 40 mm on a panel of two metres had pins of 100 mm."""
+    """Earlier, a trolley of 40 mm on a panel of two metres was drawn with pins of 100 mm."""
     scene = load_scene(name)
     drawn = scenery(scene)
     for j in drawn.joints:

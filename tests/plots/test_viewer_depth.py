@@ -75,7 +75,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:
-    """The contents of bodies behind the plane are not visible: by rays from the plane on."""
+    """In a section, the inside of cut bodies is filled. The test compares with rays that begin at the plane."""
     nested.do(f"view = firstView(); turn({turned}, 0.2); look.parallel = {str(parallel).lower()}")
     nested.do(f"look.cutFrom = view.toward.slice(); look.cut = '{across}'; look.cutAt = {at}")
     cut = np.array(nested.ask("cutting()"))

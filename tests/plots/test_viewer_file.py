@@ -60,7 +60,7 @@ def test_springs_between_points_are_shown_from_end_to_end() -> None:
 
 
 def test_rods_are_shown_as_lines_of_their_length() -> None:
-    """In the data of the viewer, and in a picture."""
+    """The rods are in the data of the viewer, and in a picture."""
     run = simulate(ladder(), until=0.4, every=0.1, outputs=(*needed(ladder()), "r0.*"))
     data = content(run)
     moved = motion(run, [p["name"] for p in data["parts"]])

@@ -17,7 +17,8 @@ from trunnion.simulation.results.result import Result
 
 @pytest.mark.slow
 def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
-    """With the plane at its far end no body is left, at its near end all are; half way only the parts behind the plane are."""
+    """With the plane at its far end, no body is visible; at its near end, all bodies are; half way, only the parts behind the
+    plane."""
     shown.do("run.joints.forEach((j) => { j.pins = []; j.contacts = []; }); run.rails.length = 0; things = prepared()")
     shown.do("look.parallel = true; along('side'); section('x')")
 

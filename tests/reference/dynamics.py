@@ -64,7 +64,7 @@ class Result:
 
 
 def solve(state: State, eta: np.ndarray | None = None) -> Result:
-    """Solve a state; ``eta`` given: take these friction values instead of solving for them."""
+    """Solve a state. eta: friction values to use instead of solving for them."""
     eq = Equations(state)
     return result_at(eq, connected_root(eq) if eta is None else np.asarray(eta, float))
 

@@ -10,11 +10,11 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from tests.reference.compliant import NotJudged, judged
-from tests.reference.compliant.answer import level_of, table
-from tests.reference.compliant.compiled import Compiled
-from tests.reference.compliant.model import Model
-from tests.reference.compliant.placed_scenes import resolved
-from tests.reference.compliant.start import start
+from tests.reference.compliant.compiled_rates import Compiled
+from tests.reference.compliant.equations_of_motion import Model
+from tests.reference.compliant.joint_sides_from_poses import resolved
+from tests.reference.compliant.runs_and_limit import level_of, table
+from tests.reference.compliant.start_state import start
 from trunnion import Scene, scene_from_dict
 
 NEAR = 1e-5

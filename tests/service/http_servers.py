@@ -21,7 +21,7 @@ import psutil
 
 from trunnion.service.api.server_state.server_components import Service, create_service
 from trunnion.service.api.transport.api_keys_and_rates import new_key
-from trunnion.service.basics.engine_build import engine_build
+from trunnion.service.basics.engine_version import engine_version
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor.part_versions import computed_by, shaped, with_version
 from trunnion.service.server.application import build_application
@@ -43,7 +43,7 @@ SMALL: dict[str, Any] = {
 
 def as_stored(table: Any) -> Any:
     """The table of a sweep as a server stores it: with the version that computed each row."""
-    return shaped(computed_by(table, engine_build()), with_version(table.schema))
+    return shaped(computed_by(table, engine_version()), with_version(table.schema))
 
 
 def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
@@ -216,7 +216,7 @@ class Served(Talk):
 
 
 def spawned(process: psutil.Process) -> bool:
-    """Whether it is a process that Python has started for itself, and that has not ended meanwhile."""
+    """Whether a process is a helper process that Python started, and that has not ended."""
     try:
         return any(way in " ".join(process.cmdline()) for way in ("spawn_main", "multiprocessing.forkserver"))
     except psutil.Error:

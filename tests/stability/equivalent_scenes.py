@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import direction
+from tests.reference.mechanics.bodies_and_joint_frames import direction
 from tests.reference.mechanics.rotation import random_rotation
 from tests.reference.scenes.frame_changes import rotated, triple
 from tests.reference.scenes.random_scenes import Case

@@ -32,8 +32,9 @@ class Edge:
 
 @dataclass(frozen=True)
 class Row:
-    """A row. number, title: as in theory, "Where methods fail"; name: of its scene file, the scene just beyond the first
-    threshold; edges: the thresholds; elsewhere: failures of other programs, where not measured."""
+    """A row of the gallery. number, title: as in theory, "Where methods fail". name: name of the scene file, which holds the scene
+    just beyond the first threshold. edges: the thresholds. elsewhere: failures of other programs that the table's script does not
+    measure."""
 
     number: int
     name: str

@@ -22,8 +22,8 @@ def ran(scene: sm.Scene, rtol: float = 1e-8, rows: int = 20) -> Result:
 
 
 def holding(scene: sm.Scene, round_off: float = 0.0) -> str:
-    """The word "holds" or "slips" by statics, and what a short run did when it contradicts that. round_off: largest rate at rest.
-    Friction in a coupling of two shafts leaves their rates round-off; friction in joints does not."""
+    """The word "holds" or "slips" by statics, followed by the result of a short run if this result is different. round_off: largest
+    rate at rest. Friction in a coupling of two shafts leaves their rates round-off; friction in joints does not."""
     word = "holds" if hold(scene).holds else "slips"
     r = ran(scene)
     rests = all(np.all(np.abs(r[c]) <= round_off) for c in r.matching("*.qd[*]"))
@@ -49,14 +49,14 @@ def _length(scene: sm.Scene) -> float:
 
 
 def accepted(scene: sm.Scene) -> str:
-    """The word "refused" when the scene is refused before it runs, else what ``honest`` says."""
+    """The word "refused" if the scene is refused before it runs, else the verdict of ``honest``."""
     from trunnion.scene.checks import problems
 
     return "refused" if problems(scene) else honest(scene)
 
 
 def settled(scene: sm.Scene) -> str:
-    """The word "refused" when the scene is refused before it runs, else what ``holding`` says."""
+    """The word "refused" if the scene is refused before it runs, else the verdict of ``holding``."""
     from trunnion.scene.checks import problems
 
     return "refused" if problems(scene) else holding(scene)

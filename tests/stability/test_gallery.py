@@ -29,7 +29,7 @@ def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each of its runs uses the compiled kernel, as if it were one of a thousand; the other tests use kernels made of parts."""
+    """Each run in this test uses the compiled kernel, as in a large batch. The other tests use kernels made of parts."""
     monkeypatch.setattr(kernel_choice, "RUNS", 0)
     assert kernel_choice.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"
     asked(row, TELLINGS[0], slow=False)

@@ -18,8 +18,8 @@ from starlette.routing import Match
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.dask_cluster import NoCluster
-from trunnion.service.executor.part_checksum import CorruptPart
-from trunnion.service.request_models.validation_words import problem_of
+from trunnion.service.executor.part_file_format import CorruptPart
+from trunnion.service.request_models.validation_messages import problem_of
 from trunnion.service.request_workers.fair_queue import QueueFull
 from trunnion.service.request_workers.worker_processes import Ended, NotReady, TookTooLong
 from trunnion.service.store.database_connection import Unreachable

@@ -13,7 +13,7 @@ from trunnion.analysis.studies.case_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.server_components import JobContents, Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of, document_bytes
 from trunnion.service.executor.part_versions import shaped, with_version
 from trunnion.service.request_models.job_request import plan_of_document
 from trunnion.service.store.store_records import Chunk, Job

@@ -18,7 +18,7 @@ from trunnion.service.api.documents.problem_documents import Json, Refusal, erro
 from trunnion.service.api.job_data.job_rows import find_job, job_contents, result_rows
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Reader, ServerState
-from trunnion.service.executor.study_rounds import round_results
+from trunnion.service.executor.study_round_results import round_results
 from trunnion.service.request_models.job_request import study_of_document
 from trunnion.service.store.table_definitions import ENDED
 

@@ -22,7 +22,7 @@ from trunnion.service.api.routes.tags_usage_audit import check_quota, forget
 from trunnion.service.api.server_state.server_components import Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller, Reader, ServerState, Submitter
 from trunnion.service.api.transport.request_bodies import body_schema, check_body
-from trunnion.service.executor.build_stage import read_stage
+from trunnion.service.executor.job_stage import read_stage
 from trunnion.service.executor.webhooks import is_allowed
 from trunnion.service.request_models.job_request import JobRequest, current_document
 from trunnion.service.request_workers import rerun_and_extend_plans as plans

@@ -23,7 +23,7 @@ from trunnion.service.api.transport.cluster_calls import call_cluster
 from trunnion.service.api.transport.etag_range_gzip import CONDITIONAL_RESPONSES, Answer, etag_of, respond
 from trunnion.service.api.transport.table_formats import CONTENT, MEDIA, SUFFIX, choose_format, table_bytes
 from trunnion.service.executor.chunk_and_case_runs import run_trajectory
-from trunnion.service.executor.part_checksum import CorruptPart, document_bytes
+from trunnion.service.executor.part_file_format import CorruptPart, document_bytes
 from trunnion.service.store.table_definitions import ENDED
 
 router = APIRouter(prefix="/v1/jobs", tags=["results"])

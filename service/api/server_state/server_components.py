@@ -23,15 +23,15 @@ from trunnion.analysis.studies.case_rounds import StudyProgress
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan import Plan
 from trunnion.service.api.documents.job_document import job_document
-from trunnion.service.api.server_state.read_turns import ReadTurns
+from trunnion.service.api.server_state.row_read_queue import ReadTurns
 from trunnion.service.basics.prometheus_metrics import Metrics
-from trunnion.service.basics.recent_items import RecentItems
+from trunnion.service.basics.recently_used_cache import RecentItems
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.dask_cluster import Cluster
 from trunnion.service.executor.job_retention import JobRetention
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_adoption import adopt_parts
+from trunnion.service.executor.parts_of_earlier_versions import adopt_parts
 from trunnion.service.executor.webhooks import WebhookSender
 from trunnion.service.request_workers.worker_processes import WorkerPool
 from trunnion.service.store.database_connection import Unreachable

@@ -13,10 +13,10 @@ from fastapi import Request
 from starlette.responses import Response, StreamingResponse
 
 from trunnion.service.api.documents.problem_documents import header_schema, problem_response
-from trunnion.service.api.server_state.read_turns import ReadTurns
+from trunnion.service.api.server_state.row_read_queue import ReadTurns
 from trunnion.service.api.server_state.server_components import Make, Service
 from trunnion.service.basics.json_text import text_of
-from trunnion.service.executor.part_checksum import digest_of
+from trunnion.service.executor.part_file_format import digest_of
 
 TEXTS = ("application/json", "text/csv")
 RANGE = re.compile(r"bytes=(\d{0,18})-(\d{0,18})")

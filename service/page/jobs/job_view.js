@@ -5,7 +5,7 @@ import * as cases from "./case_curves.js";
 import * as charts from "../plots/plotly.js";
 import * as outcomes from "../basics/outcome_colours.js";
 import * as over from "./all_cases_plot.js";
-import * as questions from "./sample_study_results.js";
+import * as questions from "./sample_study_fit_results.js";
 import * as router from "../basics/router.js";
 import { onReturn } from "../basics/server_status.js";
 import { Table } from "../basics/result_rows.js";

@@ -4,7 +4,7 @@ import { number } from "../basics/requests_and_dom.js";
 import * as charts from "../plots/plotly.js";
 import { unit } from "../basics/axis_labels.js";
 
-const TOLD = 1e-6; // relative distance from the target above which it is told
+const TOLD = 1e-6; // relative distance from the target above which the page reports a miss
 
 // The levels of a result: [value, text].
 function levels(answer, of) {

@@ -11,7 +11,7 @@ export function begin(changed) {
   $("curvesof").addEventListener("change", changed);
 }
 
-// Offers the columns of the scene for each curve. A curve that has the name of a column belongs to it.
+// Offers the columns of the scene for each curve. A curve is assigned to the column that has its name.
 export function offer(found) {
   columns = found;
   for (const [k, select] of [...$("curvesof").querySelectorAll("select")].entries()) {

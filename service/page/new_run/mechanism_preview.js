@@ -1,7 +1,7 @@
 // The motion of the scene beside the editor. A changed scene runs at once; while a number is dragged, the newest text runs next.
 
 import { $, ask, askText, make, problemList } from "../basics/requests_and_dom.js";
-import * as browser from "./browser_runs.js";
+import * as browser from "./webassembly_runs.js";
 import * as curve from "./motion_curve.js";
 
 const SLOW = 600; // time until the picture of an earlier scene is marked as outdated, ms
@@ -10,7 +10,7 @@ const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 let frame = null, of = null, wanted = null, busy = false, told = () => {};
 let latest = null, turn = 0, shownTurn = 0, due = false; // the last data from the server; turns of texts
 
-// shown: called with the data of each run, but for those during a drag.
+// shown: called with the data of each run, except runs during a drag.
 export function begin(shown) {
   told = shown;
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (e) => { view()?.theme?.(e.matches); curve.draw(); });
@@ -40,7 +40,7 @@ function want(next) {
   if (!busy) work();
 }
 
-// One run at a time, so that no queue lags behind the hand: texts that came meanwhile are skipped, but for the newest.
+// Runs one text at a time. Of the texts that arrive during a run, only the newest is run next, so that the picture follows the drag.
 async function work() {
   busy = true;
   $("preview").setAttribute("aria-busy", "true");

@@ -6,7 +6,7 @@ import { $, choices, number } from "../basics/requests_and_dom.js";
 const PAD = 6, LABELS = 15; // pixels around the curve; height of the line of labels
 let inside = null, offered = new Map(), now = null, before = null, at = 0, wish = "";
 
-// The value that is chosen when a run has it.
+// The curve that is selected when a run has it.
 export const prefer = (name) => { wish = name; };
 
 export function begin() {

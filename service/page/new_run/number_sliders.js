@@ -1,4 +1,4 @@
-// A slider for each number that the scene's text gives. Moving it writes the text at that one place.
+// A slider for each number in the scene's text. A moved slider writes its number at its place in the text.
 
 import { $, breaking, make } from "../basics/requests_and_dom.js";
 import * as editor from "./scene_editor.js";

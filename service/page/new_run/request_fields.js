@@ -47,7 +47,7 @@ function parts(text) {
   return /[(,]/.test(text) || found.length > 3 || (text && found.length < 2) ? null : found;
 }
 
-// Shows the text of a row in its fields, or as a text where the fields cannot say it or the user asks for it.
+// Shows the text of a row in its fields, or as a text if the fields cannot represent it or the user selects text.
 function arrange(row, asText = false) {
   const values = row.querySelector(".values"), found = asText ? null : parts(values.value);
   row.querySelector(".range").hidden = !found;

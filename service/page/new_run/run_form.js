@@ -2,7 +2,7 @@
 
 import { $, ask, askText, few, later, make, notice, number, problemList, wrong } from "../basics/requests_and_dom.js";
 import * as asked from "./request_fields.js";
-import * as browser from "./browser_runs.js";
+import * as browser from "./webassembly_runs.js";
 import * as curve from "./motion_curve.js";
 import * as editor from "./scene_editor.js";
 import * as jobs from "../jobs/job_lists.js";

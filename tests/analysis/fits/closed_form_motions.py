@@ -50,7 +50,7 @@ def slid(force: float, v: float | np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def slid_slopes(force: float, v: float, time: np.ndarray) -> np.ndarray:
-    """Its derivatives with respect to the force and the speed (n × 2). The time of rest depends on both, too, but the speed is zero
-    there."""
+    """Derivatives of the travel with respect to the force and the speed (n × 2). The time at which the block stops also depends on
+    both, but has no effect, because the speed is zero then."""
     t = np.minimum(time, v / force)
     return np.column_stack([-0.5 * t * t, t])

@@ -77,8 +77,8 @@ def test_curves_of_two_units_have_two_noises() -> None:
 
 
 def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
-    """Compared with all pairs of force and speed on a grid: the interval contains the forces whose best misfit is near the best of
-    all."""
+    """Compared with all pairs of force and speed on a grid. The interval contains the forces whose least misfit is near the least
+    misfit of all forces."""
     time, noise = np.linspace(0.0, 1.0, 9), 0.02
     data = slid(2.0, 1.0, time) + noise * np.random.default_rng(7).normal(size=9)
     found = trunnion.fit(SLIDER, [FORCE, QD], time, {X: data}, noise=noise, level=0.9)
@@ -101,8 +101,8 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
 
 
 def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
-    """Data of one coefficient, fitted by a law with two: the static coefficient is found at the sliding one, where its range
-    ends."""
+    """Data with one coefficient, fitted by a law with two coefficients. The fit finds the static coefficient at the lower end of
+    its range, which is the sliding coefficient."""
     mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"
     rub = {"force": "2 N", "law": "stribeck", "mu": 0.9, "mu_static": 1.1, "v_stribeck": 0.4}
     time = np.linspace(0.0, 1.0, 21)
@@ -116,7 +116,8 @@ def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
 
 
 def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> None:
-    """Sliding friction is a hundredth less than static friction, so that its difference is taken downward."""
+    """Sliding friction is a hundredth less than static friction. The difference quotient therefore uses a smaller value of sliding
+    friction."""
     static = {**SLIDER["joints"]["rail"], "friction": {"force": "4 N", "mu": 0.5, "mu_static": 0.5}}
     s = trunnion.sensitivity({**SLIDER, "joints": {"rail": static}}, ["joints.rail.friction.mu"], [X], until=0.8, every=0.1)
     assert s.d(X, "joints.rail.friction.mu") == pytest.approx(4.0 * slid_slopes(2.0, 1.0, s.time)[:, 0], abs=1e-7)

@@ -27,7 +27,7 @@ def found() -> trunnion.Fit:
 
 
 def test_friction_and_radius_of_a_journal_are_named(found: trunnion.Fit) -> None:
-    """The torque is r μ/√(1 + μ²) times the load: μ to the power 1/(1 + μ²), times the radius."""
+    """The torque is r μ/√(1 + μ²) times the load. The determined combination is the radius times μ to the power 1/(1 + μ²)."""
     (pair,) = found.inseparable
     assert set(pair.names) == {MU, RADIUS}
     assert pair.exact
@@ -86,8 +86,8 @@ def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> Non
 
 
 def test_what_the_noise_hides_is_named_and_its_profiles_decide() -> None:
-    """Two slopes differ by a thousandth, and the measurement is no more precise than this. They are inseparable for this noise, but
-    not for any noise."""
+    """Two slopes differ by a thousandth, and the measurement is no more precise. The numbers are inseparable with this noise, but
+    separable with less noise."""
     random = np.random.default_rng(3)
     x, y = random.normal(size=(2, 40))
     seen = slope_spectrum(np.column_stack([x, x + 1e-3 * y]) * 100.0, 40, 2.0, True)

@@ -47,8 +47,8 @@ def held(seed: int, noise: float | None) -> list[bool]:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> None:
-    """Of 40 sets at 90 %, the number of hits is one that a coin of this probability misses only once in a thousand, in either
-    direction."""
+    """40 sets, intervals of 90 %. The number of intervals that contain the true value lies within the range of a binomial variable
+    with this probability, except for one case in a thousand on each side."""
     counts = np.sum([held(s, noise) for s in range(SETS)], axis=0)
     low, high = stats.binom.ppf([0.0005, 0.9995], SETS, LEVEL)
     assert all(low <= c <= high for c in counts)
@@ -57,8 +57,7 @@ def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> No
 @pytest.mark.slow
 def test_intervals_of_the_engines_own_fits_hold_the_truth() -> None:
     """100 of the sets of ``python -m tests.benchmarks.numerical_error.fit_interval_coverage``, by the engine's runs and slopes. 93
-    to 97 % of 95 % intervals must contain the true value, with two standard errors more, since there are not a thousand sets. (A
-    set takes 2 s; 200 did not finish in ten minutes beside other work, and their standard error is 1 % in place of 1.4 %.)"""
+    to 97 % of the 95 % intervals must contain the true value, give or take two standard errors of 100 sets."""
     both = covered(100)["all"]
     for count in (both.local, both.profile):
         share = count / both.intervals

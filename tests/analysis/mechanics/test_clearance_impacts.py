@@ -66,8 +66,8 @@ def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str)
 
 
 def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]:
-    """A body that a joint of this kind holds at rest, under an alternating force through its joint. For each clearance, the part of
-    the force along it: across the pin, or normal to the faces."""
+    """A body that a joint of this kind holds at rest, under an alternating force through its joint. Also returns, for each
+    clearance, the component of the force along the clearance: across the pin, or normal to the faces."""
     pin = str(rng.choice(["inboard", "outboard"]))
     push = rng.normal(size=3)
     push /= np.linalg.norm(push)
@@ -120,7 +120,7 @@ def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind
 
 
 def test_it_is_what_a_gap_does_that_is_simulated() -> None:
-    """The same hub on a rail between two hard stops. It rests on one of them until the force reverses."""
+    """The hub on a rail between two hard stops. The hub rests on one of the stops until the force reverses."""
     stops = sm.EndStops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
     back = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ, phase=np.pi))
     rail = sm.Joint("prismatic", "ground", "hub", axis="x", end_stops=stops, effort=back, start=sm.Start(q=CLEARANCE))

@@ -84,8 +84,8 @@ def test_loads_act_at_the_times_of_the_motion(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_wheels_turn_on_by_more_than_a_tooth_from_time_to_time(seed: int) -> None:
-    """Angles follow from the numbers of teeth, the effort from the inertia seen by the first wheel. Earlier, wheels slipped to the
-    nearest tooth."""
+    """The numbers of teeth determine the angles; the inertia seen by the first wheel determines the effort. Earlier, wheels slipped
+    to the nearest tooth."""
     rng = np.random.default_rng(seed)
     teeth = [int(n) for n in rng.integers(12, 80, 4)]
     inertia = rng.uniform(0.01, 0.2, 4)

@@ -1,5 +1,5 @@
-"""A mechanism that rests on the hook of a latch stays on it. Poses of rest, oscillations about them, and the ranges that friction
-adds are those of the hook's spring, in closed form but for a root."""
+"""A mechanism that rests on the hook of a latch stays on the hook. The hook's spring determines the poses of rest, the oscillations
+about these poses, and the ranges that friction adds. Only a root of an equation is found numerically."""
 
 from __future__ import annotations
 

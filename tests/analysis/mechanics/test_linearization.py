@@ -48,7 +48,7 @@ def driven_crank() -> trunnion.Scene:
 
 
 def differences(model: Model, dy: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(δẋ, δcolumns) along a direction dy, inputs, by central differences of the block's own evaluation."""
+    """(δẋ, δcolumns) along a direction (dy, inputs), by central differences of the block's own evaluation."""
     block = model.block
     y, found = block.y.copy(), []
     count = len(model.system.inputs)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.reference.scenes.crossed_scenes import crossed
+from tests.reference.scenes.interacting_devices import crossed
 from trunnion import SceneError, load_scene, simulate, wear
 from trunnion.analysis.mechanics.wear import BINS, integral
 from trunnion.cli import main
@@ -95,7 +95,7 @@ def pieces(ends: np.ndarray, random: np.random.Generator) -> list[np.polynomial.
 
 @pytest.mark.parametrize("seed", range(6))
 def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_digits(seed: int) -> None:
-    """On a grid and off it, with rows at the events themselves, which belong to no span, and with simultaneous events."""
+    """Cases: rows on a regular grid and off it; rows at the events themselves, which belong to no span; simultaneous events."""
     random = np.random.default_rng(seed)
     ends = np.array([0.0, 0.3, 0.71, 1.0])
     grid = np.arange(0, 101) / 100 if seed % 2 else np.sort(np.concatenate([[0.0, 0.3, 1.0], random.uniform(0, 1, 60)]))
@@ -119,8 +119,8 @@ def test_what_has_few_rows_or_none_between_two_events_takes_what_there_is() -> N
 
 @pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
 def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
-    """A steady load on a part that turns steadily. Directions that the load passes once more have one share more, and parts of
-    these directions occur at both ends."""
+    """A steady load on a part that turns steadily. Directions that the load passes once more than others receive one more share of
+    the wear. Part of such a direction lies at each end of the passed range."""
     still = spun("inboard")
     turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
     c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]
@@ -182,8 +182,8 @@ def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("family", "seed"), [("screw_levers", 1), ("racks", 0), ("grippers", 1), ("hooks_in_loops", 0)])
 def test_loads_of_random_mechanisms_are_the_work_of_friction_over_its_ratio(family: str, seed: int) -> None:
-    """With 200 rows in a run. Earlier, these rows alone gave two thirds of the load of a lever near its jam, and racks were
-    refused."""
+    """Each run has 200 rows. Earlier, the load was computed from these rows alone: a lever near its jam had two thirds of its load,
+    and racks were refused."""
     scene = crossed(family, seed)
     until = min(scene.simulation.until or 1.0, 1.0)
     r = simulate(scene, until=until, every=until / 200, rtol=1e-8)

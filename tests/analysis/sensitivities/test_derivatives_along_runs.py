@@ -35,7 +35,8 @@ def differences(scene: Scene, name: str, outputs: list[str], until: float, every
 
 
 def off(scene: Scene | str, names: list[str], outputs: list[str], until: float, rows: int = 10) -> float:
-    """Worst difference between both over all columns and times, relative to the largest derivative of its column."""
+    """Largest difference between ``sensitivity`` and ``differences`` over all columns and times, relative to the largest derivative
+    of the column."""
     loaded = load_scene(scene) if isinstance(scene, str) else scene
     s = trunnion.sensitivity(loaded, names, outputs, until, until / rows)
     worst = 0.0
@@ -96,7 +97,7 @@ def test_reactions_and_contacts_have_derivatives_too() -> None:
 
 
 def test_kinks_of_the_regularised_law_cost_nothing() -> None:
-    """Its friction is continuous where the branches meet, and so is S; the run contains three stops."""
+    """Friction is continuous where the branches of the law meet, and so are the derivatives. The run contains three stops."""
     scene = apply(load_scene("spherical_pendulum"), {"friction.law": "regularized", "friction.v_eps": 1e-2})
     names = ["joints.ball.friction.mu", "joints.ball.friction.radius"]
     assert off(scene, names, ["pendulum.position[1]", "pendulum.position[3]", "ball.qd[2]"], 3.1) < ACROSS
@@ -161,8 +162,8 @@ class TestCoulomb:
 
 
 def test_a_kink_of_a_signal_whose_time_is_the_parameter() -> None:
-    """A force that steps up steeply at ``begin``: x = a (t − b)²/2 after it; dx/db = −a (t − b). The ramp lasts 1 ms. The joint has
-    the name of a key, for which it is not taken."""
+    """A force that steps up steeply at ``begin``: x = a (t − b)²/2 after it; dx/db = −a (t − b). The ramp lasts 1 ms. The name of
+    the joint is also the name of a key, and must not be mistaken for the key."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "pushed", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
@@ -206,8 +207,8 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_measured_curves_give_back_the_friction_they_were_made_with() -> None:
-    """Synthetic data of known friction: the fit is within four standard deviations, which are themselves right (noise of 1
-    mrad)."""
+    """Synthetic data with known friction and noise of 1 mrad. The fit is within four standard deviations of the true value, and the
+    standard deviations are correct."""
     law = {"friction.law": "regularized", "friction.v_eps": 1e-3}
     truth = {"joints.ball.friction.mu": 0.45}
     r = trunnion.simulate("spherical_pendulum", 3.0, 0.02, rtol=1e-9, overrides=law | truth, outputs=["pendulum.position[1]"])

@@ -32,7 +32,7 @@ def test_a_bouncing_block_has_the_derivatives_of_its_closed_form(law: str) -> No
     p = np.array([h, e, -G])
 
     def height(x: np.ndarray) -> complex:
-        """After two impacts, of a complex argument."""
+        """The height after two impacts, as a function of a complex argument."""
         first = np.sqrt(2 * x[0] / -x[2])
         s = until - first * (1 + 2 * x[1])
         return -x[2] * first * x[1] ** 2 * s + x[2] * s**2 / 2

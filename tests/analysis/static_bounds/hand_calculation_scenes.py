@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 WEIGHT, ARM, SPACING, RADIUS, HALF, THRUST, MU = 300.0, 0.45, 1.5, 0.006, 0.03, 0.008, 0.15
-"""Of the door: weight, N; distance of its mass centre from the hinges, distance of the hinges, pin radius, half length, thrust
-radius, m; friction coefficient."""
+"""Data of the door: weight, N; lengths, m: distance of the mass centre from the hinges, distance between the hinges, pin radius,
+half length, thrust radius; friction coefficient."""
 
 
 def inertia() -> dict[str, Any]:
@@ -46,8 +46,9 @@ def walls() -> dict[str, Any]:
 def four_bar(
     cross: bool = False, held: float = 13.5, torque: float = -4.5, mu: float = 0.2, ball: bool = False
 ) -> dict[str, Any]:  # fmt: skip
-    """Crank 0.1 m and rocker 0.3 m upright, a coupler from (0, 0.1) to (0.4, 0.3) m; the pins on the ground rub, with ``cross`` the
-    universal joint at the crank's end as well, with ``ball`` the ball at the rocker's. No weight, no redundancy."""
+    """An upright crank of 0.1 m, an upright rocker of 0.3 m, and a coupler from (0, 0.1) to (0.4, 0.3) m. The pins on the ground
+    have friction. With ``cross``, the universal joint at the crank's end has friction, too; with ``ball``, the ball joint at the
+    rocker's end. No weight, no redundancy."""
     b, c = [0, 0.1, 0], [0.4, 0.3, 0]
     across: dict[str, Any] = {"type": "universal", "axis": "z", "reference": "x", "inboard": "crank.b", "outboard": "coupler.b"}
     if cross:
@@ -83,7 +84,8 @@ def guide(height: float) -> dict[str, Any]:
 
 
 def rod(offset: float = 1e-3, torque: float = 0.01) -> dict[str, Any]:
-    """A rod of 20 N that hangs from a ball, its mass centre ``offset`` m beside it, turned by a torque about y."""
+    """A rod of 20 N that hangs from a ball joint; a torque about y turns the rod. offset: horizontal distance of the mass centre
+    from the ball, m."""
     return {
         "schema": 1, "gravity": [0, 0, -10],
         "bodies": {"rod": {"mass": 2.0, "inertia": [0.01, 0.01, 0.01], "center": [offset, 0, -0.2], "points": {"top": [0, 0, 0]}}},

@@ -29,8 +29,8 @@ def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
 
 @pytest.mark.parametrize("seed", sampled(range(8), 1))
 def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: int) -> None:
-    """A state is accepted if its forces are wrong by at most 1e-9 of the load of 20 N; the radius is up to 100 times the lever arm
-    of the force."""
+    """A state is accepted if the errors of its forces are at most 1e-9 of the load of 20 N. The radius is up to 100 times the lever
+    arm of the force."""
     load = hold(scene_from_dict(pushed_ball(np.random.default_rng(seed))), bounds=True, cells=3).load("inputs.u")
     assert max(abs(load.less.guaranteed.certified), abs(load.more.guaranteed.certified)) <= 100 * 1e-9 * 20
 

@@ -12,7 +12,7 @@ CLOSE = 1e-9
 
 
 def least(cost: np.ndarray, rows: np.ndarray, right: np.ndarray, equal: int) -> float:
-    """The least value within the box of sides 2 about the origin."""
+    """The least value of the objective within a box about the origin with sides of length 2."""
     program, side = LinearProgram(), np.ones(len(cost))
     program.load(cost, rows, right, equal, -side, side)
     found = program.solve()

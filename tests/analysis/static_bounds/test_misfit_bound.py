@@ -44,8 +44,8 @@ def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_mi
 
 @pytest.mark.slow
 def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
-    """Bounds for a joint lie between those with the softer and with the stiffer stiffness in both; faces press no more than the
-    softer one."""
+    """The bounds lie between those with the softer stiffness in both joints and those with the stiffer stiffness in both joints.
+    The faces press no more than with the softer stiffness."""
     soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))
     assert soft < both < stiff
     assert both <= stiff - scenes.THRUST * scenes.MU * 2.0 * (30.0 - 10.0) + 1e-9

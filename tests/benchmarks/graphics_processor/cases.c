@@ -1,5 +1,5 @@
-/* Cases of one mechanism: thread i makes cases i, i + threads, … with its own struct of the C library. On a processor, one thread
- * makes all cases. LIBRARY is the prefix of the library, LIBRARY_HEADER its header. */
+/* Cases of one mechanism: thread i makes cases i, i + threads, … with its own struct of the C library. On an ordinary
+ * processor, one thread makes all cases. LIBRARY is the prefix of the library, LIBRARY_HEADER its header. */
 #include LIBRARY_HEADER
 
 #define JOINED(a, b) a##_##b
@@ -19,8 +19,8 @@ static long this_thread(void) { return 0; }
 static long all_threads(void) { return 1; }
 #endif
 
-/* values: inputs numbers a case, for the variables set. out: status, time reached, and the outputs variables read, a case.
- * structs: one struct a thread. until: end of the runs, s. */
+/* values: for each case, the numbers of the variables to set. out: for each case, status, reached time and the outputs that are
+ * read. structs: one struct for each thread. until: end of the runs, s. */
 KERNEL void cases(long count, int inputs, const int *set, const double *values, int outputs, const int *read, double *out,
                   struct LIBRARY *structs, double until) {
   struct LIBRARY *m = structs + this_thread();

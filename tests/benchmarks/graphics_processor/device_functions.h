@@ -1,5 +1,6 @@
-/* The functions of <math.h> and <string.h> for NVIDIA's processors. Functions with an instruction there, and copies, are the compiler's.
- * The others are those of libdevice, which has no copyright restrictions on linking; its names begin with __nv_. */
+/* The functions of <math.h> and <string.h> for NVIDIA's processors. The compiler provides memory copies and the functions that are
+ * single instructions. libdevice, which may be linked without copyright restrictions, provides the others; its names begin with
+ * __nv_. */
 #include <stddef.h>
 
 #define UNARY(name) double __nv_##name(double);

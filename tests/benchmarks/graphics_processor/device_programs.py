@@ -88,7 +88,7 @@ def libdevice() -> Path:
 
 
 def c_sources(made: Library, folder: Path) -> list[Path]:
-    """Write the library's C files and ``cases.c`` into a folder. The paths of the files to compile."""
+    """Write the library's C files and ``cases.c`` into a folder. Returns the paths of the files to compile."""
     for name, text in made.files.items():
         if name != "main.c" and name.endswith((".c", ".h")):
             (folder / name).write_text(text)
@@ -102,7 +102,7 @@ def names(made: Library) -> list[str]:
 
 
 def ptx(made: Library, target: Path) -> list[Path]:
-    """Compile a library to PTX, one file for each C file. The paths of the files."""
+    """Compile a library to PTX, one file for each C file. Returns the paths of the files."""
     with tempfile.TemporaryDirectory() as work:
         sources = c_sources(made, Path(work))
         for standard in ("math.h", "string.h"):
@@ -125,7 +125,7 @@ def ptx(made: Library, target: Path) -> list[Path]:
 
 
 def largest_stack_frame(files: list[Path]) -> int | None:
-    """Assemble PTX files. Size of the largest stack frame, bytes; None without ``ptxas``."""
+    """Assemble PTX files. Returns the size of the largest stack frame, bytes; None without ``ptxas``."""
     assembler = shutil.which("ptxas")
     if assembler is None:
         return None

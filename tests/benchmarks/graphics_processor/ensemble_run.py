@@ -19,7 +19,8 @@ import numpy as np
 THREADS = 128
 """Threads of a block."""
 STACK_LIMIT = 10
-"""CU_LIMIT_STACK_SIZE is 0; the stack of a thread holds the frames of nested calls, here this multiple of the largest one."""
+"""Stack size of a thread (the driver's limit 0, CU_LIMIT_STACK_SIZE) as a multiple of the largest stack frame, because calls are
+nested."""
 PTX, CUBIN = 1, 0
 """Kinds of input of the driver's linker."""
 
@@ -77,7 +78,7 @@ class Device:
         return pointer
 
     def free(self, *pointers: ctypes.c_void_p) -> None:
-        """Give memory back."""
+        """Free memory."""
         for pointer in pointers:
             self.call("cuMemFree_v2", pointer)
 
@@ -107,7 +108,8 @@ def made(
 
 
 def compared(out: np.ndarray, expected: np.ndarray) -> str:
-    """Words about the differences of results: outcomes, numbers of events (the last output), other columns by their range."""
+    """A text about the differences of results: outcomes, numbers of events (the last output), and other columns relative to their
+    range."""
     same = out[:, 0] == expected[:, 0]
     events = out[:, -1] == expected[:, -1]
     span = np.ptp(expected[:, 1:-1], axis=0)

@@ -1,7 +1,6 @@
-"""Accuracies asked for beside those that come: bundled models and random mechanisms, 1e-3 … 1e-9.
-``python -m tests.benchmarks.numerical_error.accuracy_option_cost [--random N] [--seed WORD]``. Cheapest: of three methods at half
-decades of rtol, the one that meets the accuracy with the fewest evaluations (a Jacobian counts as one for each number of the
-state)."""
+"""Requested accuracies compared with true errors and costs: bundled models and random mechanisms, 1e-3 … 1e-9. ``python -m
+tests.benchmarks.numerical_error.accuracy_option_cost [--random N] [--seed WORD]``. Cheapest: of three methods at half decades of
+rtol, the one that meets the accuracy with the fewest evaluations (a Jacobian counts as one for each number of the state)."""
 
 from __future__ import annotations
 
@@ -25,8 +24,9 @@ HALVES = tuple(10.0 ** (-k / 2) for k in range(4, 25))
 
 @dataclass
 class Found:
-    """Figures of one scene: how many accuracies were requested, reported as met, and met by the true error; costs over the
-    cheapest; tries over the cost of the chosen run; expensive runs, accuracies reported as not met, and defects."""
+    """Figures of one scene. Numbers of accuracies that were requested, reported as met, and met by the true error. Costs relative
+    to the cheapest run; costs of the tries relative to the chosen run. Expensive runs, accuracies reported as not met, and
+    defects."""
 
     name: str
     asked: int = 0

@@ -3,10 +3,9 @@
 
 Synthetic measurements with Gaussian noise of four mechanisms with dry friction that stop and stick while they are measured: a
 pendulum on a journal, a block that slides to rest, one on a spring that comes to rest off its middle, and two swings at once whose
-starts are not known. Each set is fitted by what ``trunnion.fit`` does; its truth lies in an interval or not. Printed: the share of
-intervals that hold it, local ones and those by profile, each with the standard error of a share; and how many ends were none. 1,000
-sets take 20 to 40 minutes of one core.
-"""
+starts are not known. The fit of each set is that of ``trunnion.fit``. The true value lies in an interval or not. The script prints
+the share of intervals that contain the true value, for local and for profile intervals, each with its standard error. It also
+prints the number of intervals without an end. 1,000 sets take 20 to 40 minutes of one core. """
 
 from __future__ import annotations
 
@@ -141,7 +140,8 @@ HEAD = f"{'mechanism':20s} {'sets':>5s} {'inter-':>6s}   {'local, %':>11s}   {'p
 
 
 def covered(sets: int, level: float = 0.95, first: int = 0, told: int = 0) -> dict[str, Tally]:
-    """Tallies of every case and of all, over ``sets`` sets, each mechanism in turn; told: print after every so many."""
+    """Tallies of every case and of all cases, over ``sets`` sets, each mechanism in turn. told: number of sets between two printed
+    reports."""
     benches = {n: Bench(c) for n, c in CASES.items()}
     tallies = {n: Tally() for n in [*CASES, "all"]}
     for seed in range(first, first + sets):

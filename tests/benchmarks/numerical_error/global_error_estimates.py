@@ -2,9 +2,9 @@
 three methods. ``python -m tests.benchmarks.numerical_error.global_error_estimates [--random N] [--seed WORD] [--only NAME,…]
 [--models]``.
 
-A true error is the distance from a run at 1e-13 (auto), and counts where that exceeds ten times the stated floor and the distance
-of that from a run at 1e-12 by another method. Of each column the largest so far is compared, at twenty times of each run.
-"""
+A true error is the difference from a run at 1e-13 (auto). An error counts if it exceeds ten times the stated floor, and ten times
+the difference between that run and a run at 1e-12 by another method. At twenty times of each run, the largest error of each column
+so far is compared. """
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ LONGEST = 60.0
 
 @dataclass
 class Tally:
-    """Figures of one scene: stated over true error; runs, complete ones, reasons of others; costs; events and last positions
-    covered by their error, and their number; the worst ratio and its place."""
+    """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs, reasons of the others; costs;
+    numbers of events and last positions, and of those that their errors cover; the worst ratio and its place."""
 
     name: str
     ratios: list[np.ndarray] = field(default_factory=list)
@@ -162,7 +162,7 @@ def _compare(tally: Tally, model: Model, found: Result, exact: Result, again: Re
 
 
 def until_of(found: Result) -> float:
-    """The end of a run that reached it, s."""
+    """The time that a run of the scene reaches, s."""
     return float(found.settings["until"])
 
 

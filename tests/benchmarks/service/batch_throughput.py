@@ -1,9 +1,9 @@
-"""How much of two cores a batch gets through the service: example 8.1, friction and start angle swept, reductions only.
+"""Share of two cores that a batch in the service uses for stepping: example 8.1 with swept friction and start angle, reductions
+only.
 
-Run it with ``python -m tests.benchmarks.service.batch_throughput [CASES]`` on an idle machine. It starts a server with two workers,
-warms it up, measures what one core steps bare (the same C loop in this process), runs 10,000 cases end to end, then the large
-batch.
-"""
+Run it with ``python -m tests.benchmarks.service.batch_throughput [CASES]`` on an idle machine. It starts a server with two workers
+and warms it up. It measures the rate of one core that only steps (the same C loop, in this process). It then runs 10,000 cases from
+submission to result, and then the large batch. """
 
 from __future__ import annotations
 

@@ -16,12 +16,12 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece
+from trunnion.service.executor.part_file_format import Piece
 from trunnion.service.store.leases_and_chunks import WorkStore
 
 
 class Unlearning(DispatchCost):
-    """Pieces with their former sizes, which did not depend on their cost."""
+    """Sizes of chunks that do not depend on the cost of dispatching chunks, as in an earlier version."""
 
     def record(self, pieces: int, seconds: float) -> None:
         """Learn nothing."""
@@ -90,7 +90,7 @@ class Waiting:
 
 
 def real(cases: int, workers: int, case: float, learns: bool) -> tuple[float, int, float]:
-    """(seconds from submission to the job's end, pieces, what a piece cost the dispatcher at the end, s)."""
+    """(seconds from submission to the job's end, number of chunks, time of the dispatcher for a chunk at the end, s)."""
     with tempfile.TemporaryDirectory() as folder:
         store, parts = WorkStore(f"sqlite:///{folder}/jobs.db"), Parts(f"{folder}/results")
         store.upgrade()

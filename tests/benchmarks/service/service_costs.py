@@ -51,7 +51,7 @@ def used(s: Served) -> float:
 
 
 def settled(s: Served) -> float:
-    """``used`` once the server works on nothing."""
+    """The value of ``used`` when the server has no more work."""
     before = used(s)
     while True:
         time.sleep(0.5)

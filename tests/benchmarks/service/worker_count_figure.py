@@ -1,4 +1,4 @@
-"""The figure of service/CAPACITY.md: the share of the workers' time that is stepping, over the number of workers."""
+"""The figure in service/CAPACITY.md: share of the workers' time that is stepping, as a function of the number of workers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WORKERS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 
 
 def draw(path: Path, fleets: Sequence[Fleet]) -> None:
-    """Draw the figure for these fleets, with any numbers of workers: one piece in a commit, and many."""
+    """Draw the figure for two fleets with variable numbers of workers: one chunk in a commit, and many chunks in a commit."""
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 

@@ -1,11 +1,11 @@
-"""What a job costs beside its stepping, and what that makes of 10⁹ cases on 10⁴ workers (service/CAPACITY.md).
+"""The costs of a job in addition to stepping, and a model of 10⁹ cases on 10⁴ workers from these costs (service/CAPACITY.md).
 
-``python -m tests.benchmarks.service.worker_count_model [-o FIGURE.png]`` measures on this machine, in seconds: a piece handed out
-and recorded by the store (SQLite; PostgreSQL where there is one), a lease renewed, a part written, read and counted, rows of a
-table of pieces read. ``--real`` lets the real dispatcher with its real store hand out pieces to workers that only wait, some
-hundred of them. Then a model with these constants: one dispatcher that takes back and hands out pieces, one or many in a commit,
-workers with a piece at work and one waiting, pieces as large as ``Active.size`` says; its only inputs are the constants and the
-cost of a case. """
+``python -m tests.benchmarks.service.worker_count_model [-o FIGURE.png]`` measures times on this machine, in seconds: to send a
+chunk and store its outcome (SQLite, and PostgreSQL if it is available), to renew a lease, to write, read and count a part, to read
+rows of the table of chunks. With ``--real``, the real dispatcher and its store send chunks to some hundred workers that only wait.
+The script then evaluates a model with these constants. In the model, one dispatcher sends chunks and takes them back, one or many
+in a commit. Each worker has a running and a waiting chunk. ``Active.size`` gives the sizes of chunks. The only inputs are the
+constants and the cost of a case. """
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_dispatcher import AHEAD
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece
+from trunnion.service.executor.part_file_format import Piece
 from trunnion.service.store.leases_and_chunks import Done, WorkStore
 from trunnion.service.store.store_records import Job
 
@@ -37,9 +37,9 @@ CHUNK_SECONDS = 2.0
 
 @dataclass(frozen=True)
 class Fleet:
-    """workers; case: s to step one; cut, land: s of the dispatcher for a commit that hands out pieces, and for one that takes
-    them back; each: s of it per piece, besides; together: most pieces of one commit; part, row: s of a worker to write a part,
-    and per case besides."""
+    """workers: their number. case: time to step a case, s. cut, land: time of the dispatcher for a commit that sends chunks, and
+    for one that takes chunks back, s. each: additional time for each chunk, s. together: largest number of chunks in a commit.
+    part, row: time of a worker to write a part, and additional time for each case, s."""
 
     workers: int
     case: float = 1e-3
@@ -53,8 +53,8 @@ class Fleet:
 
 @dataclass(frozen=True)
 class End:
-    """seconds until all is recorded; pieces; share: stepping share of the workers' time; busy: that of the dispatcher; cost: s of
-    the dispatcher per piece."""
+    """seconds: time until all outcomes are stored. pieces: number of chunks. share: share of the workers' time that is stepping.
+    busy: share of the dispatcher's time that is work. cost: time of the dispatcher for a chunk, s."""
 
     seconds: float
     pieces: int
@@ -64,10 +64,10 @@ class End:
 
 
 def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
-    """A job of this many cases. learns: whether sizes of pieces follow from the cost of handing them out."""
+    """The end of a job with this number of cases. learns: whether the sizes of chunks follow from the cost of dispatching them."""
     job = Job("", 0.0, None, None, "", "", "", "", "running", cases, 0, 0, 0, {}, 0.0, 0.0, 0, inf, [])
     active, dispatch_cost = Active(job, cost=fleet.case, warm=True), DispatchCost()
-    if fleet.together == 1:  # the cost of a piece is constant
+    if fleet.together == 1:  # the cost of a chunk is constant
         dispatch_cost = DispatchCost(each=(0.5 * (fleet.cut + fleet.land) + fleet.each) * learns)
 
     def took(n: int, seconds: float) -> None:

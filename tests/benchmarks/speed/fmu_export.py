@@ -1,10 +1,11 @@
-"""How long an FMU of a new mechanism takes to be written, for this platform and for all, on a warm machine.
+"""Time to export an FMU of a new mechanism, for this platform and for all platforms, when the machine has exported other FMUs
+before.
 
 Run it with ``python -m tests.benchmarks.speed.fmu_export`` (``--kernel parts``, ``--fmi 3``, ``--count N``, ``--platform host``).
-Each mechanism is a random tree of one to three bodies that rub (``tests.reference``), of a structure not met before: a seed that
-nobody gives is that of the moment. An export of another is made first, so that what all FMUs share is compiled. Printed are
-seconds by the clock and of the processor, those of the compiler included; on a machine that others use, the latter are what counts.
-"""
+Each mechanism is a random tree of one to three bodies with friction (``tests.reference``). Its structure is new: without a given
+seed, the seed is the present time. Another mechanism is exported first, so that all code that FMUs share is compiled. The script
+prints wall time and processor time, including those of the compiler. On a machine that others use, only the processor time is
+meaningful. """
 
 from __future__ import annotations
 

@@ -28,7 +28,8 @@ def rubbing(scene: sm.Scene) -> sm.Scene:
 
 
 def step(scene: sm.Scene, kernel: str, steps: int) -> tuple[float, float]:
-    """Least processor time of a step among several repetitions, and that of making the model and its first step, s."""
+    """Least processor time of a step among several repetitions, and the processor time to build the model and make its first step,
+    s."""
     began = time.process_time()
     model, settings = Model(scene, ("crank0.position*",), kernel), Settings(method="rk5", step=STEP)
     until, row = 1.0, np.zeros(4)

@@ -1,11 +1,10 @@
-"""How long Ctrl-C, or a budget of time, is waited for: at random instants of builds, assembly, decisions, stepping, writing and
-bounds (the places are in ``interrupted.py``).
+"""Time until a program ends after Ctrl-C or after its time budget, at random instants of builds, assembly, mode decisions,
+stepping, writing and bounds (``interrupt_workloads.py``).
 
-Each time a process of its own (a fork of this one, which has everything imported) does the whole work, and is told to end at an
-instant drawn evenly from what the work takes when nobody ends it. Stated are the time until the process is gone and the processor
-time it has used meanwhile, which other work on the machine does not change; how the processes ended; and what became of their rows.
-Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants] [place …]``
-"""
+Each measurement uses a new process, a fork of this one, in which everything is imported. The process does the whole work. It is
+interrupted at a random instant, evenly distributed over the duration of the uninterrupted work. The script prints the time until
+the process has ended, its processor time in this time (which does not depend on other work of the machine), the exit codes, and the
+kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants] [place …]`` """
 
 from __future__ import annotations
 
@@ -83,7 +82,7 @@ def forked(fresh: bool, folder: Path, work: Work) -> int:
 
 
 def used(pid: int) -> float:
-    """Processor seconds of a process, without the programs for which it has waited."""
+    """Processor seconds of a process, without those of its ended child processes."""
     return sum(map(int, Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])) / TICK
 
 
@@ -100,7 +99,7 @@ def whole(place: Place) -> float:
 
 
 def ended(place: Place, after: float, budget: bool, found: Found) -> None:
-    """End the work this many seconds after its begin, and record how long it took to end."""
+    """Interrupt the work this many seconds after its start, and record the time until it has ended."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         pid = forked(place.fresh, folder, (lambda f: place.budget(f, after)) if budget and place.budget else place.work)  # type: ignore[misc]

@@ -36,9 +36,9 @@ Work = Callable[[Path], int]
 
 @dataclass(frozen=True)
 class Place:
-    """Work to interrupt. first: done once before, so that only this work remains; told: function of a folder that describes the
-    kept results; fresh: in a kernel cache of its own; most: seconds of it that are used (0: all); budget: the work with a time
-    budget of so many seconds."""
+    """Work to interrupt. first: work that is done before. told: function of a folder that describes the kept results. fresh:
+    whether the work has its own kernel cache. most: seconds of the work in which it is interrupted (0: all). budget: the work with
+    a time budget, given in seconds."""
 
     work: Work
     first: Callable[[], object] = lambda: None

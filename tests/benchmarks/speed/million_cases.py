@@ -1,10 +1,11 @@
-"""Example 8.1 through ``trunnion.sweep``, 10⁶ cases or fewer: time, memory along the way, and what the rate is of bare loops.
+"""``trunnion.sweep`` of example 8.1 with 10⁶ cases or fewer: time, memory during the sweep, and the ratio to the rate of a loop
+that only steps.
 
 Run it with ``python -m tests.benchmarks.speed.million_cases [CASES] [--workers N] [--until T] [--parts N]``. Friction and start
-rate are sampled; 10 s each, its own time. Bare: as many threads as workers, each with nothing but ``tr_batch_run`` over prepared
-cases from all over the sample, before the sweep and after it (with ``--parts``: of each of so many sweeps). Rates are by the clock
-and by the processor seconds used, which say the same on a machine that does other work too; memory is that of the process.
-"""
+rate are sampled. Each case lasts 10 s, as in the model. The bare rate is that of as many threads as workers, each of which only
+runs ``tr_batch_run`` over prepared cases from the whole sample. It is measured before and after the sweep (with ``--parts``, each
+of N sweeps). Rates are given per second of wall time and per processor second; the latter do not depend on other work of the
+machine. The memory is that of the process. """
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Bounded steps of 1 ms over examples 8.1, 8.2 and 8.3, begun anew with random start and friction when all rests (or after 20 s).
+"""Bounded steps of 1 ms over examples 8.1, 8.2 and 8.3. When all joints are at rest, or after 20 s, a new case begins with random
+start and friction.
 
 Run it with ``python -m tests.benchmarks.speed.realtime_steps [STEPS]`` (10,000,000 in all, and a tenth of that with the bounds as
-they are by default; about five minutes). It prints for each example how many operations and how much time a step takes (middle,
-99.9 of 100, largest), the largest over the middle beside the static bound, the steps that were over their bounds by name, the
-events, and the energy that is not accounted for.
-"""
+they are by default; about five minutes). For each example it prints operations and time of a step (median, 99.9th percentile,
+maximum), the ratio of maximum to median beside the static bound, the number of steps beyond each bound, the events, and the
+unexplained energy. """
 
 from __future__ import annotations
 

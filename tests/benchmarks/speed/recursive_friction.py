@@ -1,8 +1,9 @@
-"""What friction in every joint of a chain costs, along the recursion (parts) and from compiled maps: one evaluation beside the
-ideal chain, sliding and with every second joint at rest; a second of motion; error against time of both (``-o DIR`` draws it).
+"""Cost of friction in every joint of a chain, along the recursion (parts) and from compiled maps: one evaluation compared with the
+ideal chain, with all joints sliding and with every second joint at rest; a second of motion; error against time (``-o DIR`` draws
+the chart).
 
-Processor time, minimum of some repetitions. A compiled kernel takes half a minute to build at 16 bodies, more than a minute and
-1.3 GB at 32: there they end."""
+Processor time, minimum of some repetitions. Compiled kernels are measured up to 32 bodies; at 32, a build takes more than a minute
+and 1.3 GB."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def small_v_eps() -> str:
 
 
 def no_reaction() -> str:
-    """Row 3: the rotor, its friction loss that of its weight."""
+    """Row 3: the rotor with a friction loss equal to the friction that its weight causes."""
     inertia, weight = 0.5 * 3.0 * 0.01, 3.0 * G
     torque = 0.2 / math.hypot(1, 0.2) * 0.01 * weight
     model, data = one(
@@ -104,7 +104,7 @@ def parallel_cross() -> str:
 
 
 def wedge() -> str:
-    """Row 8: the friction loss of a push of 50 N beyond the threshold, and twice that push."""
+    """Row 8: the friction loss that a push of 50 N beyond the threshold causes, and twice that push."""
     model, data = one('<joint type="slide" axis="1 0 0" frictionloss="50"/>', lump(2))
     data.qfrc_applied[0] = 100.0
     mujoco.mj_step(model, data, nstep=100)

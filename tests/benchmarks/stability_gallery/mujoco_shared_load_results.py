@@ -54,8 +54,8 @@ def fold() -> str:
 
 
 def door() -> str:
-    """Row 24: one hinge is in the tree, the other is a point constraint; the share of the weight's couple that this constraint
-    carries."""
+    """Row 24: the share of the weight's moment that the second hinge carries, which is a point constraint. The first hinge is in
+    the tree."""
     body = f'<inertial pos="{OUT} 0 {SPACING / 2}" mass="{DOOR}" diaginertia="10 12 2"/>'
     xml = (
         f'<mujoco><option timestep="1e-3" gravity="0 0 -{G}"/><worldbody><body name="door"><joint type="hinge" axis="0 0 1"/>{body}'
@@ -82,8 +82,8 @@ def marginal() -> str:
 
 
 def stepped(scene: sm.Scene, until: float, load: tuple[str, np.ndarray, np.ndarray] | None = None):
-    """A scene without its friction as the chart's peer writes it, stepped by 1 ms: the model and its data at the end. load: a body,
-    a point on it from its mass centre, a force."""
+    """A scene without friction, as MuJoCo's reference solver writes it, stepped by 1 ms. Returns the model and its data at the end.
+    load: a body, a point on it relative to its mass centre, a force."""
     body = next(iter(scene.bodies))
     measure = ErrorMeasure(tuple(f"{body}.position[{k}]" for k in (1, 2, 3)), ((0, 1, 2),), ("m",))
     ready = make_benchmark_model(scene, FrictionVariant("", 0.0), measure, until, 1)

@@ -12,7 +12,7 @@ import numpy as np
 from tests.reference.contact_and_friction.mode_enumeration import Answer, Decision
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.scenes.random_scenes import Case
-from tests.reference.states_of_results import frictions, state_at, wanted
+from tests.reference.states_from_columns import frictions, state_at, wanted
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 from trunnion.system.construction.start_values_and_scales import length_scale, rate_scale

@@ -86,7 +86,7 @@ def motion(model: Model, row: Mapping[str, float]) -> Table:
 
 
 def reference_motion(model: Model, state: State) -> Table:
-    """The same quantities as ``motion``, computed from the reference's state."""
+    """The quantities of ``motion``, computed from the reference's state."""
     out: Table = {}
     for j in model.system.joints:
         q = state.q[j.name]

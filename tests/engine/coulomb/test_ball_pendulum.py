@@ -63,8 +63,8 @@ def test_its_error_falls_with_the_tolerance() -> None:
 
 @pytest.mark.parametrize(("stop", "turn"), [(1, 58.8975), (5, 57.610)])
 def test_its_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
-    """The normal turns by 2 atan μ less the jump of the reaction (theory, "Turns of normals"), in degrees, to the digits
-    printed."""
+    """Angle, degrees, by which the normal turns: 2 atan μ less the turn of the reaction (theory, "Turns of normals"). Agreement to
+    the printed digits."""
     (found,) = swing(1e-12).events[stop - 1].turn
     assert math.degrees(found) == pytest.approx(turn, abs=5e-4)
 

@@ -9,7 +9,7 @@ import pytest
 from tests.engine.checks.random_run_laws import CONE, broken_cone
 from tests.engine.mechanisms.big_ball_bodies import big_balls
 from tests.reference.scenes.random_friction_scenes import rubbing
-from tests.reference.states_of_results import wanted
+from tests.reference.states_from_columns import wanted
 from tests.sampling import slow
 from tests.stability.entries.self_tightening_brakes import GRIPS, LEAVES, loosened, tightened
 from trunnion.simulation.results.result import Result
@@ -66,8 +66,8 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
     slow(("rk8", "compiled")), slow(("auto", "parts")), slow(("rk8", "parts")),  # half a minute each
 ])  # fmt: skip
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
-    """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. Friction at the end of each
-    branch is that of the branch before the event. Rows once showed the branch after it, 6e-5 beyond the cone."""
+    """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. At the end of a branch,
+    friction is that of the branch before the event. Earlier, rows showed the branch after the event, 6e-5 beyond the cone."""
     scene = rubbing("loop", 247).scene
     r = simulate(scene, until=0.046856, every=0, method=method, rtol=1e-6, outputs=wanted(scene), kernel=kernel)
     assert r.outcome.ok

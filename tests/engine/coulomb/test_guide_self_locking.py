@@ -27,7 +27,8 @@ EXACT = 1e-9
 
 
 def pushed(kind: str, force: float, offset: float, pin: str = "inboard", angle: float = 0.0, **rub) -> sm.Scene:
-    """A carriage on a guide along x. The push along x acts at a point ``offset`` beside the axis, turned by ``angle`` about it."""
+    """A carriage on a guide along x. The push along x acts at a point at the distance ``offset`` from the axis; ``angle``: position
+    of this point about the axis."""
     point = (0.0, offset * math.cos(angle), offset * math.sin(angle))
     carriage = sm.Body(box=(0.1, 0.1, 0.1), mass=MASS, points={"push": point})
     friction = sm.Friction(**{"mu": MU, **GUIDES[kind], **rub})

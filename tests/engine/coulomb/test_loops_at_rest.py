@@ -84,7 +84,7 @@ LOCKS = brentq(lambda h: h * math.sqrt(1 - CIRCLE**2 / (LINK**2 - h**2)) - CIRCL
 the press. The links carry the load along one line through the friction circles of all three pins; the line between those of crown
 and foot touches the knee's circle. There is no weight."""
 NEARLY = 1e-4
-"""A group is released where every distribution of its load lacks at least a ten-thousandth."""
+"""A group is released where every distribution of its load exceeds the capacity by at least a ten-thousandth."""
 
 
 @pytest.mark.default_cases(2)
@@ -94,7 +94,7 @@ def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_ru
     scene = replace(placed(-math.acos(part * LOCKS / LINK), 0.0, 0.0, load, 0.01), gravity=(0.0, 0.0, 0.0))
     assert holding(scene) == ("holds" if part < 1 else "slips")
     if part < 1:
-        assert 0 < hold(scene).margin <= 1 - part + EXACT  # the line between both circles at the least ratio there is
+        assert 0 < hold(scene).margin <= 1 - part + EXACT  # the line between both circles, at the smallest possible ratio
 
 
 def test_numbers_of_a_trial_step_that_are_not_finite_end_no_process() -> None:

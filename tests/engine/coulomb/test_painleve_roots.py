@@ -28,7 +28,7 @@ def product_of(states: tuple, shares: tuple) -> list[tuple]:
 
 
 def independent(radius: float, angle: float, rate: float) -> int:
-    """Roots that the formulation without shared code finds from many starts."""
+    """The roots that the reference, which shares no code with the engine, finds from many starts."""
     state = forward(ball_pendulum(mu=MU, radius=radius, law="coulomb"), *pendulum_start(angle, rate))
     return len(every_root(state, starts=25, spread=20.0))
 

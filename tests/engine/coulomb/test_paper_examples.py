@@ -99,8 +99,8 @@ def test_its_events_converge_as_the_tolerance_falls() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 def test_with_fixed_steps_the_pivot_comes_through_its_stops_and_the_error_falls_with_the_step(method: str) -> None:
-    """The guide of 8.3 stops in two components inside a step, and the engine makes this step in parts. A run therefore takes a few
-    steps more than time over step."""
+    """The guide of 8.3 stops in two components inside a step, and the engine divides this step. A run therefore takes a few steps
+    more than its duration divided by the step."""
     fine, errors = run("double_pendulum", 4.0, 0.1, rtol=1e-10), []
     for step in (4e-3, 2.5e-4):
         r = simulate("double_pendulum", until=4.0, every=0.1, method=method, step=step)

@@ -80,7 +80,7 @@ def test_a_flight_through_a_field_is_what_scipy_integrates_and_its_work_is_accou
 
 
 def test_a_linear_field_is_a_spring_in_space_by_parameters_too() -> None:
-    """x = x0 cos ωt + v0/ω sin ωt with ω = √(k/m); and the derivative by k of the formula's parameter."""
+    """x = x0 cos ωt + v0/ω sin ωt with ω = √(k/m), and its derivative with respect to the formula's parameter k."""
     scene = flying({k: f"-k*{x}" for k, x in zip(("fx", "fy", "fz"), "xyz", strict=True)}, parameters={"k": "30 N/m"})
     r = simulate(scene, until=3.0, every=0.1, rtol=1e-12)
     w = np.sqrt(30.0 / MASS)

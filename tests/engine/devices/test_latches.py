@@ -56,7 +56,7 @@ def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(ke
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(kernel: str) -> None:
-    """There the hook carries the pull. After the release the block falls from its place as without a hook."""
+    """At rest the hook carries the pull. After the release, the block falls from its position as without a hook."""
     let_go = sm.Signal(table=sm.Table((0.0, 20.0, 21.0), (0.0, 0.0, 1.0)))
     r = simulate(thrown(sm.Latch(AT, STIFF, damping=5.0, release=let_go)), until=21.0, every=0.01, rtol=1e-10, kernel=kernel)
     latched, unlatched = kinds(r)
@@ -117,7 +117,7 @@ def test_in_a_loop_and_in_both_kernels() -> None:
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, method: str) -> None:
-    """From then on the equation is J q̈ = effort − friction, or friction holds the remaining load."""
+    """After the release, the equation is J q̈ = effort − friction, or friction holds the remaining load."""
     rng = np.random.default_rng(seed)
     effort, friction, inertia = rng.uniform(1.0, 3.0), rng.uniform(0.05, 0.9), rng.uniform(1e-4, 1e-2)
     lifts = {"ramp": {"start": 0, "end": 1, "duration": 0.2, "begin": 0.3}}
@@ -141,7 +141,7 @@ def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     elif kind == "table":
         times = [0.0, falls - 0.05, falls, falls + 0.3, 3.0]
         release = {"table": {"time": times, "value": [1, 1, 0.5, 0, 0], "interpolation": "linear"}}
-    else:  # below 0.5 where cos 2π f (t − middle) > 1 − dip
+    else:  # the signal is below 0.5 where cos 2π f (t − middle) > 1 − dip
         frequency, dip, middle = rng.uniform(1.0, 3.0), 10 ** rng.uniform(-4.0, -1.0), passes
         passes = middle + rng.uniform(-0.5, 0.9) * np.arccos(1.0 - dip) / (2 * np.pi * frequency)
         phase = 1.5 * np.pi - 2 * np.pi * frequency * middle

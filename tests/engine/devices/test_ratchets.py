@@ -10,7 +10,7 @@ import pytest
 
 from tests.engine.devices.test_latches import AT, KERNELS, MASS, PULL, STIFF, thrown
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
-from tests.reference.scenes.crossed_scenes import crossed
+from tests.reference.scenes.interacting_devices import crossed
 from tests.reference.scenes.random_scenes import random_tree
 from trunnion import equilibrium, modes
 from trunnion.scene.data_classes import scene as sm
@@ -85,7 +85,7 @@ def test_by_every_kind_of_method_it_ends_on_the_last_tooth(method: str) -> None:
 def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
     lifted = sm.Signal(table=sm.Table((0.0, 0.8, 0.9, 1.4, 1.5, 9.0), (0.0, 0.0, 1.0, 1.0, 0.0, 0.0)))
     r = simulate(thrown(replace(TEETH, damping=5.0, release=lifted)), until=9.0, rtol=1e-9)
-    at = 3.0 * 1.45 - RATE * 1.45**2 / 2  # the place when the pawl comes down
+    at = 3.0 * 1.45 - RATE * 1.45**2 / 2  # the position at which the pawl comes down
     tooth = int((at - AT) / PITCH) + 1
     assert tooth < 6
     assert r["j.latch.state[1]"][-1] == tooth
@@ -93,7 +93,8 @@ def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
 
 
 def test_what_rests_on_a_tooth_rests_and_swings_there() -> None:
-    """The same is true where an analysis of rest restarts from there. A start behind several teeth is behind the last of them."""
+    """An analysis of rest that restarts from this state has the same tooth. A start behind several teeth is behind the last of
+    them."""
     scene = thrown(replace(TEETH, damping=1.0))
     joint = replace(scene.joints["j"], effort=None)
     hung = replace(scene, joints={"j": replace(joint, start=sm.Start(q=AT + 3.4 * PITCH))}, gravity=(-RATE, 0.0, 0.0))

@@ -50,9 +50,10 @@ class SliderCrank:
         )  # fmt: skip
 
     def lacking_moment(self, t: float) -> float:
-        """Moment about the crank pin that the rod lacks if the guide does not press; it is zero where the contact separates.
+        """Moment about the crank pin that is missing for the rod's balance if the guide does not press. It is zero where the
+        contact separates.
 
-        Without pressure the guide has no friction, so that the slider needs (m a, m g) from the rod."""
+        Without pressure the guide has no friction, so the rod exerts (m a, m g) on the slider."""
         a, b, c, w = self.a, self.b, self.c, self.w
         crank = np.array([math.cos(w * t), math.sin(w * t)])
         sine = -a * crank[1] / b

@@ -25,12 +25,12 @@ share loads in a way that depends on the steps, so that they are released at oth
 Long steps pass a ball's excursion from its cone (0). Times differ by 100 to 400 x rtol x duration where contacts separate (15,
 55)."""
 PLATFORMS = 0.8
-"""Required share of runs of a platform whose times agree, too. The aim is 1; at 1e-9 and below some times differ by 100 to 200 x
-rtol x duration."""
+"""Required share of runs of a platform in which the event times agree, too. The aim is 1. At 1e-9 and below, some times differ by
+100 to 200 x rtol x duration."""
 
 
 PLATFORM = ["platform.position[*]", "energy.residual", "energy.dissipated"]
-"""Columns of runs of a platform, which share its kernel with ``test_many_pairs.py``."""
+"""Columns of runs of a platform, which share its kernel with ``test_active_set_many_pairs.py``."""
 
 
 ROUND_OFF = (3, 6, 128)
@@ -57,7 +57,7 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
         # a ball's friction root vanishes where its branch ends, not where Newton's method first finds the other branch; and a ball
         # that turns about its contact leaves its cone and returns within a step
         (0, 1.0, [("rk5", 1e-7), ("rk8", 1e-7)]),
-        # contacts of other pairs before two pairs reverse are those of the state before, not those that round-off gives there
+        # when two pairs reverse, the contacts of other pairs before the event are those of the state before it, not of round-off
         (11, 1.0, [("rk5", 1e-5), ("rk5", 1e-6), ("rk8", 1e-8)]),
         # a pair that comes to rest has friction along its former direction; along that of round-off there was no solution, and
         # runs continued by folds

@@ -104,5 +104,5 @@ def rail() -> sm.Scene:
 def test_faces_that_carry_nothing_but_round_off_do_not_separate(seed: int) -> None:
     r = simulate(told(rail(), "turned", seed), until=1.0, rtol=1e-8)
     assert r.outcome.ok
-    assert 0.0 < r["rail.contact[1].normal_force"].max() < 1e-9  # a face at the side, in a world that is turned
+    assert 0.0 < r["rail.contact[1].normal_force"].max() < 1e-9  # a lateral face, in a turned world
     assert not r.events

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from tests.benchmarks.numerical_error.pendulum_error import alpha
 from tests.engine.stick_slip.test_hard_scenes_all_settings import CASES, worlds
 from tests.engine.stick_slip.test_slip_detection_and_energy import ratchet
-from tests.reference.scenes.crossed_scenes import crossed
+from tests.reference.scenes.interacting_devices import crossed
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.scenes.random_streams import stream
 from tests.sampling import sampled
@@ -118,7 +118,7 @@ def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
 
 
 def ended(seed: int) -> tuple[sm.Scene, str, float, Way]:
-    """A block with friction that is thrown to and fro between compliant end stops until it stays; SciPy integrates each phase
+    """A block with friction that bounces between compliant end stops until it comes to rest. SciPy integrates each phase
     separately."""
     rng = stream("moreau ends", seed)
     mass, mu, bound, k, d = (float(rng.uniform(*r)) for r in ((0.5, 2), (0.1, 0.3), (0.05, 0.2), (500, 4000), (0.1, 0.8)))
@@ -207,7 +207,7 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
     for rtol in (1e-3, 1e-4, 1e-6):
         r = simulate(ratchet(duty), until=50.0, every=50.0, method="moreau", rtol=rtol)
         slips = [e.time for e in r.events if e.kind == "slip"]
-        assert len(slips) in (49, 50), rtol  # the period that the run begins or ends in may hold none
+        assert len(slips) in (49, 50), rtol  # the first and the last period may contain no slip
         assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: no step is longer while something is held
 
 
@@ -238,8 +238,8 @@ def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "until"), [(62, 0.19), (57, 0.28)])
 def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: float) -> None:
-    """The torque makes the cam far faster than its rates at the start. Only an impact should change a speed by more than its
-    tolerance within a certain time, but the follower reverses within this time."""
+    """The torque makes the cam far faster than its rates at the start. The engine takes a change of speed within a certain time for
+    an impact. Here the follower reverses within this time without an impact."""
     impulses, located = (simulate(crossed("cams", seed), until=until, every=until, method=m) for m in ("moreau", "rk5"))
     assert impulses.outcome.ok, impulses.outcome
     assert impulses["energy.dissipated"][-1] == pytest.approx(located["energy.dissipated"][-1], rel=1e-4)
@@ -248,7 +248,8 @@ def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: floa
 @pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
 def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
-    """At this instant the speed is zero, while other pairs of the loop are held. At 2e-9 a step did end there."""
+    """At the reversal the speed is zero, while other pairs of the loop are held. At the tolerance 2e-9, a step ended at this
+    instant."""
     r = simulate(CASES / "universal_at_dead_centre.yaml", until=0.13, every=0.13, method="moreau", rtol=rtol, outputs=["k.q[1]"])
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "k")]
 
@@ -311,7 +312,8 @@ def driven_jack(seed: int) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
-    """In the middle of a step, redundant rows agree only after the loops are closed. Earlier, steps of 1e-6 s resulted instead."""
+    """In the middle of a step, redundant rows are consistent only after the loops are closed. Earlier, loops were not closed there,
+    and steps shrank to 1e-6 s."""
     scene, exact = driven_jack(seed), simulate(driven_jack(seed), rtol=1e-8)
     assert exact.outcome.ok
     for rtol in (1e-3, 1e-4, 1e-6):
@@ -344,7 +346,7 @@ def lifted_from_dead_centre(seed: int) -> sm.Scene:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_dead_centre_has_its_name_where_no_impulse_satisfies_the_loops(seed: int) -> None:
-    """Earlier, the first steps changed no coordinate, until the loops were open."""
+    """Earlier, the first steps changed no coordinate, and the loops opened."""
     scene = lifted_from_dead_centre(seed)
     for method in ("moreau", "rk5"):
         outcome = simulate(scene, until=1.0, method=method).outcome

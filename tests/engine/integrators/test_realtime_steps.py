@@ -70,8 +70,8 @@ def test_steps_within_their_bounds_locate_events_as_the_engine_does() -> None:
 
 
 def test_the_fallback_converges_with_the_step() -> None:
-    """Sweeps of first order make every step: a quarter of the step leaves at most 0.4 of the error. Friction that reverses inside a
-    step gives back at most the energy that it takes in a step."""
+    """Iterations of first order make every step. With a quarter of the step, at most 0.4 of the error remains. Friction that
+    reverses inside a step returns at most the energy that friction takes in a step."""
     exact = trunnion.simulate(BALL, until=1.5, rtol=1e-10, every=0.1, kernel="parts")
     errors = []
     for step in (4e-3, 1e-3):
@@ -85,7 +85,7 @@ def test_the_fallback_converges_with_the_step() -> None:
 
 
 def test_what_is_over_a_bound_is_told_by_name() -> None:
-    """A column, counters and a note report it, for every bound."""
+    """A column, counters and a note report every exceeded bound."""
     for bounds in (LEAST, {"events": 0}, {"iterations": 30}):
         run = bounded(BALL, 1e-3, 1.2, **bounds)
         told = overruns(run.stats.counters)

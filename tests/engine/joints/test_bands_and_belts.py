@@ -1,4 +1,4 @@
-"""Bands and belts: tensions are in the ratio exp(μ φ) while they slide, and anywhere below at rest (theory, "Bands and belts")."""
+"""Bands and belts: while they slide, the ratio of tensions is exp(μ φ); at rest it is at most this (theory, "Bands and belts")."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.engine.mechanisms.band_brakes_and_belt_drives import Band, Brake, Drive, random_brake, random_drive
 from tests.engine.mechanisms.gear_pairs import Row, flying, unit
-from tests.engine.mechanisms.wrapped_drives import Band, Brake, Drive, random_brake, random_drive
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.reference.contact_and_friction.band_in_flat_pieces import band
 from trunnion import SceneError, hold, sensitivity, simulate, sweep
@@ -31,7 +31,7 @@ def kernel(seed: int) -> str:
 
 @pytest.mark.parametrize("k", [-0.4, 0.05, 0.3])
 def test_the_law_is_that_of_a_band_in_flat_pieces(k: float) -> None:
-    """The tensions, and the force on the drum, which is that of both ends."""
+    """The tensions agree, and so does the force on the drum, which is the sum of the forces at both ends."""
     for wrap in (1.0, 3.0, 8.0):
         end, force = band(k, wrap)
         more = {"wrap_angle": wrap}

@@ -109,7 +109,8 @@ def test_teeth_hold_between_raising_and_lowering(side: int) -> None:
     for more, moves in ((1e-6, True), (-1e-6, False)):
         torque = 5.0 * ratio * (1 + side * more)
         r = simulate(pair(f"effort: {torque}", "effort: 5"))
-        moved = np.abs(r["on_a.q[1]"]).max()  # in 2 s the excess turns it by 1e-4 rad, round-off in a loop by 1e-13
+        # in 2 s the excess of the load turns the wheel by 1e-4 rad, round-off in a loop by 1e-13
+        moved = np.abs(r["on_a.q[1]"]).max()
         assert bool(moved > 1e-9) == moves, (side, more)
 
 
@@ -197,8 +198,8 @@ def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
 
 
 def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -> None:
-    """``equilibrium`` finds the range of rest. Within it the spring on one wheel may turn from where the load on the other would
-    just sink to where it would just rise."""
+    """``equilibrium`` finds the range of rest. In this range, the spring's wheel may stand anywhere between the position at which
+    the load on the other wheel just sinks and the position at which it just rises."""
     stiffness, load = 20.0, 5.0
     found = equilibrium(pair(f"spring: {{stiffness: {stiffness}}}, damping: 0.5", f"effort: {load}"))
     bands = {b.coordinate: sorted((abs(b.low), abs(b.high))) for b in found.bands}

@@ -1,4 +1,5 @@
-"""Gearboxes: the torques of the two shafts are in the ratio of the catalogue's efficiencies, and at rest between the two."""
+"""Gearboxes: in motion, the catalogue's efficiencies give the ratio of the shafts' torques. At rest, the ratio is between the
+values for both directions of power."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ LIFTING = Hoist(20.0, 0.001, 0.5, 1.1, -15.0, 0.9, 0.6, 0.02)
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_hoist_lifts_holds_lowers_and_reverses_by_its_efficiencies(seed: int) -> None:
-    """Efficiencies 0.9, 0.6 and, backward, 0; against the closed form, in turn by both kernels."""
+    """Efficiencies of 0.9, 0.6 and, backward, 0, compared with the closed form; the kernels alternate."""
     h = random_hoist(seed)
     r = simulate(h.scene(), rtol=1e-10, outputs=[ANGLE], kernel=("compiled" if seed % 40 == 2 else "parts"))
     assert r.outcome.name == "done"

@@ -25,7 +25,8 @@ ROBOT = Hinge(1.2, 0.4, 9.0, -5.0, 0.8, 0.6, 0.15, 0.25, 0.0)
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_loaded_joint_moves_reverses_and_rests_as_the_closed_form(seed: int) -> None:
-    """Hinges and guides, with and without rotor, pin on either part; the shares at rest too, and that bounds are exact."""
+    """Hinges and guides, with and without rotor, with the pin on either part. The friction shares at rest and the bounds are exact,
+    too."""
     h = random_hinge(seed)
     r = simulate(h.scene(), rtol=1e-10, outputs=[PLACE], kernel="compiled" if seed % 40 == 5 else "parts")
     assert r.outcome.name == "done"

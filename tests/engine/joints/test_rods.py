@@ -31,8 +31,8 @@ def random_rods(seed: int, rods: int, **how) -> Case:
 
 
 def hung(masses: list[float], lengths: list[float], angles: list[float], rates: list[float], spread: float = 0.1) -> Scene:
-    """Point masses in the plane x, y that hang on each other by rods; angles from straight down. (They fly freely, with an inertia
-    that nothing turns.)"""
+    """Point masses in the plane x, y that hang on each other by rods; angles are from straight down. (Each body has a free joint
+    and an inertia that nothing turns.)"""
     p, v = np.zeros(3), np.zeros(3)
     bodies, joints, end = {}, {}, "ground"
     for i, (m, length, a, w) in enumerate(zip(masses, lengths, angles, rates, strict=True)):
@@ -107,7 +107,8 @@ def as_bodies(case: Case) -> Scene:
             joints[name] = j
             continue
         along = state.joint_pose(name).s
-        e3 = along / np.linalg.norm(along)  # the frame of a rod's side without an axis is that of its body
+        # the components of `along` are in the axes of the inboard body, because a rod's side without an axis has the body's frame
+        e3 = along / np.linalg.norm(along)
         e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
         e2 = np.cross(e3, e1)
         near = replace(j.inboard, axis=tuple(map(float, e1)), reference=tuple(map(float, e2)))

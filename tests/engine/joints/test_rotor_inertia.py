@@ -178,7 +178,7 @@ def test_questions_know_rotors() -> None:
 
 
 def test_every_method_steps_rotors() -> None:
-    """The same swing by all methods, with friction that stops it for a time."""
+    """All methods give the same swing, with friction that stops it for a time."""
     scene = pendulum(0.4, start={"q": 1.0}, friction={"torque": 0.5})
     runs = {m: trunnion.simulate(scene, 2.0, 2.0, rtol=1e-8, overrides={"simulation.method": m})["hinge.q[1]"][-1]
             for m in ("rk5", "rk8", "rosenbrock", "moreau")}  # fmt: skip

@@ -92,9 +92,9 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """At t and θ, with the foot u and the sliding rate of the point: accelerations (2 and the angular one), the normal force to the
-    right of the tangent, and the wrench of the curve on the body in the world. The balance and the row determine all of them
-    together."""
+    """At t and θ, for a contact at the curve parameter u and a sliding rate: the acceleration (2) and angular acceleration of the
+    body, the normal force (positive to the right of the tangent), and the wrench of the curve on the body in the world. The
+    equations of balance and the constraint determine all of them together."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
     way = s.at(u, 1) / abs(s.at(u, 1))

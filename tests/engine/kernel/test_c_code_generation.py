@@ -170,7 +170,8 @@ def test_what_depends_on_parameters_alone_is_computed_once() -> None:
 @pytest.mark.parametrize("value", [0.1, -0.1, 1e-300, 5e-324, -1.7976931348623157e308, 3.0, 2.0**-1074 * 3])
 def test_literals_read_back_exactly(value: float) -> None:
     assert float(code_generator.literal(value).strip("()")) == value
-    assert code_generator.literal(value).startswith("(") == (value < 0)  # so that a minus sign before it does not make a decrement
+    # parentheses, because a minus sign before a negative literal would make a decrement
+    assert code_generator.literal(value).startswith("(") == (value < 0)
 
 
 def test_infinities_are_written_as_c_knows_them() -> None:

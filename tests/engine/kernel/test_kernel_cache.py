@@ -275,7 +275,7 @@ def test_other_columns_are_another_kernel_and_the_order_of_the_file_is_not() -> 
 
 
 def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With other columns the stepping unit is unchanged, with other names everything."""
+    """With other columns, the stepping unit is unchanged. With other names, all units are unchanged."""
     compiled: list[str] = []
     build_library = c_compiler.build_library
 

@@ -172,7 +172,8 @@ def test_a_joint_that_its_loop_locks_never_slides(rtol: float) -> None:
 
 
 def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() -> None:
-    """Round-off of its acceleration is no motion. Earlier, it slipped either way, and the motion differed by 3e-6 between cuts."""
+    """Round-off of the locked joint's acceleration is no motion. Earlier, the joint slipped in either direction, and the motion
+    differed by 3e-6 between cuts."""
     cuts = cut_everywhere(rubbing_loop(693))
     found = [run_loop(cuts[n], 1e-9) for n in ("j5", "j6")]
     assert not [e for r in found for e in r.events if e.joint == "loop1" and e.kind == "slip"]

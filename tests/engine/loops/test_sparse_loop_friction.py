@@ -100,7 +100,7 @@ class Equations:
 
 @cache
 def equations(name: str) -> Equations:
-    """Of one of the scenes."""
+    """Cases of the scene with this name."""
     return Equations(SCENES[name]())
 
 
@@ -128,8 +128,8 @@ def test_a_newton_step_is_that_with_maps(name: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
-    """With the loops' multipliers eliminated. The determinant also changes its sign where a row of S_D becomes dependent on the
-    others."""
+    """The multipliers of the loops are eliminated. The determinant also changes its sign where a row of S_D becomes dependent on
+    the others."""
     it = equations(name)
     dn, D = it.derivative()
     a = it.table.active

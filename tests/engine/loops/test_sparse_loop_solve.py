@@ -28,7 +28,7 @@ from trunnion.system.structure import loop_matrix_fill
 ROUND_OFF = 1e-12
 """Allowed error relative to the largest number: both ways solve to 1e-16 times the condition of S."""
 DENSE = 1e-10
-"""The tolerance of ``test_against_dense``."""
+"""The tolerance of ``test_dense_reference``."""
 COUNT = 8
 """Loops side by side: some 20 rows."""
 

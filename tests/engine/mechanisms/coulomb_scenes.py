@@ -1,4 +1,4 @@
-"""Scenes with dry friction, and the statics with which they are compared: arms, loops, wedged guides, chains."""
+"""Scenes and runs with dry friction: example 8.1 released at an angle, and an arm of six bars on revolutes."""
 
 from __future__ import annotations
 

@@ -37,12 +37,13 @@ class Hoist:
         return scene_from_dict(data | {"simulation": {"until": 1.0, "every": 0.05}})
 
     def friction(self, torque: float, sense: float) -> float:
-        """Largest friction at the drum, for its torque and the sense of its motion: what the catalogue's efficiencies leave."""
+        """Largest friction at the drum, for its torque and the sense of its motion, from the catalogue's efficiencies."""
         taken = torque / self.forward if sense * torque > 0 else self.backward * torque
         return abs(taken - torque) + abs(self.ratio) * self.no_load
 
     def acceleration(self, sense: float) -> float:
-        """Acceleration of the drum while it moves with this sense: i T_in = T + η, with both torques by the shafts' inertias."""
+        """Acceleration of the drum while it moves with this sense: i T_in = T + η, where both torques follow from the balance of
+        the shafts."""
         i, geared = self.ratio, self.ratio**2 * self.rotor
         for c, side in ((1 / self.forward - 1, sense), (1 - self.backward, -sense)):  # side: sign of the torque on the drum
             # i motor − geared a = T + sense (c side T + |i| no_load),  T = drum a − load
@@ -54,7 +55,7 @@ class Hoist:
 
     @property
     def spare(self) -> float:
-        """Friction that the drum does not need to rest, over the friction that it may have; negative if it starts."""
+        """Reserve of friction at rest, relative to the largest friction; negative if the drum starts to move."""
         needed = self.ratio * self.motor + self.load
         return 1 - abs(needed) / self.friction(-self.load, needed)
 

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from tests.reference import forward
-from tests.reference.mechanics.body_properties import GROUND, part
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, part
 from tests.reference.mechanics.newton_euler_equations import Equations
 from tests.reference.scenes.random_scenes import Case
 from tests.scalable_mechanisms import n_four_bar

@@ -28,7 +28,7 @@ class Hinge:
     pin: str = "inboard"
 
     def scene(self) -> sm.Scene:
-        """The scene; the friction's numbers are all given."""
+        """The scene, with all numbers of its friction."""
         word, kind = ("force", "prismatic") if self.slides else ("torque", "revolute")
         friction = {word: self.constant, f"back_{word}": self.constant_back, "load_friction": self.driving,
                     "load_friction_backward": self.driven}  # fmt: skip
@@ -56,7 +56,7 @@ class Hinge:
 
     @property
     def share(self) -> float:
-        """Friction that rest needs, over the friction that the hinge may have."""
+        """Friction that the hinge needs at rest, relative to its largest friction."""
         needed = self.motor + self.load
         return abs(needed) / self.friction(-self.load, needed)
 

@@ -21,7 +21,8 @@ from trunnion.simulation.run import simulate
 from trunnion.system.construction.system_builder import build
 
 TREES = (1, 2, 8, 11)
-"""Seeds of ``test_parts``: drives, tables, loads, springs between bodies, stops, every law, joints traversed in both directions."""
+"""Seeds of ``test_compiled_kernel_equivalence``: drives, tables, loads, springs between bodies, stops, every law, joints traversed
+in both directions."""
 LOOPS = (1, 4, 8)
 MODELS = ("andrews", "bricard")
 

@@ -99,7 +99,7 @@ def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
 
 
 def test_contacts_told_of_an_event_are_those_up_to_it_from_either_kernel() -> None:
-    """Contacts follow from accelerations with friction; accelerations without friction would give false turns."""
+    """Contacts follow from accelerations with friction; accelerations without friction would give false contact jumps."""
     turns = []
     for kind in ("parts", "compiled"):
         r = simulate(chain(8), until=0.01, every=0.01, rtol=1e-8, outputs=("*.q[*]",), kernel=kind)

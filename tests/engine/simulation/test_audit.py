@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.reference.mechanics.body_properties import parts
+from tests.reference.mechanics.bodies_and_joint_frames import parts
 from tests.reference.mechanics.rotation import matrix_from_quaternion
-from tests.reference.scenes.brief_passes import brief_pass
+from tests.reference.scenes.brief_threshold_crossings import brief_pass
 from tests.sampling import slow
 from trunnion import scene_from_dict
 from trunnion.batch.sweep import sweep
@@ -126,7 +126,7 @@ def test_creep_at_rest_and_bristles_that_give_back_are_no_errors() -> None:
         assert (r.outcome.name, r.audit.verdict) == ("done", "within")
 
 
-# -- broken runs ------------------------------------------------------------------------------------------------------------------
+# -- runs with defects ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("how", [{"rtol": 0.1}, {"method": "rk5", "step": 1.0}], ids=["rtol", "fixed step"])

@@ -1,4 +1,4 @@
-"""Tables keep the numbers and state their origin."""
+"""Tables contain the exact numbers of a result, and metadata about its origin."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""Stated errors over true ones, of random mechanisms and the examples (``pytest -m slow
-tests/engine/simulation/test_global_error_random_scenes.py``); the whole of it is ``python -m
-tests.benchmarks.numerical_error.global_error_estimates --models``."""
+"""Ratios of stated to true errors, for random mechanisms and the examples (``pytest -m slow``). ``python -m
+tests.benchmarks.numerical_error.global_error_estimates --models`` measures all scenes."""
 
 from __future__ import annotations
 

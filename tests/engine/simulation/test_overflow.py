@@ -28,7 +28,7 @@ def test_forces_out_of_the_range_of_numbers_end_the_run_by_name(mass: float) -> 
 
 
 def pushed(force: float) -> dict[str, Any]:
-    """The same body under a force that grows to this value in a second."""
+    """The body on its pivot, under a force that grows to this value in a second."""
     push = {"type": "force", "on": "b", "force": [{"ramp": {"start": 0, "end": force, "duration": 1, "begin": 0.01}}, 0, 0]}
     return swing(1.0, forces={"push": push})
 

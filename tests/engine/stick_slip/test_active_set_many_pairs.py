@@ -21,7 +21,7 @@ STEPS = 120
 """Most iterations, of the creep and of Newton's method, for the decision of a start. The limit does not depend on the number of
 pairs."""
 MOST = 400_000
-"""Iterations after which the start of ten balls has ended. It tries every way of searching several times."""
+"""Largest number of iterations in the start of ten balls, which tries every search method several times."""
 
 
 def links(count: int, seed: int, kind: str, apart: bool) -> sm.Scene:

@@ -14,7 +14,7 @@ from tests.reference.mechanics.joint_constraints import freedoms, of
 from tests.reference.scenes.frame_changes import rotated
 from tests.reference.scenes.random_scenes import Case, _started
 from tests.reference.scenes.unit_changes import rescaled
-from tests.reference.states_of_results import column
+from tests.reference.states_from_columns import column
 from trunnion.elements.friction import REGISTRY
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
@@ -93,7 +93,7 @@ def worlds(name: str) -> dict[str, World]:
 
 
 def run(name: str, world: World, method: str, rtol: float) -> Result:
-    """Run a case in a world; its rows are its ends."""
+    """Run a case in a world; the run has rows only at its start and end."""
     until = CLAIMS[name].until * world.time
     return simulate(
         world.scene, until=until, every=until, method=method, rtol=rtol, outputs=["energy.*", *coordinates(world.scene)]
@@ -164,6 +164,6 @@ def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None
 
 @pytest.mark.parametrize("world", ["as it is", "larger"])
 def test_a_ball_whose_sliding_turns_back_before_the_kink_of_its_law_goes_below_it(world: str) -> None:
-    """At the kink, the ball is on the other branch at once. When it was treated as sliding on, the next step found a distant
-    root."""
+    """At the kink, the ball is on the other branch at once. Earlier, the ball was treated as still sliding, and the next step found
+    a distant root."""
     check("big_ball", world, [("rosenbrock", 2e-5), ("rosenbrock", 1e-5), ("rk5", 1e-5)])

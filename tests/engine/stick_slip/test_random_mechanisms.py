@@ -16,7 +16,7 @@ SEEDS = 300
 ALIKE = 0.98
 """Required share of mechanisms that end alike at all settings."""
 STUCK = 20
-"""Number of looks at a run, four steps or more apart, without progress after which the run counts as stuck. At one instant it may
+"""A run counts as stuck after this number of checks without progress, which are four steps or more apart. At one instant, a run may
 need two failures for each pair."""
 
 
@@ -39,32 +39,36 @@ def stiff(*case: object) -> object:
 @pytest.mark.parametrize(
     ("kind", "seed", "setting"),
     [
-        ("tree", 38, ("rk5", 1e-5)),  # another pair's stop carries a ball that turns about its contact across its cone
-        ("tree", 199, ("rk5", 1e-6)),  # a pair turns so fast that its friction jumps, which seems to release another pair
-        stiff("tree", 199, ("auto", 1e-6)),  # the same by the default method
+        # when another pair stops, the state of a ball that turns about its contact moves across the border of its cone
+        ("tree", 38, ("rk5", 1e-5)),
+        # the direction of a pair turns so fast that its friction jumps; this jump seems to release another pair
+        ("tree", 199, ("rk5", 1e-6)),
+        stiff("tree", 199, ("auto", 1e-6)),  # the case above, by the default method
         # a ball that closes a loop is slow for a moment, at its own dead centre, but does not stop
         ("loop", 19, ("auto", 1e-4)),
-        ("loop", 15, ("rk5", 1e-5)),  # the row of an event has closed loops: a sleeve slips there
-        ("loop", 27, ("auto", 1e-4)),  # the same for balls that reach their cones
-        ("loop", 3, ("rk8", 1e-8)),  # a ball that stops with others has no direction left in the row of this event
+        ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: a sleeve slips there
+        ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: balls reach their cones there
+        ("loop", 3, ("rk8", 1e-8)),  # in the row of its stop, a ball that stops with others has no direction of sliding
         ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start; only random starts find its friction
-        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load by the sum that their two components carry
-        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction before it, not that of round-off
-        stiff("loop", 121, ("rosenbrock", 1e-6)),  # the same where the pair was slow for long before
-        ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another one stops rest, too
+        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of both components of friction counts
+        ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction of sliding before the stop, not that of round-off
+        stiff("loop", 121, ("rosenbrock", 1e-6)),  # the case above, for a pair that was slow for a long time before
+        ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another pair stops are at rest, too
         ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, not a fold
         ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not alternate between them
         ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is at a solution for its friction, not near one
         stiff("loop", 206, ("auto", 1e-6)),  # modes between two simultaneous events, which last no time, have no row
-        ("loop", 257, ("auto", 1e-6)),  # loads of pairs at rest have other roots, with which no pair holds
-        ("loop", 257, ("rk8", 1e-8)),  # the root by which a group at rest shares its load vanishes; other roots hold the group
-        ("loop", 83, ("rk5", 1e-5)),  # a pair that began along a line in the step before a stop has changed its direction since
+        ("loop", 257, ("auto", 1e-6)),  # the loads of pairs at rest have several roots; with the other roots, no pair holds
+        # the root with which a group at rest shares its load vanishes; with other roots the group stays at rest
+        ("loop", 257, ("rk8", 1e-8)),
+        # a pair began to slide along a line in the step before a stop, and has changed its direction since then
+        ("loop", 83, ("rk5", 1e-5)),
         ("loop", 86, ("auto", 1e-4)),  # a group's capacity grows with its load, which the rule ignores
         ("loop", 107, ("auto", 1e-4)),  # the event of a group that shares its load is the first event of its pairs
         stiff("loop", 247, ("rosenbrock", 1e-6)),  # loop closure does not move a resting pair
         stiff("loop", 274, ("rk8", 1e-8)),  # a shaft comes to rest while its direction rotates
         stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end
-        stiff("tree", 275, ("rosenbrock", 1e-6)),  # a shaft that stops turns its friction; this releases no sleeve
+        stiff("tree", 275, ("rosenbrock", 1e-6)),  # the direction of friction turns when a shaft stops; this releases no sleeve
     ],
 )
 def test_some_random_mechanisms_obey_the_laws(kind: str, seed: int, setting: tuple[str, float]) -> None:

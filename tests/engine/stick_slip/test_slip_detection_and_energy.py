@@ -55,7 +55,7 @@ def test_a_block_slips_once_in_every_period_of_whatever_signal_frees_it(shaker: 
         assert sum(e.kind == "slip" for e in r.events) == 40, rtol
 
 
-# -- rest that contradicts itself ------------------------------------------------------------------------------------------------
+# -- joints that cannot both rest ------------------------------------------------------------------------------------------------
 
 
 def trammel(seed: int) -> sm.Scene:
@@ -206,7 +206,7 @@ def obeys(kind: str, seed: int) -> None:
         r = simulate(scene, until=span, every=span / 20, method=method, rtol=rtol, max_steps=40000, outputs=["energy.*"])
         ends.append(r.outcome.name)
         if r.outcome.ok and len(r.time):
-            assert energy_error(r) <= 1e-3, (method, rtol)  # the bound below which a run counts as right; most are at rtol
+            assert energy_error(r) <= 1e-3, (method, rtol)  # the bound for correct runs; the errors of most runs are about rtol
     assert len(set(ends)) == 1, ends
 
 

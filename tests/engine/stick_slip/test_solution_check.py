@@ -53,7 +53,7 @@ def begun(scene: sm.Scene, method: str = "auto", kernel: str = "auto") -> bl.Blo
     return model.block
 
 
-# -- each law can be seen broken --------------------------------------------------------------------------------------------------
+# -- the violation of each law is detected ----------------------------------------------------------------------------------------
 
 
 def test_a_held_block_that_is_given_other_friction_moves() -> None:
@@ -186,7 +186,7 @@ def test_what_a_random_mechanism_comes_to_is_an_answer_and_no_neighbour_of_it_is
             z[i] = right
 
 
-# -- a wrong one is not gone on with ----------------------------------------------------------------------------------------------
+# -- a run does not continue with a wrong solution --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])

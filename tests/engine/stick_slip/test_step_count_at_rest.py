@@ -14,8 +14,8 @@ from trunnion.simulation.run import simulate
 
 METHODS = ("rk5", "rk8", "rosenbrock", "auto")
 STEPS = 60
-"""Most steps of a run with one slip, whatever its length. A step is at most six times the last, so that fourteen steps grow from
-1e-6 s to 1e5 s. The slip takes as many."""
+"""Largest number of steps of a run with one slip, for any duration. A step is at most six times as long as the last one, so the
+step grows from 1e-6 s to 1e5 s in fourteen steps. The slip takes as many steps."""
 
 
 def pile(seed: int, late: float, size: float = 1.0) -> tuple[sm.Scene, float]:

@@ -14,7 +14,8 @@ from tests.engine.unilateral.unilateral_scenes import body, scene
 from trunnion.simulation.run import simulate
 
 MASS, STIFF, SOON, SLOW = 0.3, 900.0, 1e-7, 0.02
-"""SOON: s, after an event the reference looks for the next one from there. SLOW: m/s, the reference ends at slower bounces."""
+"""SOON: time after an event from which the reference searches for the next event, s. SLOW: the reference ends when bounces are
+slower than this, m/s."""
 ANGLES = np.linspace(0.0, 2 * np.pi, 25)
 RADII = 0.03 + 0.006 * np.exp(-8.0 * (1 - np.cos(ANGLES - np.pi)))
 RADII[-1] = RADII[0]

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.wrapped_drives import Band, Drive
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.engine.mechanisms.band_brakes_and_belt_drives import Band, Drive
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 
 STARTING = Drive(Band(0.3, 0.0, None, 200.0), (0.05, 0.12), 0.4, (0.01, 0.05), (5.0, -1.0), rates=(60.0, 0.0))

@@ -1,4 +1,4 @@
-"""Communication steps, states, inputs, parameters and refusals, in both flavours where both have them."""
+"""Communication steps, states, inputs, parameters and refusals, in each flavour that has them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.exported_fmus import FOLDER, exported
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 from trunnion.scene import scene_from_dict, scene_to_dict
 
@@ -187,7 +188,7 @@ def test_the_stop_time_is_honoured_and_other_start_times_work() -> None:
 
 
 def jamming() -> trunnion.Scene:
-    """Example 8.3 with the guide of the text's literal reading. It jams from the start after friction is raised."""
+    """Example 8.3 with the guide as the paper's text literally describes it. With more friction, it jams from the start."""
     data = scene_to_dict(trunnion.load_scene("double_pendulum"))
     data["name"] = "jamming"
     return scene_from_dict(data)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from tests.engine.mechanisms.geared_hoist import Hoist
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 
 ANGLE = "drum_bearing.q[1]"
@@ -26,7 +27,7 @@ def made() -> Path:
 
 @pytest.mark.parametrize("changes", [{}, {"forward": 0.5}, {"forward": 0.7, "backward": 0.0, "motor": 0.0, "no_load": 0.0}])
 def test_a_hoist_as_an_fmu_moves_as_the_closed_form(changes: dict[str, float]) -> None:
-    """It sinks at first, comes to rest within a communication step, and then rises or stays."""
+    """The load sinks at first, comes to rest within a communication step, and then rises or stays."""
     h = replace(SINKING, **changes)
     host = Host(made(), begin=False, solver__tolerance=1e-11)
     paths = {"forward": "box.friction.efficiency", "backward": "box.friction.efficiency_backward",

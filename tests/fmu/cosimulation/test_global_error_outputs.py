@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from fmpy import read_model_description, simulate_fmu
 
-from tests.fmu.fmpy_host import FOLDER, Host, arm
+from tests.fmu.exported_fmus import FOLDER, arm
+from tests.fmu.fmpy_host import Host
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.scene import models_dir

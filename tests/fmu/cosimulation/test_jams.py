@@ -10,7 +10,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 
 BOTH = pytest.mark.parametrize("flavour", ["native", "python"])

@@ -9,7 +9,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 import trunnion
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 
 BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
 STEPS, H = 40, 0.1

@@ -7,8 +7,10 @@ import pytest
 
 from tests.engine.mechanisms.rod_ladder import ladder, tension
 from tests.fmu.cosimulation.test_models_without_loops import test_both_flavours_are_the_engine as open_models
-from tests.fmu.fmpy_host import FOLDER, Host, claim_equal_to_engine
-from tests.fmu.model_exchange.exchange_host import run_me
+from tests.fmu.engine_comparison import claim_equal_to_engine
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
+from tests.fmu.model_exchange.model_exchange_host import run_me
 from tests.fmu.scene_value_checks import claim_refuses_what_the_scene_refuses
 from tests.sampling import sampled
 from trunnion.fmu.scene_export import export
@@ -16,7 +18,7 @@ from trunnion.scene import model_names
 
 OPEN = open_models.pytestmark[0].args[1]
 SOME = ("andrews", "caught_carriage", "crank_slider", "spatial_slider_crank")
-"""Models with planar and spatial loops, one with latches, of which both flavours run by default."""
+"""Models whose two flavours run by default: planar loops, spatial loops, and one model with latches."""
 
 
 @pytest.mark.slow
@@ -33,7 +35,8 @@ def test_it_refuses_what_the_scene_refuses(model: str) -> None:
 
 
 def test_an_fmu_of_either_kind_gives_the_force_of_a_rod() -> None:
-    """By hand, on a guide whose friction follows from it; with the rod as long as a parameter says."""
+    """The force is compared with a hand calculation. It causes the friction of the guide. A parameter sets the length of the
+    rod."""
     file = FOLDER / "ladder.fmu"
     export(ladder(), file, outputs="r0.axial_force", kind="both")
     host = Host(file, joints__r0__length=0.55)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.exported_fmus import FOLDER, exported
+from tests.fmu.fmpy_host import Host
 from tests.fmu.systems.scenarios import motor_and_crank
 from trunnion.fmu.scene_export import export
 
@@ -43,15 +44,15 @@ def coupled(step: float, derivatives: int = 0, **settings: float) -> float:
 
 @cache
 def whole() -> float:
-    """The same angle of the same mechanism as one scene."""
+    """The motor's angle at END when motor and crank-slider are one scene."""
     return float(trunnion.simulate(motor_and_crank.one_scene(), until=END, every=END, rtol=1e-9)["crank_pivot.q[1]"][-1])
 
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("bandwidth", [20.0, 100.0, 400.0])
 def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(bandwidth: float) -> None:
-    """The load is that of the last step, which alone causes an error of first order. This error halves with the step, or falls
-    faster where the next order matters. This is true for any bandwidth."""
+    """The load is that of the last step, which causes the only error of first order. For any bandwidth, the error halves with the
+    step, or falls faster where the second order matters."""
     errors = np.array([abs(coupled(h, inputs__angle__bandwidth=bandwidth) - whole()) for h in (0.01, 0.005, 0.0025)])
     assert errors[0] < 0.07
     assert (errors[1:] / errors[:-1] < 0.55).all()
@@ -75,7 +76,7 @@ def test_the_log_names_the_bandwidth_that_the_samples_carry() -> None:
 
 @BOTH
 def test_rate_and_acceleration_as_inputs_are_what_derivatives_of_the_input_are(flavour: str) -> None:
-    """They are set before or after the value; for a parabola the motion follows it exactly."""
+    """Rate and acceleration are set before or after the value. The motion follows a parabola exactly."""
     told, before, after = (Host(exported("arm", flavour), angle=0.2) for _ in range(3))
     at = told.reference["angle"]
     for k in range(20):

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.fmu.engine_comparison import BEYOND, ROWS, engine_run, fmu_run
+from tests.fmu.exported_fmus import FOLDER, arm, exported
 from tests.fmu.fmi3.event_mode_host import Host3
-from tests.fmu.fmpy_host import BEYOND, FOLDER, ROWS, Host, arm, engine_run, exported, fmu_run
+from tests.fmu.fmpy_host import Host
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.binaries import platform_builds
 from trunnion.fmu.scene_export import export
@@ -54,7 +56,7 @@ def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     here.run(0.0, 20, 0.01)
     kept = here.fmu.serializeFMUState(here.fmu.getFMUState())
     expected = here.run(0.2, 20, 0.01, *columns)
-    here.fmu.freeInstance()  # and its library
+    here.fmu.freeInstance()  # also unloads the library with the tables
     there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
     assert there.run(0.2, 20, 0.01, *columns) == expected
 
@@ -108,7 +110,7 @@ def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None
 def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'quick' is not a kernel \(one of auto, compiled, parts\)"):
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
-    with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU has no neighbouring cases
+    with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU runs one case, so it has no SIMD lanes
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="lanes")
     monkeypatch.setattr(c_compiler, "there", lambda module: False)
     with pytest.raises(SceneError, match=r"pip install 'trunnion\[compile\]'"):

@@ -59,8 +59,8 @@ def test_the_fmu_and_the_c_library_step_as_the_engine_does(made: tuple[Path, Exp
 
 
 def test_bounds_are_parameters_and_what_is_over_them_is_seen(made: tuple[Path, Export]) -> None:
-    """With one iteration for each step the fallback makes all steps. Each is counted, and named in an output and in the log;
-    without this bound none is."""
+    """With a bound of one iteration, the fallback makes all steps. Each such step is counted, and named in an output and in the
+    log. Without this bound there are no such steps."""
     host = Host(made[0], stop=1.0, logging=True)
     host.set(**{"solver.iterations": 1})
     got = stepped(host, ["realtime.overrun", "realtime.overruns"], 20)

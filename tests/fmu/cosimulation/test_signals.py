@@ -11,8 +11,9 @@ import pytest
 from fmpy import read_model_description
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host
-from tests.fmu.model_exchange.exchange_host import run_me
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
+from tests.fmu.model_exchange.model_exchange_host import run_me
 from trunnion.fmu.scene_export import export
 from trunnion.scene import scene_from_dict
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests.engine.friction.test_sleeve_with_rotation_drive import LONG, alone, drawn
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 from trunnion.scene.scene_loader import scene_from_text
 

@@ -13,7 +13,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from tests.fmu.cosimulation.test_parts_kernel import of_parts
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 
 SEAL, MODE = 16, 48
@@ -97,7 +98,7 @@ def test_states_of_other_lengths_and_of_another_version_are_refused(tmp_path: Pa
 
 
 def test_of_what_a_state_says_places_are_found_anew_and_numbers_are_looked_at() -> None:
-    """Even where the state's checksum is right."""
+    """This holds even if the state's checksum is correct."""
     host, state = midway(exported("arm"))
     expected = host.run(0.1, 20, 0.01, *KNEE)
     assert forged(state, MODE, state[SEAL + MODE : SEAL + MODE + 4]) == state

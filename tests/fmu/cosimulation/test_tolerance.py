@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 
 BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
 OWN, LOOSE, TIGHT = 1e-6, 1e-4, 1e-9

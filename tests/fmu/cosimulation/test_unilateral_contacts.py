@@ -7,7 +7,8 @@ import pytest
 
 from tests.engine.unilateral.test_slots import Geneva
 from tests.engine.unilateral.unilateral_scenes import G, body, scene
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.scene_export import export
 from trunnion.simulation.run import simulate
 

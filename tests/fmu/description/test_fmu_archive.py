@@ -12,8 +12,8 @@ import pytest
 from fmpy import read_model_description
 
 import trunnion
-from tests.fmu.fmpy_host import arm, exported
-from tests.fmu.validation import validated
+from tests.fmu.exported_fmus import arm, exported
+from tests.fmu.fmpy_validation import validated
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
@@ -139,7 +139,7 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
 
 
 def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Each unit is compiled once; after that only its tables are."""
+    """``prepare`` compiles the units of a model side by side. ``library`` then compiles only the tables of the model."""
     compiled: list[str] = []
     run = c_compiler.run
 
@@ -160,8 +160,8 @@ def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkey
 def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(
     delivered_flags: Callable[[str, str], tuple[str, ...]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A delivered FMU runs for long; a kernel of a structure that is tried once need not be optimised. A library compiled with the
-    switch is also used without it."""
+    """A delivered FMU runs for a long time, so it is optimised; a kernel that is tried once need not be. A library that was
+    compiled with the switch is also used without it."""
     calls: list[Sequence[str]] = []
     run = c_compiler.run
 

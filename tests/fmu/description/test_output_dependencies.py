@@ -10,7 +10,8 @@ import pytest
 from fmpy import read_model_description
 
 from tests.fmu.cosimulation.test_parts_kernel import of_parts
-from tests.fmu.fmpy_host import FOLDER, Host, arm, exported
+from tests.fmu.exported_fmus import FOLDER, arm, exported
+from tests.fmu.fmpy_host import Host
 from tests.fmu.systems.scenarios import motor_and_crank
 from trunnion.fmu.scene_export import export
 
@@ -87,7 +88,8 @@ def test_events_audit_and_structural_zeros_depend_on_no_input() -> None:
 
 
 def test_there_is_no_algebraic_loop_where_none_is() -> None:
-    """A motor whose angle the crank follows, and on which the torque of the crank's drive acts: at the start and at every point."""
+    """A motor whose angle the crank follows; the torque of the crank's drive acts on the motor. There is no algebraic loop, neither
+    at the start nor at communication points."""
     links = {"angle": "shaft.q[1]", "load": motor_and_crank.LOAD}
     for at_start in (True, False):
         needs = declared(made("crank"), at_start) | declared(made("motor"), at_start)

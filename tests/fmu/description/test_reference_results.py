@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from fmpy import read_model_description, simulate_fmu
 
-from tests.fmu.validation import validated
+from tests.fmu.fmpy_validation import validated
 from trunnion.fmu.scene_export import export
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref/"

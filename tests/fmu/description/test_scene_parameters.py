@@ -6,7 +6,8 @@ from __future__ import annotations
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from tests.fmu.fmpy_host import FOLDER, Host
+from tests.fmu.exported_fmus import FOLDER
+from tests.fmu.fmpy_host import Host
 from tests.scene.valid_scene import ARM
 from trunnion.fmu.binaries.platform_builds import NATIVE
 from trunnion.fmu.scene_export import export

@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 import trunnion
-from tests.fmu.fmpy_host import arm
+from tests.fmu.exported_fmus import arm
 from tests.fmu.sources.c_library_build import DESIGNS
 from trunnion.fmu.scene_export import Made, started
 from trunnion.fmu.variables.model_exchange_states import KINDS

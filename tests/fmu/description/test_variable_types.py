@@ -13,7 +13,8 @@ from fmpy import read_model_description, simulate_fmu
 from fmpy.fmi1 import FMICallException
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.exported_fmus import FOLDER, exported
+from tests.fmu.fmpy_host import Host
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.runtime.abi import EventKind

@@ -12,7 +12,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi3 import FMU3Slave
 
 import trunnion
-from tests.fmu.fmpy_host import FOLDER, LAWS, arm
+from tests.fmu.exported_fmus import FOLDER, LAWS, arm
 from trunnion.fmu.scene_export import export
 from trunnion.scene.overrides import apply
 

@@ -9,9 +9,10 @@ from fmpy import read_model_description, simulate_fmu
 
 import trunnion
 from tests.fmu.cosimulation.test_jams import GUIDE, through
+from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmi3.event_mode_host import Host3, exported3
-from tests.fmu.fmpy_host import FOLDER, Host, exported
-from tests.fmu.model_exchange.exchange_host import Importer, exchange
+from tests.fmu.fmpy_host import Host
+from tests.fmu.model_exchange.model_exchange_host import Importer, exchange
 from tests.sampling import sampled
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names

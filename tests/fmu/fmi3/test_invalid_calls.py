@@ -14,8 +14,8 @@ from fmpy.fmi3 import FMU3ScheduledExecution
 
 import trunnion
 from tests.fmu.cosimulation.test_jams import ENDS
+from tests.fmu.exported_fmus import FOLDER
 from tests.fmu.fmi3.event_mode_host import DISCARD, ERROR, Host3, exported3
-from tests.fmu.fmpy_host import FOLDER
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND

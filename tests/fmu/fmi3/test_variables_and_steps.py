@@ -17,9 +17,10 @@ import pytest
 from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 
+from tests.fmu.exported_fmus import arm, exported
 from tests.fmu.fmi3.event_mode_host import ERROR, Host3, exported3
-from tests.fmu.fmpy_host import Host, arm, exported
-from tests.fmu.validation import validated
+from tests.fmu.fmpy_host import Host
+from tests.fmu.fmpy_validation import validated
 from trunnion.basics.problems import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names

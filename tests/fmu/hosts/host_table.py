@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.fmu.hosts.programs import MARK, Values
+from tests.fmu.hosts.other_tools import MARK, Values
 from trunnion.fmu.scene_export import export
 
 MODELS = ("spherical_pendulum", "crank_slider", "n_four_bar", "double_pendulum", "simple_pendulum", "governor", "andrews",
@@ -51,7 +51,7 @@ def values_in(tool: str, folder: Path, files: Sequence[Path]) -> list[Values | s
     if not place.exists():
         venv.create(place, with_pip=True)
         subprocess.run([place / "bin" / "pip", "install", "-q", *TOOLS[tool]], check=True)
-    words = [place / "bin" / "python", "-W", "ignore", Path(__file__).with_name("programs.py"), tool, STOP, STEP]
+    words = [place / "bin" / "python", "-W", "ignore", Path(__file__).with_name("other_tools.py"), tool, STOP, STEP]
     out: list[Values | str] = []
     while len(out) < len(files):
         told = _run([*map(str, [*words, *files[len(out) :]])])

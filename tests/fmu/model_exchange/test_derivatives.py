@@ -14,7 +14,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model
 
 import trunnion
-from tests.fmu.model_exchange.exchange_host import Importer, exchange, scene_of
+from tests.fmu.model_exchange.model_exchange_host import Importer, exchange, scene_of
 
 EXACT = 1e-12
 """Allowed difference relative to the largest number of the matrix. Both are exact; the engine's kernel is compiled for this

@@ -1,4 +1,5 @@
-/* What plain C hosts have in common: loading a library, on Linux and on Windows, where there is no start file; memory in use. */
+/* Functions of all plain C hosts: loading a library and measuring the used memory, on Linux and Windows. On Windows, the host is
+ * built without the compiler's start files. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +12,7 @@ int _configure_narrow_argv(int mode);
 int *__p___argc(void);
 char ***__p___argv(void);
 void __main(void) {}
-/* Where Windows enters, as the compiler's start files would have it, which take a minute to build. */
+/* The entry point on Windows. It replaces the compiler's start files, which take a minute to build. */
 void mainCRTStartup(void) {
   _configure_narrow_argv(1);
   exit(main(*__p___argc(), *__p___argv()));

@@ -1,5 +1,5 @@
-/* A host without Python: loads the library, misuses it politely, then makes, steps and frees many instances; prints the growth of
- * the process in kB and the microseconds a step takes. host LIBRARY GUID INSTANCES */
+/* A host without Python: loads the library, makes invalid calls, then creates, steps and frees many instances. It prints the growth
+ * of the process in kB and the time of a step in microseconds. Usage: host LIBRARY GUID INSTANCES */
 #include <time.h>
 #include "fmi2Functions.h"
 #include "dynamic_library.h"

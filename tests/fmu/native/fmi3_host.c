@@ -1,5 +1,6 @@
-/* A host without Python for FMI 3.0: misuses the library politely, makes and frees many instances, each through an event; then a run in
- * event mode, whose instants it prints behind the growth of the process in kB. host LIBRARY TOKEN INSTANCES UNTIL */
+/* A host without Python for FMI 3.0: makes invalid calls, creates and frees many instances that each pass an event, and makes a
+ * run in event mode. It prints the growth of the process in kB, then the times of the events. Usage: host LIBRARY TOKEN INSTANCES
+ * UNTIL */
 #include "fmi3Functions.h"
 #include "dynamic_library.h"
 #define HAVE(name) name##TYPE *p##name = (name##TYPE *)FIND(h, #name)

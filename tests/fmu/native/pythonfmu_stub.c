@@ -1,11 +1,11 @@
-/* Stands for pythonfmu's library on Windows, where no Python is: plays the slave on the native library in the resources. */
+/* Replacement of pythonfmu's library on Windows without Python: acts as the slave, with the native library in the resources. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <windows.h>
 #include "fmi2Functions.h"
 
-/* The part of fmu_bridge (fmu/native/pythonfmu_loader.c) that slaves know. */
+/* The fields of fmu_bridge (fmu/native/pythonfmu/slave_calls.c) that slaves use. */
 typedef struct bridge {
   int status, logging;
   const char *guid;

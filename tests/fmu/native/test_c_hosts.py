@@ -1,4 +1,5 @@
-"""The native library in a host that has no Python: here, and with the slow tests on Windows (under wine, where it is there)."""
+"""The native library in hosts without Python: on this machine, and in slow tests under wine (Windows) and qemu (64-bit ARM) if they
+are installed."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ import pytest
 from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 
+from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmi3.event_mode_host import Host3, exported3
-from tests.fmu.fmpy_host import FOLDER, Host, exported
+from tests.fmu.fmpy_host import Host
 from trunnion.fmu.binaries.platform_builds import entries, headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from fmpy import extract, read_model_description
 
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 from tests.fmu.native.test_c_hosts import built
 
 SOURCE = Path(__file__).with_name("embedded_python_host.c")

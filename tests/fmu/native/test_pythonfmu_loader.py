@@ -1,4 +1,5 @@
-"""The loader before pythonfmu: messages of the python flavour's slave reach the host, as from the native flavour."""
+"""The loader that stands between host and pythonfmu: messages of the python flavour's slave reach the host, as from the native
+flavour."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 from tests.fmu.cosimulation.test_state_serialization import flipped, midway, refusal
-from tests.fmu.fmpy_host import Host, exported
+from tests.fmu.exported_fmus import exported
+from tests.fmu.fmpy_host import Host
 
 BOTH = pytest.mark.parametrize("flavour", ["native", "python"])
 OK, DISCARD, ERROR = 0, 2, 3

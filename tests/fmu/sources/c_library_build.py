@@ -61,7 +61,8 @@ def zig(arguments: Sequence[str], what: str = "cc") -> str:
 
 
 def foreign(target: Sequence[str], arguments: Sequence[str]) -> str:
-    """Messages of clang for a machine whose C library is not here, about sources that are not linked; "" when it accepts all."""
+    """Messages of clang when it compiles sources, without linking, for a machine whose C library is not installed; "" when it
+    accepts all sources."""
     own = find_spec("ziglang")
     assert own is not None
     assert own.origin is not None

@@ -1,4 +1,5 @@
-"""C for a compiler that is not here: code that Microsoft's compiler refuses and others accept, found in the text."""
+"""Rules of Microsoft's C compiler, which cannot run here: a search of the text for code that it refuses and other compilers
+accept."""
 
 from __future__ import annotations
 

@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 from fmpy.model_description import read_build_description
 
+from tests.fmu.fmpy_validation import validated
 from tests.fmu.native.test_c_hosts import HERE, PLAIN, UNUSUAL, bits_in
 from tests.fmu.sources.c_library_build import STRICT, Loaded, columns, foreign, write
 from tests.fmu.sources.msvc_rules import refused
-from tests.fmu.validation import validated
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.fmu.c_library.library_files import Library, library, library_name

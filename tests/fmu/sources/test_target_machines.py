@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from fmpy.build import build_platform_binary
 
-from tests.fmu.fmpy_host import arm
+from tests.fmu.exported_fmus import arm
 from tests.fmu.sources.c_library_build import DESIGNS, STRICT, Loaded, columns, foreign, printed, program, write, zig
 from tests.fmu.sources.msvc_rules import refused
 from trunnion.fmu.binaries.platform_builds import headers

@@ -16,7 +16,8 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssm, read_ssv
 from scipy.integrate import solve_ivp
 
-from tests.fmu.fmpy_host import Host, arm, exported
+from tests.fmu.exported_fmus import arm, exported
+from tests.fmu.fmpy_host import Host
 from trunnion import load_scene, simulate
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
@@ -60,7 +61,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("system")
     (made / "rotor.yaml").write_text(ROTOR)
     (made / "system.yaml").write_text(SYSTEM)
-    with zipfile.ZipFile(exported("arm")) as given, zipfile.ZipFile(made / "arm.fmu", "w") as z:  # told in another unit
+    with zipfile.ZipFile(exported("arm")) as given, zipfile.ZipFile(made / "arm.fmu", "w") as z:  # given in another unit
         for name in given.namelist():
             data = given.read(name)
             if name == "modelDescription.xml":
@@ -260,7 +261,7 @@ def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     assert links == [
         ("start rate", "rotor.joints.shaft.start.qd[1]", (-1.5, 0.5)), ("loss", "arm.joints.knee.friction.mu", None),
         ("loss", "rotor.joints.shaft.damping", (2.0, 0.0)), ("torque", "arm.motor", None)]  # fmt: skip
-    of, last = read_ssd(str(made)).system.parameterBindings  # the last one counts most
+    of, last = read_ssd(str(made)).system.parameterBindings  # the last value counts
     assert [len(b.parameterMapping) for b in (of, last)] == [0, 1]
     for name in ("system_parameters.ssv", "parameter_mapping.ssm"):
         (folder / name).write_bytes((resources / name).read_bytes())

@@ -1,11 +1,10 @@
 """A compliant, regularised model in absolute coordinates whose limit is the rigid mechanism with Coulomb's friction.
 
 It takes a scene with all its devices and shares nothing with the engine. ``judged(scene, until, outputs)`` runs it at several
-levels of stiffness and of the speed below which friction rests, extrapolates, and says how far the last two extrapolations lie
-apart.
-"""
+levels of stiffness and of the speed below which friction rests, extrapolates, and returns the difference of the last two
+extrapolations as the error. """
 
-from tests.reference.compliant.answer import Judged, judged
-from tests.reference.compliant.laws import NotJudged
+from tests.reference.compliant.friction_laws import NotJudged
+from tests.reference.compliant.runs_and_limit import Judged, judged
 
 __all__ = ["Judged", "NotJudged", "judged"]

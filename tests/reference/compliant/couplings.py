@@ -1,8 +1,7 @@
 """Couplings of motions as springs along their rows: gears, belts, racks, bevel gears, screws, rods, and joints that follow another.
 
-What a row has moved is a state of its own, integrated from its rate: no teeth and no turns are counted. A row presses with
-stiffness times this, and a share of its rate. Teeth that rub push their wheels apart and take a torque between them.
-"""
+The displacement of a row is a separate state, integrated from its rate; teeth and turns are not counted. A row presses with
+stiffness times this, and a share of its rate. Teeth that rub push their wheels apart and take a torque between them. """
 
 from __future__ import annotations
 
@@ -10,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.reference.compliant.fits import Level, arm, is_given, thread_arm
-from tests.reference.compliant.laws import Laws, NotJudged, Signals
-from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
+from tests.reference.compliant.friction_laws import Laws, NotJudged, Signals
+from tests.reference.compliant.pin_bearing_fits import Level, arm, is_given, thread_arm
+from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 from tests.reference.mechanics.joint_constraints import lead
 from trunnion.scene.data_classes import scene as sm
 
@@ -107,7 +106,9 @@ class Wheels:
         v1 = m.v[:, one] + cross(m.w[:, one], inner - m.c[:, one])
         v2 = m.v[:, two] + cross(m.w[:, two], outer - m.c[:, two])
         rate = dot(k, v2 - v1) + dot(t2, m.w[:, two]) + dot(t1, m.w[:, one])
-        if bevel.any():  # of the apexes' distance along k, which turns with the axes: teeth count angles and places, not ways
+        # due to the distance of the apexes along k, which turns with the axes: meshing teeth depend on angles and positions, not on
+        # paths
+        if bevel.any():
             turns = cross(cross(m.w[:, one], a), b) + cross(a, cross(m.w[:, two], b))
             rate = rate + np.where(bevel, dot(turns - dot(k, turns)[..., None] * k, across) / sine[..., 0], 0.0)
         return rate, k, inner, t1, outer, t2, slip, apart, dot(s.turn, slip)

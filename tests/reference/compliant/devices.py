@@ -1,17 +1,16 @@
 """Devices along freedoms of joints: springs, damping, stops, latches, motors, efforts, drives, and joints that follow others.
 
-A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a state apart
-from the equations: whether the hook is down, and on which tooth. It changes between two steps only.
-"""
+A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a discrete
+state: whether the hook is down, and on which tooth. This state changes only between two steps. """
 
 from __future__ import annotations
 
 import numpy as np
 
 from tests.reference.compliant.couplings import follower_stiffness
-from tests.reference.compliant.fits import Level
-from tests.reference.compliant.laws import NotJudged, Signals, bends
-from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
+from tests.reference.compliant.friction_laws import NotJudged, Signals, bends
+from tests.reference.compliant.pin_bearing_fits import Level
+from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 from tests.reference.mechanics.joint_constraints import of
 from tests.reference.mechanics.time_signals import drive_motion, per_freedom
 
@@ -216,7 +215,7 @@ class Loads:
     """Weight, and loads on bodies."""
 
     def __init__(self, scene, frames: Frames):
-        from tests.reference.mechanics.body_properties import place
+        from tests.reference.mechanics.bodies_and_joint_frames import place
 
         self.scene, self.frames = scene, frames
         self.weight = frames.mass[:, None] * np.array(scene.gravity, float)

@@ -10,22 +10,23 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from tests.reference.compliant.couplings import follower_stiffness
 from tests.reference.compliant.devices import Devices, Freedoms
-from tests.reference.compliant.fits import Level
-from tests.reference.compliant.laws import Laws, NotJudged, Signals
-from tests.reference.compliant.motion import Forces, Frames, Motion, cross, dot
-from tests.reference.compliant.motion_loads import MotionLoads
+from tests.reference.compliant.friction_laws import Laws, NotJudged, Signals
+from tests.reference.compliant.loads_by_speed_and_position import MotionLoads
+from tests.reference.compliant.pin_bearing_fits import Level
+from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
 LOCKED = 1e-9
 """Least 1 - ratio x loss of a unit that the output drives: it moves below its speed of rest when it is locked."""
 STIFFER = 30.0
-"""Stiffness of a unit over that of a joint's drive: fast shafts turn by much, and errors are of their angles."""
+"""Stiffness of a unit relative to that of a joint's drive. It is large because fast shafts turn through large angles, and errors
+are measured in these angles."""
 REPEATED = 40
-"""Iterations for an efficiency that depends on the torque which it determines."""
+"""Iterations for an efficiency that depends on the torque, which in turn depends on the efficiency."""
 
 
 def transmitted(e, ratio, forward, backward, constant):
-    """Torque that the driven part receives of the torque e: e less friction, which is ratio x (c |T| + constant). c is ``forward``
-    where the power flows to this part, else ``backward``."""
+    """Torque that the driven part receives from the torque e: e minus friction, which is ratio x (c |T| + constant). c is
+    ``forward`` if power flows to this part, else ``backward``."""
     sense, share = np.where(ratio < 0, -1.0, 1.0), np.abs(ratio)
     left = sense * e - share * constant
     drives = left / (1 + share * forward)

@@ -1,8 +1,7 @@
 """Radau IIA of order 5 with step size control, for equations whose right side is evaluated for many states at once.
 
-Stiff directions that turn make Newton's method diverge with the Jacobian of the step's start. It is therefore taken at every
-stage, by finite differences, all columns of all stages in one evaluation.
-"""
+Stiff directions that turn make Newton's method diverge with the Jacobian of the step's start. The Jacobian is therefore computed at
+every stage, by finite differences, all columns of all stages in one evaluation. """
 
 from __future__ import annotations
 
@@ -122,7 +121,7 @@ class Run:
         return None, None
 
     def _ahead(self, h: float) -> np.ndarray:
-        """The last step's polynomial, continued."""
+        """The values of the last step's polynomial, extrapolated to the next step."""
         t0, h0, y0, stages = self.last
         return y0 + polynomial(stages, (self.t + h * C - t0) / h0) - self.y
 

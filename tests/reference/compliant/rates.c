@@ -1,4 +1,5 @@
-/* The rates of a compliant mechanism, as model.py defines them, for many states: the same sums in the same order of groups. */
+/* The rates of a compliant mechanism, as equations_of_motion.py defines them, for many states. The order of the groups
+ * in sums is also the same. */
 
 #include <math.h>
 #include <string.h>
@@ -131,7 +132,7 @@ static void fits(const Model *M, Body *b) {
             s.T[k] = M->crossed[i] ? 0 : M->kr[3 * i + k] * s.turn[k];
         }
         s.ends = -x[0] * M->ends[i];
-        double at = M->crossed[i] ? 0 : s.ends; /* the springs' place along the axis, as of contacts */
+        double at = M->crossed[i] ? 0 : s.ends; /* position of the springs along the axis, as for contacts */
         s.F[1] += M->k[3 * i + 1] * at * s.turn[2], s.F[2] -= M->k[3 * i + 2] * at * s.turn[1];
         s.T[2] += at * s.F[1], s.T[1] -= at * s.F[2];
         if (M->kind[i] == 1) shaft(M, b, i, &s);
@@ -191,7 +192,7 @@ static void wheel_row(const Model *M, long i, const Pair *o, Row *r) {
     }
 }
 
-/* The rate of the distance of two cones' apexes along k that comes from the turning of k with their axes. */
+/* The rate of the distance of two cones' apexes along k, due to the rotation of k with the axes of the cones. */
 static double turning_rate(const Pair *o, const double *k, const double *w1, const double *w2) {
     double a[3], b[3], c[3], da[3], db[3], one[3], two[3], turns[3], across[3];
     column(o->A, 0, a), column(o->B, 0, b);

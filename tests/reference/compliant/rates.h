@@ -1,9 +1,9 @@
-/* The numbers of a compliant mechanism, as compiled.py fills them in. Every field is read by name. */
+/* The numbers of a compliant mechanism, which compiled_rates.py fills in by the names of the fields. */
 
 #ifndef RATES_H
 #define RATES_H
 
-#define MOST 64 /* bodies, the ground among them */
+#define MOST 64 /* largest number of bodies, including the ground */
 
 typedef struct { long n; const long *one, *two; const double *x1, *F1, *x2, *F2; } Sides;
 typedef struct { long n; const double *eps, *fall, *drag, *mu, *rest; const long *viscous, *slides; double *share; } Law;

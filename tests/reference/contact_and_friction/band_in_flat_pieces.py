@@ -23,7 +23,7 @@ def _polygon(k: float, wrap: float, corners: int) -> tuple[float, np.ndarray]:
 
 
 def band(k: float, wrap: float, corners: int = 400) -> tuple[float, np.ndarray]:
-    """The same for a round drum, extrapolated from three numbers of corners."""
+    """The tension at the end and the force on a round drum, extrapolated from three numbers of corners."""
     (t1, f1), (t2, f2), (t3, f3) = (_polygon(k, wrap, corners * n) for n in (1, 2, 4))
 
     def limit(a, b, c):

@@ -9,7 +9,7 @@ from tests.reference.contact_and_friction.joint_friction import Rubbing, pair
 from tests.reference.mechanics.newton_euler_equations import Equations
 
 FAR = 1e6
-"""An apparent root with this many times the force without friction is one at infinity."""
+"""An apparent root with more than this multiple of the force without friction counts as a root at infinity."""
 
 
 class NoRoot(ArithmeticError):

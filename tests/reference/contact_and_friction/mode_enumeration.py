@@ -1,5 +1,5 @@
-"""Every way in which pairs at rest may go on under Coulomb's law, found by trying all of them: bodies in absolute coordinates,
-loops as they are, every joint that rubs. Nothing of the engine's deciding is in here.
+"""All possible continuations of pairs at rest under Coulomb's law, found by trying every combination of modes: bodies in absolute
+coordinates, with loops, for every joint type with friction. The code shares nothing with the engine's mode decisions.
 
 A pair at rest sticks or starts to slide. Each choice for all pairs is a system of equations in the frictions η that is posed as
 least squares and solved from many starts:
@@ -8,11 +8,10 @@ least squares and solved from many starts:
                         coefficient
     +, - (one freedom)  η is the friction of sliding that way, and the pair accelerates that way
     slides (several)    η is the friction of sliding along the acceleration; a ball whose acceleration lies within its friction cone
-                        turns about its contact then (``contacts.ball``)
+                        turns about its contact then (``contact_roots.ball``)
     moves               the pair is in motion: η is the friction of that
 
-Where what sticks depends on each other, many frictions are one answer: what is found then says that there is one.
-"""
+Where sticking pairs are redundant, many values of friction solve a choice. The found solution then shows only that one exists. """
 
 from __future__ import annotations
 
@@ -35,11 +34,11 @@ SOLVED = 1e-8
 SLACK = 1e-7
 """Allowed excess of friction over its limit, or acceleration in the wrong direction, relative to the same quantities."""
 HELD = 1e-3
-"""Part of what a freedom would accelerate if its bodies were free that counts as cancelling in it: where loops hold it, it
-accelerates by round-off alone."""
+"""Part of the acceleration that a freedom would have with free bodies. An acceleration below this part is round-off: loops hold the
+freedom."""
 FAR = 1e6
-"""Times force · lever: what has run away farther is no solution, whatever its residual is beside it (a joint that its loop holds at
-rest carries any friction)."""
+"""Largest η of a solution, in multiples of force · lever. Larger values are no solution, whatever their residual is, because a
+joint that its loop holds at rest can carry any friction."""
 SPREAD = 3.0
 """Size of random starts, in multiples of force · lever; every other one has a tenth of it."""
 
@@ -76,7 +75,7 @@ class Decision:
         own = np.einsum("ij,ij->j", self.eq.f[:, 1:], np.linalg.solve(inertia, self.eq.f[:, 1:])) * self.unit
         return own + rows.T @ np.maximum(np.abs(np.linalg.solve(inertia, known)), np.abs(self.eq.u[:, :1]))[:, 0]
 
-    # -- what a choice asks for ------------------------------------------------------------------------------------------------
+    # -- the equations of a choice ---------------------------------------------------------------------------------------------
 
     def choices(self) -> list[dict[str, str]]:
         """Every assignment of modes to the pairs at rest; those with more pairs that stick come first."""

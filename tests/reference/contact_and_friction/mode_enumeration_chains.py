@@ -20,8 +20,9 @@ each."""
 
 
 def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:
-    """Every consistent choice (0 sticks, ±1 slips that way) for the joints at rest, all others sliding as they move. Each has one
-    freedom and rubs with one coefficient. Roots are looked for from ``starts`` random values, ``spread`` in units of friction."""
+    """Every consistent choice (0: sticks, ±1: slips in this direction) for the joints at rest; all other joints slide as they move.
+    Each joint has one freedom and one coefficient of friction. The search for roots begins from ``starts`` random values;
+    ``spread`` is their size in units of friction."""
     rest = [n for n, v in qd.items() if np.all(np.asarray(v) == 0.0)]
     found: list[dict[str, int]] = []
     rng = np.random.default_rng(seed)
@@ -44,7 +45,7 @@ class _Chain:
         self.rows = np.array([eq.accelerations(n)[k] for n, k in eq.eta])
 
     def law(self, eta: np.ndarray) -> np.ndarray:
-        """Friction of every joint if it slid, in the forces that eta brings about."""
+        """Friction of every joint if it slid, under the forces that eta causes."""
         x = np.concatenate([(1.0,), eta])
         return np.array([rubbing.friction(press @ x, devices @ x)[0][k] for rubbing, press, devices, k in self.joints])
 

@@ -40,7 +40,7 @@ class Pair:
 
     @property
     def name(self) -> str:
-        """Its joint, and which journal of a universal joint it is."""
+        """The pair's joint, and the number of the journal of a universal joint."""
         return f"{self.joint}.{self.freedoms[0] + 1}"
 
     def friction(self, way, mu: float, x: np.ndarray) -> list[float]:

@@ -17,7 +17,7 @@ CIRCLE = 0.02 * 0.1 / np.sqrt(1.01)
 """Friction circle of a pin of radius 0.02 m with μ = 0.1, m."""
 GRAVITY = 9.81
 SLOW = 1e-4
-"""Rates (rad/s) below which friction is reduced."""
+"""Rate below which friction is reduced, rad/s."""
 
 
 def _along(q: float) -> np.ndarray:

@@ -1,13 +1,12 @@
-"""Rigid bodies held together by contacts that are stiff springs with friction: where rigid joints leave reactions open, theirs are
-the limit of these for large stiffness.
+"""Rigid bodies connected by contacts that are stiff springs with friction. Where rigid joints do not determine their reactions, the
+reactions are the limit of these contact forces for large stiffness.
 
 Every body is given a small displacement (three translations of its mass centre, three turns). A contact is pressed with the
 stiffness times the displacement of the pin there against its bearing; its normal is the direction of that displacement, its
 friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
-Displacements do not act back on the geometry, which makes the solution the limit itself. Unknown are displacements across the
-mechanism's motions and the accelerations along them. A universal joint is two journals on a cross without mass, which has a
-displacement of its own.
-"""
+Displacements do not change the geometry, so the solution is the limit itself. The unknowns are the displacements across the
+mechanism's possible motions, and the accelerations along these motions. A universal joint is two journals on a cross without mass,
+which has a displacement of its own. """
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ from scipy.linalg import block_diag
 from tests.reference.contact_and_friction.contact_roots import E1, E2, E3, pin_force
 from tests.reference.contact_and_friction.friction_laws import Law, law_of
 from tests.reference.contact_and_friction.joint_friction import ends_of, pair, pin_of, rates_of
-from tests.reference.mechanics.body_properties import GROUND, joint_frames
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames
 from tests.reference.mechanics.joint_constraints import directions
 from tests.reference.mechanics.kinematics import State
 from tests.reference.mechanics.loop_sizes import arms
@@ -60,7 +59,7 @@ class Fit:
 
 
 def fits_of(state: State, name: str) -> list[Fit]:
-    """The fits of a joint; of one without friction with a tenth of its block's size for its half length."""
+    """The fits of a joint. The half length of a joint without friction is a tenth of its block's size."""
     joint, pose = state.scene.joints[name], state.joint_pose(name)
     if joint.type not in ("revolute", "spherical", "prismatic", "cylindrical", "universal"):
         raise NotImplementedError(f"{name}: no springs for a {joint.type} joint")

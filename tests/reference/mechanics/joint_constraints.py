@@ -17,7 +17,7 @@ from tests.reference.mechanics.rotation import cross, matrix_from_quaternion, qu
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """What the reference knows of a joint type. Everything else here follows from it.
+    """The reference's declaration of a joint type, from which everything else in this file follows.
 
     free       directions it is free along, in the order of its rates; travels come before turns.
     ball       its turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
@@ -61,7 +61,7 @@ TYPES = {
     "point_on_plane": Reference(free=(1, 2, 3, 4, 5), ball=True, one_sided=True),
     "rod": Reference(line=True),
 }
-"""Written down apart from ``trunnion.elements.joints``: the comparison of the two is worth something only then."""
+"""The properties are written out independently of ``trunnion.elements.joints``, so that the comparison of the two is meaningful."""
 
 
 def of(kind: str) -> Reference:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND, Frames, Part, joint_frames, parts
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, Frames, Part, joint_frames, parts
 from tests.reference.mechanics.joint_constraints import (
     constraint_picker,
     directions,

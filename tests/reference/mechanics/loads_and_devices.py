@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND, frame, place
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, frame, place
 from tests.reference.mechanics.characteristic_curves import nonlinear
 from tests.reference.mechanics.joint_constraints import directions, free_picker, freedoms, of
 from tests.reference.mechanics.kinematics import State
@@ -126,7 +126,8 @@ class Applied:
         return np.eye(3) if body == GROUND else self.state.R[body]
 
     def devices(self, name: str) -> np.ndarray:
-        """Effort of a joint's springs, damping, stops and efforts along its freedoms on the outboard part; noted with what acts."""
+        """Effort of a joint's springs, damping, stops and efforts along its freedoms, on the outboard part. The powers and energies
+        are added to the applied loads."""
         effort, power, stored = joint_devices(self.state, name)
         free = directions(self.state, name).pick(free_picker(self.state.scene.joints[name]))
         pose = self.state.joint_pose(name)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import Frames
+from tests.reference.mechanics.bodies_and_joint_frames import Frames
 
 PART = 0.1
 

@@ -1,4 +1,4 @@
-"""Rotations: the few formulas the reference needs, written out on their own."""
+"""Rotations: the few formulas that the reference needs, independent of the engine."""
 
 from __future__ import annotations
 

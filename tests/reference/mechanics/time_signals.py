@@ -74,7 +74,7 @@ def _trapezoid(s, t: float) -> tuple[float, float, float]:
     shape = np.array([0.0, 1.0, 1.0, 0.0])
 
     def area(since: float) -> float:
-        """That of the trapezoid of height 1 up to a time after its beginning."""
+        """The integral of the trapezoid of height 1 up to a time after its beginning."""
         count, left = divmod(since, s.period) if s.period and since > 0 else (0.0, since)
         knots = np.r_[ends[ends < left], max(left, 0.0)]
         return count * (ends[3] - (s.rise + s.fall) / 2) + float(np.trapezoid(np.interp(knots, ends, shape), knots))

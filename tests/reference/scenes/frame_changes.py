@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND, joint_frames, part
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames, part
 from tests.reference.mechanics.rotation import random_rotation
 from tests.reference.mechanics.time_signals import load_value
 from tests.reference.scenes.random_scenes import Case

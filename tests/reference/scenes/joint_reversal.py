@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import joint_frames
+from tests.reference.mechanics.bodies_and_joint_frames import joint_frames
 from tests.reference.mechanics.joint_constraints import free_picker, freedoms, joint_coordinates, joint_rates, joint_transform, of
 from tests.reference.mechanics.rotation import cross
 from tests.reference.mechanics.time_signals import per_freedom

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND
 from tests.reference.mechanics.joint_constraints import of
 from tests.reference.mechanics.rotation import random_rotation
 from tests.reference.mechanics.time_signals import drive_motion
@@ -15,7 +15,7 @@ from trunnion.scene.data_classes import scene as sm
 
 AXIS_NAMES = ("x", "y", "z", "-x", "-y", "-z")
 APART = ("screw", "point_on_plane")
-"""Types whose friction has separate tests (``test_threads``, ``test_feet``), so that random scenes do not change."""
+"""Types whose friction is tested in ``test_screw_thread_friction`` and ``test_bodies_on_feet``: random scenes do not change."""
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
 SIZED = ("journal", "shaft", "sleeve", "ball", "cross")
 """Contact elements whose sizes are chosen below so that there is one root; other elements have small sizes."""

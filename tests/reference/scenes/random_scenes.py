@@ -1,9 +1,8 @@
 """Random scenes with consistent states: trees of every joint type, and closed loops made from them.
 
-Every choice has a stream of random numbers of its own, named by what it is for: a joint type that is added changes only the joints
-that become one, not the bodies, places, devices and numbers of the others. So a scene without it stays as it was. Tests find the
-cases they need by what must hold in them (``first``, ``covering``), not by seed.
-"""
+Every choice has its own stream of random numbers, named by its purpose. A new joint type therefore changes only the joints that get
+this type, not the bodies, points, devices and numbers of other joints. Scenes without the new type stay unchanged. Tests select
+cases by required properties (``first``, ``covering``), not by seed. """
 
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tests.reference.mechanics.body_properties import GROUND
+from tests.reference.mechanics.bodies_and_joint_frames import GROUND
 from tests.reference.mechanics.joint_constraints import freedoms, joint_transform, of
 from tests.reference.mechanics.kinematics import State, closure, forward, measured
 from tests.reference.mechanics.time_signals import per_freedom

@@ -43,7 +43,7 @@ def test_the_work_of_changing_a_scene_grows_in_proportion_to_the_changes(path):
 
 
 A_VALUE = 600
-"""Calls to read a value, including, at most, the search for the unit that was meant; building this scene takes 15,000."""
+"""Largest number of calls to read a value, including the search for the intended unit; building this scene takes 15,000 calls."""
 VALUES = {"words": "x", "texts with a unit": "5 N", "texts with the right unit": "0.5 1", "half numbers": "0.5 x", "numbers": 0.5}
 
 

@@ -234,7 +234,7 @@ def test_a_point_that_an_assembly_does_not_offer_is_told_once(folder: Path) -> N
 
 
 def test_copies_of_copies_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source_lines, "MOST", 10_000)  # what it is costs seconds
+    monkeypatch.setattr(source_lines, "MOST", 10_000)  # building the scene would take seconds
     inner = "{use: {bodies: {b: {sphere: 1, mass: 1, position: [0, 0, 0]}}}, copies: {line: {times: 1000, step: [1, 0, 0]}}}"
     outer = f"{{use: {{assemblies: {{a: {inner}}}}}, copies: {{line: {{times: 1000, step: [0, 1, 0]}}}}}}"
     found = problems_in(f"assemblies: {{c: {outer}}}")

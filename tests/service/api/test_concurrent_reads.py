@@ -12,7 +12,7 @@ import pytest
 
 from tests.service.http_servers import MU, SMALL, InProcess
 from trunnion.service.api.routes import models_scenes_fmus
-from trunnion.service.api.server_state.read_turns import READERS, ReadTurns
+from trunnion.service.api.server_state.row_read_queue import READERS, ReadTurns
 from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
 
 

@@ -153,7 +153,7 @@ def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
 
 
 class Slow(WorkerProcess):
-    """A worker without a process; each of its answers arrives within a given number of seconds."""
+    """A worker without a process. seconds: time until each of its answers arrives, s."""
 
     def __init__(self, *seconds: float):
         super().__init__(0)
@@ -212,7 +212,7 @@ def crowd(url: str, key: str, stop: threading.Event, clients: int, answers: list
 
 @pytest.mark.slow
 def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_seconds(tmp_path: Path) -> None:
-    assert END_SECONDS < 5.0  # the promise: a timer ends the process then
+    assert END_SECONDS < 5.0  # a timer then ends the process, as promised
     with Served(tmp_path / "data", "--workers", "1", "--keys") as s:
         reader, own = new_keys(s, "read", "submit")
         s.client.headers["X-API-Key"] = own

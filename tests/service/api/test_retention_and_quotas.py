@@ -1,5 +1,5 @@
-"""Housekeeping: jobs are found again, and deleted with all their files; a key's quota is respected; actions are recorded with their
-key."""
+"""Jobs are found by tags and text, expire, and are deleted with all their files. The quota of a key is respected. The audit log
+records actions with their key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads and measurements from processes of their own, so that what is measured is the server, not the threads that ask it.
+"""Load and measurement in separate processes, so that the figures are those of the server, not of the threads of the test.
 
 ``python -m tests.service.executor.load_generator crowd URL KEY CLIENTS`` sends hostile checks until it is ended, ``… readers URL
 KEY CLIENTS PATH`` asks for a path again and again;

@@ -1,4 +1,4 @@
-"""A worker gives its job up while it derives and compiles: nobody waits for a compiler, and nothing half made is left behind.
+"""A worker can stop its job while it derives and compiles equations: nothing waits for a compiler, and no incomplete files remain.
 
 The worker's function runs here, on a thread of its own as in a worker; the job is stopped at a place in the work, not at a time.
 """
@@ -22,7 +22,7 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.executor import chunk_and_case_runs
 from trunnion.service.executor.chunk_and_case_runs import Cancelled, OutOfTime, run_chunk
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
 from trunnion.service.request_models.job_request import JobRequest, document_of, plan_of_document, plan_of_request
 
 MU = "joints.ball.friction.mu"

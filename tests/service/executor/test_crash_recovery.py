@@ -1,4 +1,4 @@
-"""Whichever process is killed, a job ends with exactly its results, each the same as in an uninterrupted run."""
+"""Whichever process is killed, a job has each of its results exactly once, equal to those of an uninterrupted run."""
 
 from __future__ import annotations
 

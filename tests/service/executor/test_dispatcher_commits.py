@@ -18,7 +18,7 @@ from trunnion.service.executor.chunk_size import COMMIT_SIZE
 from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 from trunnion.service.store.store_records import Job
@@ -179,7 +179,7 @@ def test_what_came_back_while_the_database_was_away_is_recorded_when_it_is_there
 
 
 def test_a_job_taken_over_is_settled_in_few_commits_as_its_parts_say(store: Counted, tmp_path: Path) -> None:
-    """A server that was killed had many pieces out, some of whose parts exist. These pieces are done, the others wait, and no
+    """A killed server had sent many chunks, and the parts of some of them exist. These chunks are done, the others wait, and no
     attempt counts."""
     job, _ = store.submit("me", "d", "scene", "", "{}", 5000, 1e9)
     store.claim("killed", 60.0)

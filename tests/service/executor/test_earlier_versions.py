@@ -14,11 +14,11 @@ from tests.service.executor.test_part_checksums import flipped
 from tests.service.http_servers import MU, SMALL, InProcess
 from tests.service.store.single_chunks import chunk_done, cut
 from trunnion.basics.renamed_words import current_result, known_result
-from trunnion.service.basics.engine_build import engine_build
+from trunnion.service.basics.engine_version import engine_version
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_adoption import adopt_parts
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
 from trunnion.service.executor.part_versions import shaped, with_version
+from trunnion.service.executor.parts_of_earlier_versions import adopt_parts
 from trunnion.service.store.database_connection import transaction
 from trunnion.service.store.leases_and_chunks import Done, WorkStore
 from trunnion.service.store.table_definitions import EARLIER, UNKNOWN, chunks
@@ -95,7 +95,7 @@ def test_rows_that_another_version_computes_again_are_told_and_the_end_of_the_jo
     answer = server.get(f"/v1/jobs/{job}/results")
     at = [c["name"] for c in answer.json()["columns"]].index("version")
     rows = answer.json()["rows"]
-    assert {r[at] for r in rows} == {engine_build()}
+    assert {r[at] for r in rows} == {engine_version()}
     assert end["problems"] == []
     first, *others = store.finished(job)
     with transaction(store.engine, writing=True) as c:
@@ -106,7 +106,7 @@ def test_rows_that_another_version_computes_again_are_told_and_the_end_of_the_jo
     assert after["finished"] == end["finished"]
     (told,) = after["problems"]
     assert told["where"] == f"cases 0 to {first.stop - 1}"
-    assert engine_build() in told["what"]
+    assert engine_version() in told["what"]
     assert EARLIER in told["what"]
     assert [c.version for c in store.finished(job)][-len(others) :] == [EARLIER] * len(others)
     assert server.get(f"/v1/jobs/{job}/results").headers["etag"] != answer.headers["etag"]

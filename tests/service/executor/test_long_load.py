@@ -153,7 +153,7 @@ def test_each_of_two_hundred_spoilt_parts_is_found_and_computed_again(tmp_path: 
 
 
 FIRST = (".friction.mu", ".friction.", ".start.")
-"""Numbers that the page offers to vary, the best first (form.js)."""
+"""Numbers that the page proposes to vary, best first (``run_form.js``)."""
 
 
 @pytest.mark.parametrize("name", bundled_names())

@@ -1,5 +1,4 @@
-"""Every part contains its owner and a checksum of its bytes. Any damage to it is found when it is read, and the part is computed
-again."""
+"""Every part contains its identity and a checksum of its bytes. A reader finds any damage, and the part is computed again."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
 from trunnion.service.request_models.job_request import JobRequest, plan_of_request
 from trunnion.service.store.leases_and_chunks import WorkStore
 
@@ -29,7 +28,7 @@ ASKED = plan_of_request(JobRequest.model_validate(SMALL), Limits())
 
 @pytest.fixture(scope="module")
 def pieces(tmp_path_factory: pytest.TempPathFactory) -> tuple[Parts, list[Piece], list[Any]]:
-    """Parts of two neighbouring pieces of a job, and of the same cases of another; and their tables."""
+    """Parts of two neighbouring pieces of a job, and of the same cases of another job, with their tables."""
     parts = Parts(str(tmp_path_factory.mktemp("parts")))
     runner = Runner(ASKED)
     found = [Piece("a", "d", 0, 10), Piece("a", "d", 10, 20), Piece("b", "e", 0, 10)]

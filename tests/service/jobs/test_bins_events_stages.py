@@ -12,7 +12,7 @@ import trunnion
 from tests.service.http_servers import MU, InProcess, Served, eventually
 from trunnion.scene import load_scene, scene_from_text, scene_to_dict
 from trunnion.service.client.remote_jobs import Job, connect
-from trunnion.service.executor.build_stage import read_stage, report_stages
+from trunnion.service.executor.job_stage import read_stage, report_stages
 from trunnion.service.executor.parquet_parts import Parts
 
 GUIDE = "joints.guide.friction.mu"

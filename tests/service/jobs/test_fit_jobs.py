@@ -56,7 +56,7 @@ def job(there: Connection) -> Job:
 
 @pytest.fixture(scope="module")
 def evidence() -> trunnion.ModelComparison:
-    """The same in this process."""
+    """The fits of the job, computed in this process."""
     return trunnion.compare(GLIDER, LAWS, QD, **GIVEN)
 
 

@@ -18,7 +18,7 @@ from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_checksum import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
 from trunnion.service.request_workers.worker_tasks import plan_job
 from trunnion.service.store.store_records import Chunk, Job
 

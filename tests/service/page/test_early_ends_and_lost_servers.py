@@ -1,4 +1,4 @@
-"""Cases that ended early are no results; buttons work at the end of a motion and while the server is away."""
+"""Cases that ended early do not count as results. Buttons work at the end of a motion and while the server is unreachable."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Looking at jobs on the page: the start, the cursor that moves the mechanism, maps, selections, jobs side by side; what it says
-when the server is gone; who can use it."""
+"""Views of jobs on the page: the start of a scene, the cursor that moves the mechanism, maps, selections, comparison of jobs. Also
+messages when the server is unreachable, and accessibility."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many pieces in one commit are stored as they would be one by one, in any database: all of them or none."""
+"""Many chunks in one commit are stored as in separate commits, in any database: all of them or none."""
 
 from __future__ import annotations
 

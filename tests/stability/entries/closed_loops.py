@@ -53,7 +53,7 @@ def lifted(scene: sm.Scene, to: float, word: str, rows: int) -> str:
 
 
 def bricard(beyond: float) -> sm.Scene:
-    """Bricard's mechanism. Below the threshold its last pivot is 1e-6 of a bar beside its place."""
+    """Bricard's mechanism. Below the threshold, its last pivot is 1e-6 of a bar's length away from its place."""
     scene = load_scene("bricard")
     ground = sm.Ground({"p0": (0.0, 0.0, 0.0), "p5": (max(-beyond, 0.0), 0.0, 1.0)})
     return replace(scene, ground=ground, simulation=sm.Simulation(until=1.0), outputs=("*",))

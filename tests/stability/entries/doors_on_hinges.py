@@ -13,11 +13,11 @@ from trunnion.simulation.run import simulate
 
 G = 9.81
 DOOR, REACH, SPACING = 30.0, 0.45, 1.5
-"""Of the door: mass, kg; distance from its hinges to its mass centre, m; distance between the hinges, m."""
+"""Data of the door: mass, kg; distance from the hinges to the mass centre, m; distance between the hinges, m."""
 MU, RADIUS, HALF, THRUST = 0.15, 0.006, 0.03, 0.008
-"""Of a hinge: friction, radius and half length of its pin, radius of its end face, m."""
+"""Data of a hinge: friction coefficient; radius and half length of the pin and radius of the end face, m."""
 BLOCK, MU_TABLE, SPRING = 2.0, 0.3, 500.0
-"""Of the block: mass, kg; friction coefficient; stiffness of its spring, N/m."""
+"""Data of the block: mass, kg; friction coefficient; stiffness of its spring, N/m."""
 
 
 def friction_of_door(spacing: float) -> float:
@@ -44,7 +44,7 @@ def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene
 
 
 def turning(beyond: float) -> sm.Scene:
-    """The same door. It turns so slowly that its centrifugal force is 1e-12 of its weight."""
+    """The door, turning so slowly that its centrifugal force is 1e-12 of its weight."""
     return door(beyond, 1e-6)
 
 

@@ -12,13 +12,15 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_dict
 
 RATIO, DRIVING, DRIVEN, IDLE, LOAD = 50.0, 0.9, 0.6, 0.2, 98.1
-"""Of the winch: ratio, efficiencies both ways, no-load torque and the load's torque on the drum, N m."""
+"""Data of the winch: ratio; efficiencies in both directions of power; no-load torque and torque of the load on the drum, N m."""
 LEAD, PRESSURE = math.radians(5), math.radians(20)
 """Lead angle and pressure angle of the worm."""
 WEIGHT, CONSTANT, PART, PART_BACK = 39.24, 2.0, 0.1, 0.2
-"""Of the elbow: the weight's torque and the constant friction, N m; friction per torque, where joint or arm drives."""
+"""Data of the elbow: torque of the weight and constant friction, N m; friction per torque when the joint drives and when the arm
+drives."""
 STIFF, PLAY, HELD = 400.0, 0.05, 10.0
-"""Of the spring whose coils touch: stiffness before they do, N/m; way to there, m; friction of its block, N."""
+"""Data of the spring whose coils touch: stiffness before the coils touch, N/m; travel until they touch, m; friction of the block,
+N."""
 SHORT = 1e-3
 """Duration of a pulse, s."""
 
@@ -45,7 +47,7 @@ def winch(torque: float, driven: float = DRIVEN) -> sm.Scene:
 
 
 def worm(beyond: float) -> sm.Scene:
-    """A loaded wheel that its worm holds where μ ≥ tan γ cos α; beyond: of this μ."""
+    """A loaded wheel that its worm holds where μ ≥ tan γ cos α. beyond: relative excess over this μ."""
     mu = math.tan(LEAD) * math.cos(PRESSURE) * (1 + beyond)
     threads, teeth, module = 1, 40, 4e-3
     apart = module / 2 * (threads / math.tan(LEAD) + teeth)
@@ -68,8 +70,8 @@ def elbow(torque: float) -> sm.Scene:
 
 
 def short_rod(beyond: float) -> sm.Scene:
-    """A crank of 0.1 m and a slide on a guide that passes 0.3 m from its pivot, with a rod between them; beyond: of the rod's least
-    length."""
+    """A crank of 0.1 m and a slide on a guide that passes 0.3 m from its pivot, with a rod between them. beyond: relative excess
+    over the rod's least length."""
     bodies = {"crank": {"mass": 1, "inertia": [0.01] * 3}, "slide": {"mass": 1, "inertia": [0.01] * 3}}
     aside = {"body": "ground", "point": [0, 0.3, 0]}
     guide = {"type": "prismatic", "axis": "x", "inboard": aside, "outboard": "slide", "effort": 1.0}
@@ -87,11 +89,12 @@ def coils(stretch: float, speed: float = 0.0, until: float = 0.02) -> sm.Scene:
 
 
 held = partial(holding, round_off=1e-11)
-"""As ``holding``, for couplings."""
+"""The verdict of ``holding``, for couplings."""
 
 
 def pulse(beyond: float) -> sm.Scene:
-    """A block with given friction, and a pulse of a millisecond in ten seconds; beyond: of the friction."""
+    """A block with given friction, and a pulse of a millisecond in ten seconds. beyond: relative excess of the pulse over the
+    friction."""
     push = {"pulse": {"peak": HELD * (1 + beyond), "duration": SHORT, "begin": 4.0 + 1 / 3}}
     joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block", "effort": push}
     block = {"mass": 1, "inertia": [0.01] * 3}
@@ -99,7 +102,7 @@ def pulse(beyond: float) -> sm.Scene:
 
 
 def slips(scene: sm.Scene) -> str:
-    """How often the guide begins to slip; with a wrong end of the run in words."""
+    """How often the guide begins to slip; for an incorrect run, the verdict in words."""
     r = ran(scene)
     return f"{sum(e.kind == 'slip' for e in r.events)} slips" if r.outcome.ok else r.outcome.name
 

@@ -1,4 +1,4 @@
-"""Rows of the gallery about loads by speed and place, and about guessed starts."""
+"""Rows of the gallery about loads that depend on speed and position, and about guessed starts."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tests.stability.scene_verdicts import honest, ran
 from trunnion.scene.data_classes import scene as sm
 
 WIDTH, WAY, SPEED = 0.01, 0.5, 1.0
-"""Of the hill of a field: width, m; distance of the start, m; and speed with which its top is reached, m/s."""
+"""Data of the potential hill: width, m; distance of the start, m; start speed with which a body just reaches the top, m/s."""
 FAST, THICK = 1e4, 1000.0
-"""Of the body that enters a dense medium: speed, m/s; drag per squared speed and mass, 1/m."""
+"""Data of the body that enters a dense medium: speed, m/s; drag divided by squared speed and mass, 1/m."""
 PLATEAU, OPENS = 10.0, 0.1
-"""Of the valve: force at which it opens, N, and speed there, m/s."""
+"""Data of the valve: force at which it opens, N; speed at this force, m/s."""
 
 
 def block(name: str, until: float, start: dict, forces: dict | None = None, **more: object) -> sm.Scene:
@@ -32,7 +32,7 @@ def hill(beyond: float) -> sm.Scene:
 
 
 def goes_over(scene: sm.Scene) -> str:
-    """Whether the block is beyond the hill at the end; with a wrong run in words."""
+    """Whether the block is beyond the hill at the end; for an incorrect run, the verdict in words."""
     over = ran(scene)["guide.q[1]"][-1] > 0.0
     return ("goes over" if over else "turns back") if honest(scene) == "right" else honest(scene)
 
@@ -44,7 +44,7 @@ def chute(_: float) -> sm.Scene:
 
 
 def slows(scene: sm.Scene) -> str:
-    """As ``honest``; "right" also needs the share of the speed that the closed form leaves."""
+    """The verdict of ``honest``; "right" also requires the remaining speed of the closed form."""
     rate = ran(scene)["guide.qd[1]"]
     share = rate[-1] / rate[0] * (1 + THICK * FAST)
     return honest(scene) if abs(share - 1) < 1e-5 else f"{share:.6g} of the speed"
@@ -65,7 +65,8 @@ def opens(scene: sm.Scene) -> str:
 
 
 def guessed(beyond: float) -> sm.Scene:
-    """Two links whose ends are on the ground, with a guess of the angle between them: just to one side, or to the other."""
+    """Two links whose ends are on the ground, with a guess of the angle between them: slightly to one side of the straight
+    position, or to the other."""
     bodies = {n: {"mass": 1, "inertia": [0.1] * 3, "center": [0.5, 0, 0]} for n in ("crank", "rod")}
     end = {"body": "rod", "point": [1, 0, 0]}
     elbow = {**revolute("rod"), "inboard": {"body": "crank", "point": [1, 0, 0]}, "start": {"q": beyond, "use": "guess"}}
@@ -75,7 +76,7 @@ def guessed(beyond: float) -> sm.Scene:
 
 
 def side(scene: sm.Scene) -> str:
-    """To which side the elbow is closed, if at the angle of the triangle."""
+    """The side to which the elbow is closed, if its angle is that of the triangle."""
     run = ran(scene)
     angle = float(run["elbow.q[1]"][0])
     right = run.outcome.ok and abs(abs(angle) - 2 * math.acos(0.6)) < 1e-9

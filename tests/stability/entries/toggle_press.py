@@ -19,9 +19,9 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 
 CHANGE = -math.pi / 2
-"""Angle between the upper link and the press's way at its change point, rad."""
+"""Angle between the upper link and the path of the ram at the change point, rad."""
 STRAIGHT = math.radians(5.0)
-"""The same angle where the press works, nearly straight."""
+"""Angle between the upper link and the path of the ram where the press works, nearly straight, rad."""
 RESIST = 2000.0
 """The resistance against the press, N."""
 
@@ -48,7 +48,7 @@ def pressing(push: float, rate: float = 0.0) -> sm.Scene:
 
 
 def pushed(beyond: float, rate: float = 0.0) -> sm.Scene:
-    """The same with 1 + beyond times the push at which its sliding neither slows down nor speeds up."""
+    """The press nearly straight, with 1 + beyond times the push at which its sliding neither slows down nor speeds up."""
     return pressing((1 + beyond) * most(pressing, "crown", 100.0, 2000.0), rate)
 
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from tests.engine.coulomb.test_many_joints_one_freedom import ALL, corner
 from tests.engine.mechanisms.stewart_platform import stewart
 from tests.reference import solve
-from tests.reference.states_of_results import state_at
+from tests.reference.states_from_columns import state_at
 from tests.stability.gallery_entry import Edge, Row
 from tests.stability.scene_verdicts import honest, ran
 from trunnion.analysis.static_bounds.static_margin import hold

@@ -1,4 +1,5 @@
-/* What a C library for a bare machine says of mathematics: enough to compile for one that is not there. */
+/* Replacement of math.h of a bare-metal C library: declarations that suffice to compile for a target whose C library is not
+ * installed. */
 #ifndef BARE_MATH_H
 #define BARE_MATH_H
 #define INFINITY __builtin_inff()

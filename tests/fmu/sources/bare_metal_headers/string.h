@@ -1,4 +1,4 @@
-/* The same of memory and strings. */
+/* Replacement of string.h of a bare-metal C library (see math.h). */
 #ifndef BARE_STRING_H
 #define BARE_STRING_H
 #include <stddef.h>

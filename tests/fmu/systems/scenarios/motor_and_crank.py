@@ -1,8 +1,8 @@
 """Two FMUs coupled by a master: a motor turns the crank of the crank-slider, whose drive torque loads the motor.
 
-Each millisecond the motor goes first, with the load of the last step; then the crank follows the motor's angle, told with its two
-derivatives, so that it follows exactly. The same mechanism as one scene (rotor and crank one body) says how good that is.
-"""
+Each millisecond, the motor makes its step first, with the load of the last step. The crank then follows the motor's angle exactly,
+because it receives the angle with two derivatives. The mechanism as one scene (rotor and crank in one body) shows the error of the
+coupling. """
 
 from __future__ import annotations
 

@@ -1,0 +1,130 @@
+"""Page of comparisons: what this importer and others make of the same files, and what engines do with friction.
+
+    python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write
+
+ROWS.json are outputs of ``other_readers.py`` and ``other_engines.py`` in other environments. This script computes the rows of
+Trunnion."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.benchmarks.other_programs.other_engines import CASES, URDF, rest_angle
+from tests.benchmarks.other_programs.other_readers import FILES, Row, freedoms, short
+from trunnion import simulate
+from trunnion.basics.version import version
+from trunnion.importers import scene_of
+from trunnion.scene.file_format.yaml_writer import scene_to_dict
+from trunnion.scene.scene_loader import scene_from_dict
+
+PAGE = Path(__file__).resolve().parents[3] / "engine" / "importers" / "OTHER_PROGRAMS.md"
+READERS = {
+    "friction": "friction 0.7", "damping": "damping 0.3", "mimic": "mimic, ratio 2, offset 0.1",
+    "limits": "limits −3 … 3, effort 10",
+    "planar": "planar, axis x", "floating": "floating",
+}  # fmt: skip
+ENGINES = {"settings": "settings", "held": "held, °", "stopped": "stopped, °", "rate": "still turns, °/s"}
+HEAD = """# What other programs make of the same files
+
+`python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write` writes this page from runs. `other_readers.py` and
+`other_engines.py` beside it make the rows of other programs, each in an environment with that program.
+
+## URDF
+
+Two hinges on a massless root link, each with a body of 1 kg: `j` has damping 0.3 N m s/rad and friction 0.7 N m, `k` follows
+`j`. The last two columns are files of their own, with one joint. Numbers are those that the program's model holds.
+
+"""
+MIDDLE = """
+## MJCF
+
+A hinge with damping 0.2, frictionloss 0.5, armature 0.03, stiffness 4 with rest at 0.3, range −1 … 1 and ref 0.1.
+
+"""
+LAST = """
+## Friction that holds, friction that stops
+
+A pendulum of 1 kg at 0.5 m on a hinge, after 10 s. *Held*: friction 0.342 N m, twice the moment of the weight, released at 2°. It
+should stay there. *Stopped*: friction 0.7 N m, released at 60°. It should stop for good at {stopped:.4f}°; the energy of each half
+swing gives this angle.
+
+"""
+HOSTS = """
+What hosts do with Trunnion's FMUs is in [the table of hosts](../../fmu/README.md#other-tools).
+"""
+
+
+def reader_row() -> Row:
+    """What this importer makes of the files."""
+    with tempfile.TemporaryDirectory() as folder:
+        scenes = {}
+        for name, text in FILES.items():
+            file = Path(folder) / (f"{name}.xml" if name == "mjcf" else f"{name}.urdf")
+            file.write_text(text)
+            scenes[name] = scene_to_dict(scene_of(str(file), "m", 1e5)[0])["joints"]
+    j, k = scenes["arms"]["j"], scenes["arms"]["k"]
+    h = scenes["mjcf"]["j"]
+    stops = j["end_stops"]
+    return {
+        "program": "Trunnion", "version": version(), "friction": short(j["friction"]["torque"]), "damping": short(j["damping"]),
+        "mimic": f"ratio {short(k['mimic']['ratio'])}, offset {short(k['mimic']['offset'])}",
+        "limits": f"{short([stops['lower'], stops['upper']])} with `--end-stops`, effort left out",
+        "planar": f"{freedoms(3)}, turns about {short(scenes['planar']['j']['inboard']['axis'])}",
+        "floating": freedoms(6) if scenes["floating"]["j"]["type"] == "free" else scenes["floating"]["j"]["type"],
+        "mjcf": f"damping {short(h['damping'])}, friction {short(h['friction']['torque'])}, armature {short(h['rotor_inertia'])}, "
+        f"stiffness {short(h['spring']['stiffness'])} rest {short(h['spring']['rest'])} from `ref`, "
+        f"limits {short([h['end_stops']['lower'], h['end_stops']['upper']])}",
+    }  # fmt: skip
+
+
+def engine_row() -> Row:
+    """What both pendulums do here."""
+    found = []
+    for start, friction in CASES:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "p.urdf"
+            file.write_text(URDF.format(friction=friction))
+            data = scene_to_dict(scene_of(str(file), "m", None)[0])
+        data["joints"]["j"]["start"] = {"q": math.radians(start)}
+        found.append(simulate(scene_from_dict(data), until=10.0))
+    held, stopped = (math.degrees(float(r["j.q[1]"][-1])) for r in found)
+    rate = math.degrees(float(found[1]["j.qd[1]"][-1]))
+    return {
+        "program": "Trunnion", "version": version(), "settings": "default", "held": f"{held:.4f}", "stopped": f"{stopped:.4f}",
+        "rate": f"{rate:.1e}",
+    }  # fmt: skip
+
+
+def table(rows: list[Row], columns: dict[str, str]) -> str:
+    """A table of the rows that have all columns."""
+    shown = [r for r in rows if set(columns) <= set(r)]
+    head = ["program", *columns.values()]
+    lines = [[f"{r['program']} {r['version']}", *(r[c] for c in columns)] for r in shown]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in [head, ["---"] * len(head), *lines])
+
+
+def page(rows: list[Row]) -> str:
+    """The text of the page from the rows of other programs; those of Trunnion come last."""
+    rows = [*rows, reader_row(), engine_row()]
+    stopped = rest_angle(*CASES[1])
+    parts = [HEAD, table(rows, READERS), MIDDLE, table(rows, {"mjcf": "what its model holds"}), LAST.format(stopped=stopped)]
+    return "".join([*parts, table(rows, ENGINES), HOSTS])
+
+
+def main() -> None:
+    files = [Path(a) for a in sys.argv[1:] if not a.startswith("-")]
+    rows: dict[tuple[str, ...], Row] = {}
+    for row in (r for f in files for r in json.loads(f.read_text())):
+        rows.setdefault((row["program"], row.get("settings", "file")), row)  # if there are two versions, the first one counts
+    text = page(list(rows.values()))
+    if "--write" in sys.argv:
+        PAGE.write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

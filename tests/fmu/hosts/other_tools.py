@@ -1,0 +1,183 @@
+"""Other tools that simulate FMUs. ``python other_tools.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
+Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+Values = dict[str, float]
+MARK = "values: "
+"""The beginning of a line with values; tools print lines, too."""
+
+
+def outputs(file: str) -> list[Any]:
+    """The scalar outputs of an FMU that are real numbers."""
+    from fmpy import read_model_description
+
+    told = read_model_description(file, validate=False).modelVariables
+    return [v for v in told if v.causality == "output" and v.type in ("Real", "Float64") and not getattr(v, "dimensions", None)]
+
+
+def fmpy(file: str, stop: float, step: float) -> Values:
+    from fmpy import read_model_description, simulate_fmu
+    from fmpy.ssp.simulation import simulate_ssp
+
+    if file.endswith(".ssp"):
+        got = simulate_ssp(file, stop_time=stop - step / 2, step_size=step)
+        return {n: float(got[n][-1]) for n in got.dtype.names if n != "time"}
+    names = [v.name for v in outputs(file)]
+    exchange = read_model_description(file, validate=False).coSimulation is None
+    how = {"fmi_type": "ModelExchange", "relative_tolerance": 1e-9} if exchange else {"fmi_type": "CoSimulation"}
+    got = simulate_fmu(file, stop_time=stop, output_interval=step, output=names, **how)
+    return {n: float(got[n][-1]) for n in names}
+
+
+def fmpy_compiled(file: str, stop: float, step: float) -> Values:
+    """fmpy with binaries that it compiles from the sources of the FMU."""
+    from fmpy import extract
+    from fmpy.build import build_platform_binary
+
+    folder = Path(extract(file))
+    shutil.rmtree(folder / "binaries")
+    build_platform_binary(folder)
+    return fmpy(str(folder), stop, step)
+
+
+def libcosim(file: str, stop: float, step: float) -> Values:
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    run, seen = CosimExecution.from_step_size(round(step * 1e9)), CosimObserver.create_last_value()
+    one = run.add_local_slave(CosimLocalSlave(fmu_path=file, instance_name="one"))
+    run.add_observer(seen)
+    run.step(round(stop / step))
+    named = {v.name.decode(): v.reference for v in run.slave_variables(one)}
+    return {v.name: seen.last_real_values(one, [named[v.name]])[0] for v in outputs(file)}
+
+
+def ecos(file: str, stop: float, step: float) -> Values:
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    if file.endswith(".ssp"):
+        from fmpy.ssp.ssd import read_ssd
+
+        names = [f"{c.name}::{p.name}" for c in read_ssd(file).system.elements for p in c.connectors if p.kind == "output"]
+        made: dict[str, Any] = {"ssp_path": file}
+    else:
+        structure = EcosSimulationStructure()
+        structure.add_model("one", file)
+        made, names = {"structure": structure}, [f"one::{v.name}" for v in outputs(file)]
+    with EcosSimulation(step_size=step, **made) as run:
+        run.init()
+        for _ in range(round(stop / step)):
+            run.step()
+        values = {n: run.get_real(n) for n in names}
+    return {n.replace("::", ".") if file.endswith(".ssp") else n.partition("::")[2]: x for n, x in values.items()}
+
+
+def cofmupy(file: str, stop: float, step: float) -> Values:
+    from cofmupy import Coordinator
+
+    config = Path(tempfile.mkdtemp()) / "config.json"
+    fmus = [{"id": "one", "path": file, "name": "one"}]
+    config.write_text(json.dumps({"fmus": fmus, "connections": [], "cosim_method": "jacobi"}))
+    run = Coordinator()
+    run.start(str(config))
+    for _ in range(round(stop / step)):
+        run.do_step(step_size=step)
+    got = run.get_results()
+    return {v.name: float(got["one", v.name][-1]) for v in outputs(file)}
+
+
+def container(file: str, stop: float, step: float) -> Values:
+    """The container of fmu_manipulation_toolbox, run by fmpy. It exposes outputs of an SSP file only if its JSON file says so."""
+    folder, name = Path(tempfile.mkdtemp()), Path(file).name
+    shutil.copyfile(file, folder / name)
+    if file.endswith(".ssp"):
+        _fmucontainer(folder, f"{name}:{step}", "-dump-json")
+        made = json.loads((folder / f"{Path(name).stem}-dump.json").read_text()) | {"auto_output": True}
+    else:
+        made = {"fmu": [name], "step_size": step, "auto_output": False, "output": [[name, v.name, v.name] for v in outputs(file)]}
+    (folder / "made.json").write_text(json.dumps(made | {"name": "made.fmu"}))
+    _fmucontainer(folder, "made.json", "-fmi", "3" if Path(name).stem.endswith("3") else "2")
+    return fmpy(str(folder / "made.fmu"), stop, step)
+
+
+def _fmucontainer(folder: Path, given: str, *more: str) -> None:
+    words = ["-fmu-directory", str(folder), "-container", given, *more]
+    told = subprocess.run([str(Path(sys.executable).parent / "fmucontainer"), *words], capture_output=True, text=True, check=False)
+    if "is available" not in told.stdout + told.stderr:
+        raise RuntimeError((told.stdout + told.stderr)[-600:])
+
+
+def casadi(file: str, stop: float, step: float) -> Values:
+    """The difference of the state derivatives at the start from those in fmpy. DaeBuilder has neither events nor co-simulation."""
+    import casadi as ca
+    from fmpy import simulate_fmu
+
+    folder = tempfile.mkdtemp()
+    zipfile.ZipFile(file).extractall(folder)
+    dae = ca.DaeBuilder("one", folder)
+    f = dae.create("f", ["x"], ["ode"])
+    names = dae.x()
+    wanted = [*names, *(f"der({n})" for n in names)]
+    got = simulate_fmu(file, stop_time=step, output_interval=step, output=wanted, fmi_type="ModelExchange")[0]
+    rates = f([float(got[n]) for n in names])
+    pairs = zip(names, rates.full().ravel(), strict=True)
+    return {"difference": max(abs(float(r) - got[f"der({n})"]) / max(1.0, abs(float(r))) for n, r in pairs)}
+
+
+def fmuloader(file: str, stop: float, step: float) -> Values:
+    from fmpy import read_model_description
+    from fmuloader.fmi2 import Fmi2Slave, Fmi2Type
+    from fmuloader.fmi3 import Fmi3Slave
+
+    told = read_model_description(file, validate=False)
+    identifier, refs = told.coSimulation.modelIdentifier, [v.valueReference for v in outputs(file)]
+    if told.fmiVersion.startswith("3"):
+        one: Any = Fmi3Slave(file, model_identifier=identifier)
+        one.instantiate_co_simulation("one", instantiation_token=told.instantiationToken)
+        one.enter_initialization_mode(0.0, stop)
+    else:
+        one = Fmi2Slave(file, model_identifier=identifier)
+        one.instantiate("one", Fmi2Type.CO_SIMULATION, guid=told.guid)
+        one.setup_experiment(0.0, stop)
+        one.enter_initialization_mode()
+    one.exit_initialization_mode()
+    for k in range(round(stop / step)):
+        one.do_step(k * step, step)
+    get = one.get_float64 if told.fmiVersion.startswith("3") else one.get_real
+    return dict(zip([v.name for v in outputs(file)], get(refs), strict=True))
+
+
+def pathsim(file: str, stop: float, step: float) -> Values:
+    from fmpy import read_model_description
+    from pathsim import Connection, Simulation
+    from pathsim.blocks import Scope
+    from pathsim_fmi import CoSimulationFMU, ModelExchangeFMU
+
+    exchange = read_model_description(file, validate=False).coSimulation is None
+    one = ModelExchangeFMU(file) if exchange else CoSimulationFMU(file, dt=step)
+    names = [v.name for v in outputs(file)]
+    scope = Scope(labels=names)
+    links = [Connection(one[n], scope[i]) for i, n in enumerate(names)]
+    Simulation([one, scope], links, dt=step, log=False).run(stop)
+    _, rows = scope.read()
+    return {n: float(row[-1]) for n, row in zip(names, rows, strict=True)}
+
+
+if __name__ == "__main__":
+    tool, stop, step, *files = sys.argv[1:]
+    for file in files:
+        found = globals()[tool](file, float(stop), float(step))
+        print("\n" + MARK + json.dumps(found), flush=True)
+    os._exit(0)
