@@ -77,7 +77,7 @@ if TYPE_CHECKING:
     from trunnion.analysis.mechanics.linearization import Linearization, linearize
     from trunnion.analysis.mechanics.vibration_modes import VibrationModes, modes
     from trunnion.analysis.mechanics.wear import Wear, wear
-    from trunnion.analysis.sensitivities.output_derivatives import Sensitivity, sensitivity
+    from trunnion.analysis.sensitivities.sensitivity import Sensitivity, sensitivity
     from trunnion.analysis.static_bounds.bounds_results import HoldBounds
     from trunnion.analysis.static_bounds.hold_check import hold
     from trunnion.analysis.static_bounds.static_margin import HoldReport
@@ -118,7 +118,7 @@ _MODULES = {
     "analysis.mechanics.linearization": ("Linearization", "linearize"),
     "analysis.mechanics.vibration_modes": ("VibrationModes", "modes"),
     "analysis.mechanics.wear": ("Wear", "wear"),
-    "analysis.sensitivities.output_derivatives": ("Sensitivity", "sensitivity"),
+    "analysis.sensitivities.sensitivity": ("Sensitivity", "sensitivity"),
     "analysis.static_bounds.bounds_results": ("HoldBounds",),
     "analysis.static_bounds.hold_check": ("hold",),
     "analysis.static_bounds.static_margin": ("HoldReport",),

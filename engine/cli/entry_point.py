@@ -12,7 +12,7 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import deprecation_notes
 from trunnion.cli.command_group import COMMAND
 from trunnion.cli.command_registry import extra_of_command
-from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, failure_end, problems_end
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, error_lines, failure_end, problems_end
 
 INTERRUPTED = 130
 """Value that newer versions of typer return after Ctrl-C; older versions raise Abort."""

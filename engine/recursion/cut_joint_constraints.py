@@ -12,9 +12,9 @@ import casadi as ca
 
 from trunnion.recursion.body_kinematics import Motion, axes_of, axis_world, motions_of
 from trunnion.recursion.cam_follower_constraint import following_row
-from trunnion.recursion.constraint_equation import Cut as Cut
-from trunnion.recursion.constraint_equation import Row as Row
-from trunnion.recursion.constraint_equation import once, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import Cut as Cut
+from trunnion.recursion.cut_joint_frames_and_rows import Row as Row
+from trunnion.recursion.cut_joint_frames_and_rows import once, point_velocity
 from trunnion.recursion.pin_in_slot_constraint import slot_row
 from trunnion.recursion.point_on_curve_constraint import curve_row
 from trunnion.recursion.rod_constraint import rod_row

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from trunnion.elements.joints.wheel_pairs import Sizes, phase, side
-from trunnion.recursion.constraint_equation import NOTHING, Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import NOTHING, Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
 from trunnion.recursion.worm_constraint import Pitch, pitch

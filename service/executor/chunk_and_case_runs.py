@@ -215,7 +215,7 @@ def run_trajectory(
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
     """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
     Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has disconnected."""
-    from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+    from trunnion.analysis.sensitivities.sensitivity import sensitivity
 
     scene = scene_from_dict(asked.pop("scene"))
     check = RequestMonitor(seconds).check

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS

@@ -11,7 +11,7 @@ import numpy as np
 
 from trunnion.analysis.advice.device_cautions import device_cautions
 from trunnion.analysis.advice.friction_influence import FrictionInfluence, rank_influences
-from trunnion.analysis.advice.model_reduction import (
+from trunnion.analysis.advice.simplified_models import (
     FrictionForm,
     apply_form,
     friction_forms,

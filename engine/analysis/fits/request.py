@@ -16,7 +16,7 @@ from trunnion.analysis.fits.model_comparison import Candidate, apply_candidate, 
 from trunnion.analysis.fits.model_curves import parameter_names, start_values
 from trunnion.analysis.fits.parameter_estimation import fit
 from trunnion.analysis.fits.result_reader import read_criteria
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
+from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.data_classes.scene import Scene

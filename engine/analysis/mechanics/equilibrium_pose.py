@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.friction_bands import Band, BandSearch
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts, remove_friction
-from trunnion.analysis.mechanics.other_rests import kind_of, other_rests
+from trunnion.analysis.mechanics.friction_rest_ranges import Band, BandSearch
+from trunnion.analysis.mechanics.further_equilibrium_poses import kind_of, other_rests
+from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
-from trunnion.analysis.mechanics.friction_bands import copy_latches
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts, remove_friction
+from trunnion.analysis.mechanics.friction_rest_ranges import copy_latches
+from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given

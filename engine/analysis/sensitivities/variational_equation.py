@@ -15,9 +15,9 @@ import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
 from trunnion.analysis.sensitivities.impact_tangents import ImpactTangents
-from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
+from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
-from trunnion.analysis.sensitivities.tangent_march import TangentMarch
+from trunnion.analysis.sensitivities.tangent_integration import TangentMarch
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
 from trunnion.simulation.runtime_interface.simulation_block import Block

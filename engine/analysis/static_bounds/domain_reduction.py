@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_relaxation import Cell, Relaxation
-from trunnion.analysis.static_bounds.norm_program import Program, Row
 from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 CAP = 1.0 + 1e-9
 """The largest value that a linear program finds is multiplied by this factor, to be certain. The excess over 1 is ten times the

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
-from trunnion.analysis.static_bounds.norm_program import Across, Program, Row, term_index
+from trunnion.analysis.static_bounds.sum_of_norms_program import Across, Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Norm, Pair
 
 RANK = 1e-9

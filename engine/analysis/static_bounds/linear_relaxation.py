@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_program import Failed, LinearProgram
-from trunnion.analysis.static_bounds.norm_program import FAR, Program, Row
+from trunnion.analysis.static_bounds.sum_of_norms_program import FAR, Program, Row
 
 FEASIBLE = 1e-9
 """Largest violation of a row, relative to the loads, at which a state counts as attained."""

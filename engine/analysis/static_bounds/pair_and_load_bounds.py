@@ -13,10 +13,10 @@ from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.equilibrium_space import Space, holding_program, space
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Cell, Relaxation
 from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion, motions
-from trunnion.analysis.static_bounds.norm_program import Program, Row, term_index
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
 
 NEVER = 1e-7

@@ -19,8 +19,8 @@ import numpy as np
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError
 from trunnion.batch.preparation.dependent_parameters import Followers
-from trunnion.batch.preparation.entry_formulas import total_mass
 from trunnion.batch.preparation.parameter_entries import Placing
+from trunnion.batch.preparation.parameter_formulas import total_mass
 from trunnion.runtime.abi.batch_records import CASE_SETTINGS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply

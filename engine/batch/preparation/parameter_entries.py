@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from trunnion.basics.problems import SceneError
-from trunnion.batch.preparation.entry_formulas import entries_of, total_mass
+from trunnion.batch.preparation.parameter_formulas import entries_of, total_mass
 from trunnion.scene.overrides import apply
 from trunnion.system.construction.system_builder import Built
 

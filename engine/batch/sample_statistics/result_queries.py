@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import Cases
-from trunnion.batch.sample_statistics.quantiles import USUAL, Spread, spread
+from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL, Spread, spread
 from trunnion.batch.sample_statistics.sobol_indices import Indices, indices
 from trunnion.batch.tables.reductions import ERROR, Reduction
 from trunnion.scene.findings.name_suggestions import shown

@@ -11,7 +11,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import SCENES, ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, columns_option, file_option
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import print_answer, table
 
 if TYPE_CHECKING:

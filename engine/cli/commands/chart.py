@@ -9,7 +9,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import COLUMNS_HINT, ArgumentReader, is_pattern
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, columns_option, repeatable
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import print_answer, table
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import typer
 from trunnion.basics.problems import SimulationError
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Plot, Scene, repeatable
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.hold_report import hold_document, verdict
 from trunnion.cli.output.printed_output import number, print_answer, table
 
 if TYPE_CHECKING:
-    from trunnion.analysis.mechanics.friction_bands import Band
+    from trunnion.analysis.mechanics.friction_rest_ranges import Band
 
 
 def command(

@@ -11,7 +11,7 @@ import typer
 from trunnion.basics.interrupts import held
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Reduce, Scene, SettingWords, Table, Workers, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import number, outcome_counts, print_answer, table
 from trunnion.cli.requests.run_request import destinations
 from trunnion.cli.requests.trajectory_request import Certify, Spacing, Trajectories, rows_destination, trajectory_arguments

@@ -14,7 +14,7 @@ from trunnion.basics.interrupts import held
 from trunnion.cli.options import completion
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import SettingWords, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import outcome_counts, print_answer, table
 from trunnion.cli.requests.run_request import destinations
 from trunnion.cli.requests.varied_numbers import MU, bounds_by_path

@@ -9,8 +9,8 @@ import casadi as ca
 
 from trunnion.kernel.c_code.code_generator import Code, Input, Output, emit
 from trunnion.kernel.units.energy_expressions import kinetic, potential
+from trunnion.kernel.units.generated_function_inputs import CONST, PREPARE, STATE, inputs, qdot, with_constants
 from trunnion.kernel.units.power_expressions import coordinates_of
-from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, inputs, qdot, with_constants
 from trunnion.recursion import latch_forces
 from trunnion.recursion.complement_equation_terms import by_loads, joint_rates, laws, numbers, wrench
 from trunnion.recursion.cut_joint_constraints import INSIDE

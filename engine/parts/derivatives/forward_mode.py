@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from trunnion.parts.bytecode.program import BUILTINS, Builtin, Program, Slot, Space
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import tangents
+from trunnion.parts.primitives.primitive_cache import primitive_derivatives
 from trunnion.parts.primitives.primitive_keys import AROUND, KEPT, Primitive
 
 BODIES = "p_"
@@ -140,7 +140,7 @@ class Directions:
         asked = name, self.numbers or numbers
         if asked not in self._tangents:
             module, function, *arguments = self.scene.primitive_of[name].recipe
-            self._tangents[asked] = tangents.tangent(module, function, tuple(arguments), asked[1])
+            self._tangents[asked] = primitive_derivatives.tangent(module, function, tuple(arguments), asked[1])
         return self._tangents[asked]
 
     def _given(self, function: int, where: list[int], numbers: list[int]) -> ValueCall:

@@ -13,10 +13,10 @@ from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.derivatives.jacobian import JacobianProgram, changed, each, time
 from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tangent_tables
-from trunnion.parts.primitives.primitive_cache import friction, joint_devices, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import friction, joint_devices, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.programs.column_programs import ColumnPrograms
-from trunnion.parts.programs.powers import write_powers
+from trunnion.parts.programs.mechanical_powers import write_powers
 from trunnion.system.structure.bodies_and_joints import Joint, Latch, System
 from trunnion.system.structure.external_value_layout import TABLE
 from trunnion.system.structure.friction_joint_indices import Element
@@ -144,7 +144,7 @@ class _Motion(JacobianProgram):
             out = Slot(Space.OUT, self.size + pair.flag, 1)
             program.zero(out)
             if e.sets:
-                s.call(program, loads_and_scalars.over(), a=hold.slice(3 * i + 1, 1), b=hold.slice(3 * i, 1), out=out)
+                s.call(program, signals_loads_energies.over(), a=hold.slice(3 * i + 1, 1), b=hold.slice(3 * i, 1), out=out)
             program.call(Builtin.ADD, [s.against, out], [1])
 
 

@@ -15,8 +15,8 @@ from trunnion.parts.derivatives import linear_and_sensitivity_units as units
 from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.jacobian import jacobian
 from trunnion.parts.derivatives.tangent_layout import TangentTables
+from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.kernels.tables_in_memory import interpreter, scene_at
-from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
 from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import JACOBIAN, LINEAR
 from trunnion.runtime.abi.run_records import EXTRA

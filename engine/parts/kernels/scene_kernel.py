@@ -23,8 +23,8 @@ from trunnion.kernel.interface.runtime_tables import (
     wants_of,
 )
 from trunnion.kernel.shared_libraries import Kernel, kernel_key
+from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.kernels.tables_in_memory import table
-from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
 from trunnion.parts.layout.multiplier_maps_layout import Maps
 from trunnion.parts.programs import kernel_functions
 from trunnion.parts.programs.body_passes import ScenePasses

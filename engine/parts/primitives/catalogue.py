@@ -26,7 +26,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
-from trunnion.elements.joints.cam_and_curve_followers import MIMIC
+from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
 from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as KINDS
@@ -53,10 +53,13 @@ def every() -> Iterator[Recipe]:
     recipes = dict.fromkeys(chain(_small(), _columns(), _bodies(), _cuts(), _frictions()))
     yield from recipes
     yield from (
-        ("tangents", "tangent", module, name, tuple(which), False) for module, name, *which in recipes if _smooth(name, which)
+        ("primitive_derivatives", "tangent", module, name, tuple(which), False)
+        for module, name, *which in recipes
+        if _smooth(name, which)
     )
     residuals = (which for _, name, *which in recipes if name == "residual")
-    yield from (("tangents", "tangent", "friction", "residual", tuple(which), True) for which in residuals if _follows(which[0]))
+    followed = [tuple(which) for which in residuals if _follows(which[0])]
+    yield from (("primitive_derivatives", "tangent", "friction", "residual", which, True) for which in followed)
 
 
 SMOOTH = {
@@ -88,13 +91,14 @@ def _follows(which: FrictionKey) -> bool:
 
 
 def _small() -> Iterator[Recipe]:
-    yield from (("loads_and_scalars", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
-    yield from (("loads_and_scalars", "operation", *each) for each in product(OPERATIONS, (1, 3)))
-    yield from (("loads_and_scalars", name) for name in ("limit", "time", "place"))
+    signals = [(kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds]
+    yield from (("signals_loads_energies", "signal", *each) for each in signals)
+    yield from (("signals_loads_energies", "operation", *each) for each in product(OPERATIONS, (1, 3)))
+    yield from (("signals_loads_energies", name) for name in ("limit", "time", "place"))
     yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
-    yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
-    yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
-    yield from (("loads_and_scalars", "load", "drag", False, what) for what in ("wrench", "power"))
+    yield from (("signals_loads_energies", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
+    yield from (("signals_loads_energies", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
+    yield from (("signals_loads_energies", "load", "drag", False, what) for what in ("wrench", "power"))
     yield from (("joint_devices", end, upper) for end in ("depth", "push") for upper in SIDES)
     yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "joint_devices", "motor"
@@ -103,7 +107,7 @@ def _small() -> Iterator[Recipe]:
         yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra) if law.data)
         yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", extra))
     plain = ("energies", "at_least", "quaternion", "over", "span")
-    yield from (("loads_and_scalars", name) for name in plain)
+    yield from (("signals_loads_energies", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
     yield from (("loop_joint", "tie", *both, MIMIC.name) for both in product(alone, alone))
     shafts = [name for name in alone if JOINTS[name].turns(0)]
@@ -149,10 +153,10 @@ def _bodies() -> Iterator[Recipe]:
         for which in driven(kind):
             plain = BodyKey(kind.name, forward, which)
             yield from (("inverse_dynamics", name, plain) for name in ("outward", "moved", "turned", "carry"))
-            yield "tangents", "solving", plain
+            yield "primitive_derivatives", "solving", plain
             if spun(kind, which):
-                yield "tangents", "solving", replace(plain, rotors=True)
-        yield from (("loads_and_scalars", "along", kind.name, forward, k) for k in range(kind.nv))
+                yield "primitive_derivatives", "solving", replace(plain, rotors=True)
+        yield from (("signals_loads_energies", "along", kind.name, forward, k) for k in range(kind.nv))
 
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
@@ -286,7 +290,7 @@ def _pinned(which: FrictionKey, fit: Fit) -> Iterator[Recipe]:
     kind = which.joint.kind
     yield from (("loop_joint", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
     for forward in SIDES:
-        yield "loads_and_scalars", "pin", kind.name, forward, fit, which.needs
+        yield "signals_loads_energies", "pin", kind.name, forward, fit, which.needs
         for moved in driven(kind):
             free = tuple(k for k in range(kind.nv) if k not in moved)
             yield "friction", "grip", kind.name, forward, fit, which.needs, free

@@ -9,10 +9,10 @@ import casadi as ca
 
 from trunnion.elements.contact import REGISTRY
 from trunnion.elements.joints import REGISTRY as REGISTRY_OF_JOINTS
-from trunnion.parts.primitives.loads_and_scalars import pin_components
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
+from trunnion.parts.primitives.signals_loads_energies import pin_components
 from trunnion.recursion.complement_equation_terms import by_loads, laws, numbers, wrench
 from trunnion.recursion.loop_contact_springs import complete_wrench, friction_change
 from trunnion.recursion.vector_algebra import SX

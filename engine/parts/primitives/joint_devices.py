@@ -7,10 +7,10 @@ from typing import Any
 
 import casadi as ca
 
-from trunnion.parts.primitives.loads_and_scalars import Timed
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import ParameterCounter, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
+from trunnion.parts.primitives.signals_loads_energies import Timed
 from trunnion.recursion import latch_forces
 from trunnion.recursion.masses_and_forces import motor_force, stop_force, stop_push
 from trunnion.recursion.vector_algebra import SX

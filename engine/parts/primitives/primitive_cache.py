@@ -53,14 +53,14 @@ if TYPE_CHECKING:
         friction,
         inverse_dynamics,
         joint_devices,
-        loads_and_scalars,
         loop_joint,
-        tangents,
+        primitive_derivatives,
+        signals_loads_energies,
     )
 else:
     inverse_dynamics, body_step, column_primitives = map(_LazyModule, ("inverse_dynamics", "body_step", "column_primitives"))
-    friction, joint_devices, loads_and_scalars = map(_LazyModule, ("friction", "joint_devices", "loads_and_scalars"))
-    force_laws, loop_joint, tangents = map(_LazyModule, ("force_laws", "loop_joint", "tangents"))
+    friction, joint_devices, signals_loads_energies = map(_LazyModule, ("friction", "joint_devices", "signals_loads_energies"))
+    force_laws, loop_joint, primitive_derivatives = map(_LazyModule, ("force_laws", "loop_joint", "primitive_derivatives"))
 
 
 def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:

@@ -6,10 +6,10 @@ from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.parts.bytecode.body_and_joint_slots import ALONG, Allocate, BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.layout.load_operands import call_joining
-from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
+from trunnion.parts.primitives.primitive_cache import loop_joint, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE
 from trunnion.parts.programs.couplings import foot, light, piece, tied
-from trunnion.parts.programs.joint_forces import JointForces
+from trunnion.parts.programs.joint_signals_and_devices import JointForces
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, Load, state_coordinates
 
 
@@ -152,7 +152,7 @@ class ScenePasses(JointForces):
         m = moving[load.bodies[0]]
         self.call(
             program,
-            loads_and_scalars.load(load.acts_as, load.body_frame, "wrench"),
+            signals_loads_energies.load(load.acts_as, load.body_frame, "wrench"),
             out=m.force,
             **self.applied(program, load, m, allocate),
         )
@@ -180,7 +180,7 @@ class ScenePasses(JointForces):
         force is −η), plus the inertia force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
-        self.call(program, loads_and_scalars.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
+        self.call(program, signals_loads_energies.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
         program.zero(devices)
         i, d = j.kind.coordinate_of(k), j.devices[k]
         self.device(program, d, "force", m.q.slice(i, 1) if i >= 0 else self.zeros, m.v.slice(k, 1), devices)
@@ -217,7 +217,7 @@ class ScenePasses(JointForces):
         program.zero(out)
         for i, m in enumerate(moving):
             numbers = self.inertial_numbers(i)
-            self.call(program, loads_and_scalars.energies(), numbers=numbers, g=self.gravity, motion=m.motion, out=out)
+            self.call(program, signals_loads_energies.energies(), numbers=numbers, g=self.gravity, motion=m.motion, out=out)
         potential = out.slice(1, 1)
         for j, m in zip(self.system.tree, moving, strict=True):
             self._spun(program, j, m, out.slice(0, 1))
@@ -245,7 +245,7 @@ class ScenePasses(JointForces):
         numbers, value, at = self.numbers(load.points[0] if load.points else (0.0, 0.0, 0.0)), allocate(3), None
         if load.kind == "field":
             at = program.scratch_slot(3)
-            self.call(program, loads_and_scalars.place(), numbers=numbers, motion=m.motion, out=at)
+            self.call(program, signals_loads_energies.place(), numbers=numbers, motion=m.motion, out=at)
         for k, s in enumerate(load.vector):
             found = self.value(program, s, allocate) if at is None or s is None else self.formula(program, s, allocate, at=at)
             program.copy(found, value.slice(k, 1))

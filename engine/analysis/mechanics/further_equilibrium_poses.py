@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from trunnion.analysis.mechanics.mechanism_at_rest import Still
+from trunnion.analysis.mechanics.matrices_at_rest import Still
 from trunnion.basics.problems import SimulationError
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 

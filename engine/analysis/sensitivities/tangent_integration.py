@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
-from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
+from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS

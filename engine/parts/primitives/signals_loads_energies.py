@@ -13,7 +13,7 @@ from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.joint_kind import quaternion_rate
 from trunnion.kernel.interface.runtime_tables import MOTION
-from trunnion.kernel.units.body_scalars import unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import unpack_motion
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import POSE, ParameterCounter, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols, a_body
