@@ -1,5 +1,5 @@
-"""The rule for text of one user that others see in terminals and pages: no control characters, no line separators, and no
-characters that change the direction of writing."""
+"""Characters that are not allowed in text that one user writes and others see in terminals and pages. They are control characters,
+line separators, and characters that change the direction of writing."""
 
 from __future__ import annotations
 

@@ -65,7 +65,8 @@ def usage_problem(error: Exception) -> Problem:
 
 
 def missing_package(error: ImportError, words: list[str]) -> Problem | None:
-    """The problem of a missing package that an extra installs. None if no extra installs the package, which is a defect."""
+    """The problem of a missing package that an extra installs. None if no extra installs the package; then its absence is a
+    defect."""
     command = next((w for w in words if not w.startswith("-")), "")
     own, module = extra_of_command(command), error.name or ""
     extra = own if brings(own, module) else error.extra if isinstance(error, Missing) else extra_of(module)

@@ -1,5 +1,5 @@
-"""Build backend of the project: setuptools, which gets the C compiler and the symbolic library only for a wheel with compiled
-libraries. An editable installation has no compiled libraries, and the two packages take 170 MB."""
+"""Build backend of the project: setuptools. Only a wheel with compiled libraries requires the C compiler and the symbolic library.
+An editable installation has no compiled libraries, and the two packages take 170 MB."""
 
 from __future__ import annotations
 

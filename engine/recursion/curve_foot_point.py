@@ -1,5 +1,4 @@
-"""The foot of a point on a curve is the curve point from which the line to the point is normal to the curve (theory, "Points on
-curves")."""
+"""The foot of a point on a curve (theory, "Points on curves"). The line from the foot to the point is normal to the curve."""
 
 from __future__ import annotations
 

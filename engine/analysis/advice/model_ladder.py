@@ -43,8 +43,8 @@ RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
 """A rung is excluded without a run if its predicted error exceeds the requested error by this factor."""
 TOO_SLOW = 10.0
-"""A method counts as slower if its time exceeds the best time by this factor. A smaller factor may come from other work of the
-machine."""
+"""A method counts as slower if its time exceeds the best time by this factor. Other work of the machine may cause smaller
+differences."""
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,8 @@ def request_problems(scene: Scene, q: FitRequest) -> list[Problem]:
 
 
 def _collect(work: Any, said: str) -> tuple[Any, list[Problem]]:
-    """(result of ``work``, problems). If ``work`` raises SceneError, the result is None; ``said`` prefixes the problems."""
+    """(result of ``work``, problems). If ``work`` raises SceneError, the result is None; the places of its problems begin with
+    ``said``."""
     try:
         return work(), []
     except SceneError as e:

@@ -24,11 +24,11 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
 
 REVERSES = 0.0
-"""The pin may cross its bearing at a dip of the reaction force only if the cosine between its accelerations before and after the
-dip is below this value."""
+"""The pin may cross its bearing at a dip of the reaction force only if its acceleration turns far enough: the cosine between its
+directions before and after the dip must be below this value."""
 NEAR = 0.2
-"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this value, relative to
-the smaller of the accelerations at the two ends of the dip."""
+"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this fraction of the
+acceleration at the ends of the dip (the smaller of both)."""
 LEAST = 8
 """Least number of rows between the two maxima of the force beside a dip. A dip with fewer rows is not resolved and is skipped."""
 STEPS = 400

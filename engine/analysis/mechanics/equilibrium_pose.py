@@ -29,7 +29,7 @@ SETTLED = 1e-3
 """When all accelerations, relative to their scale, are below this value, the damped runs end and Newton's method finds the exact
 pose."""
 STILL = 1e-14
-"""A start with smaller accelerations, relative to their scale, is at rest."""
+"""A start counts as at rest if its accelerations, relative to their scale, are below this value."""
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ BINS = 72
 
 DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch", "contact_opened", "contact_closed", "contact_rests")
 FEW = 24
-"""If two successive events of end stops or latches have fewer rows than this between them, the run is repeated with rows inside its
-steps. The number corresponds to four polynomials through six rows each."""
+"""The run is repeated with rows inside its steps if fewer rows than this lie between two successive events of end stops or latches.
+The number corresponds to four polynomials through six rows each."""
 COARSE = 1e-4
 """The load of a joint is computed from all rows and from every second row. If the two differ by more than this fraction, the run is
 also repeated."""

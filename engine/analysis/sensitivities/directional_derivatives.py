@@ -23,7 +23,8 @@ REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
 OPENING = 1e-3
-"""Smaller multipliers, relative to the largest of the run, count as this size, because contacts open where all are 0."""
+"""The convergence of Newton's method is judged relative to the size of the multipliers, or to this multiple of the run's largest
+multiplier if that is larger. Where contacts open, all multipliers may be 0."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""
 _kept: dict[tuple[Any, ...], Sensitivities] = {}
@@ -99,7 +100,7 @@ class SensitivityUnit:
         return f, z
 
     def keep_size(self, z: np.ndarray) -> None:
-        """Count multipliers far smaller than z, those of contacts that open, by the size of z."""
+        """From now on, judge convergence relative to at least OPENING times the largest multiplier in z."""
         self.least = max(self.least, OPENING * float(np.abs(z).max(initial=0.0)))
 
     def multiplier_derivatives(self) -> np.ndarray:

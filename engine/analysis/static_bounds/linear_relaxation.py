@@ -103,13 +103,13 @@ class Relaxation:
         return found
 
     def missing(self, a: Answer) -> np.ndarray:
-        """Cuts where the solution underestimates a norm. Norms of one component lack none: they have all their cuts from the
-        beginning, and are underestimated by the tolerance of the linear program."""
+        """The cuts for norms that the solution underestimates. Norms of one component get none: they have all their cuts from the
+        beginning, and only the tolerance of the linear program makes the solution underestimate them."""
         size = self.program.norms(a.X)
         return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 
     def _tangents(self, X: np.ndarray, terms: np.ndarray) -> np.ndarray:
-        """The cuts that touch the norms of these terms (mask) at X. A norm that is zero, or of one component, has none."""
+        """The cuts that touch the norms of these terms (mask) at X. A norm that is zero or has one component gets no cut."""
         V, first = self.program.stacked
         at = np.flatnonzero(terms & (self.program.norms(X) > 0.0) & (np.diff(np.append(first, len(V))) > 1))
         cuts = np.zeros((len(at), self.n + self.m))

@@ -30,8 +30,8 @@ TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 FIXED = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
 """Fixed steps, as multiples of the mean step of the automatic method at rtol 1e-6."""
 SLOW_RUN, SLOW_RATIO = 0.1, 3.0
-"""After a run longer than SLOW_RUN, s, and than SLOW_RATIO times the longest reference run, tighter settings of the method are left
-out. A first-order method takes ten thousand times as long as the others there."""
+"""If a run takes longer than SLOW_RUN, s, and longer than SLOW_RATIO times the longest reference run, tighter settings of the
+method are left out. At such settings, a first-order method would take ten thousand times as long as the others."""
 WARM_RUN = 0.05
 """A first run longer than this, s, counts as a repeat. In shorter runs, cold caches matter."""
 

@@ -32,8 +32,8 @@ def command(
     plot: Plot = None,
     as_json: Json = False,
 ) -> int:
-    """Tell whether friction holds the given pose, and the range around it in which it does. Then find the poses of rest without
-    friction, stable and unstable, and the range around each in which friction holds the mechanism."""
+    """Tell whether friction holds the mechanism in its given pose, and in which range around this pose. Then find the poses of rest
+    without friction, stable and unstable, and the range around each in which friction holds the mechanism."""
     from trunnion.analysis.mechanics.equilibrium_pose import equilibrium, start_at
     from trunnion.analysis.static_bounds.static_margin import hold
 

@@ -67,7 +67,7 @@ class Wrapped:
         return [[self.arm(g) * rates[0]]]
 
     def friction(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction, sum of the tensions, which pulls the pulleys together). The second also acts at rest."""
+        """(friction, sum of the tensions, which pulls the pulleys together). This sum also acts at rest."""
         k = laws[0].ratios(self.velocity(rates, g)[0])[0]
         along = self.arm(g) * difference(g, k, ca)
         return [along, _sum(w, g)] if self.pulls else [along]

@@ -207,9 +207,9 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign that friction uses. It is that of ``sign``, but in two cases it stays +1 after the reversal: for a pair on a
-        line (``frozen_sliding_directions.c``), whose friction continues until the event, and for a starting pair with a velocity at
-        round-off level (``AT_REST``)."""
+        """The sign that friction uses. It is that of ``sign``, but in two cases it stays +1 after the reversal. The friction of a
+        pair on a line (``frozen_sliding_directions.c``) continues until the event. For a starting pair, a velocity at round-off
+        level does not count (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 

@@ -145,7 +145,7 @@ def version_of(package: str) -> str:
     from importlib.metadata import PackageNotFoundError, distribution  # this import is slow, and cached primitives do not need it
 
     try:
-        text = distribution(package).read_text("METADATA") or ""  # its parser takes ten times as long
+        text = distribution(package).read_text("METADATA") or ""  # the parser of metadata takes ten times as long
         return text.partition("\nVersion:")[2].partition("\n")[0].strip()
     except PackageNotFoundError:
         return "none"
@@ -257,7 +257,7 @@ def build_library(
     folders = [f"-I{p}" for p in include]
     if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
         sources = [_object(source, library.parent, options + folders, cache) for source in (*sources, WINDOWS)]
-        options.append("-s")  # otherwise the library holds the path of the folder
+        options.append("-s")  # strips symbols: they contain the path of the build folder, so two builds would differ
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 

@@ -83,8 +83,8 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds to F and R: powers, rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, the distance
-    of each hook from its release, and the gaps of joints that only push."""
+    """Adds further values to F and R. They are powers, rates of the freedoms of frictional joints, and (friction ratio − 1) of each
+    friction pair. The distance of each hook from its release and the gaps of joints that only push follow."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0

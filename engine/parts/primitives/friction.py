@@ -35,8 +35,8 @@ class FrictionSymbols(PrimitiveSymbols):
 
     @property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers that have a bristle state. ``System``, for which this object stands in, has the same
-        name."""
+        """Indices of the friction multipliers that have a bristle state. The object replaces a ``System``, which has an attribute
+        of the same name."""
         return tuple(self.eta_of)
 
     def mode(self, slider: int) -> list[SX]:

@@ -33,7 +33,7 @@ PIN_OUT, PIN_IN = "pin_out", "pin_in"
 LATER_POINTS = frozenset(
     name for curve in (BY_SPEED, *EFFICIENCY_TABLES) for pair in curve[1:] for name in pair
 )  # fmt: skip
-"""Names of the numbers of a curve's points but the first, which already represents the curve in names."""
+"""Names of the numbers of a curve's points, except the first point. In C names, the first point already represents the curve."""
 KEPT = "kept"
 """Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}

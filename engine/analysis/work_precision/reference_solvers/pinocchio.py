@@ -1,5 +1,5 @@
-"""Pinocchio computes the accelerations: by its articulated-body algorithm, or by its constraint dynamics if there are loops. SciPy
-integrates."""
+"""Pinocchio computes the accelerations, and SciPy integrates them. Pinocchio uses its articulated-body algorithm or, for loops, its
+constraint dynamics."""
 
 from __future__ import annotations
 

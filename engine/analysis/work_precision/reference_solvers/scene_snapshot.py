@@ -101,7 +101,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The mechanism at its start, in SI units. missing: parts of the scene that the snapshot cannot represent."""
+    """The mechanism at its start, in SI units. missing: names of the scene's parts that the snapshot cannot represent."""
 
     parts: tuple[Part, ...]
     links: tuple[Link, ...]
