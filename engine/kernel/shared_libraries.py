@@ -34,7 +34,8 @@ ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 GUARDED = "host_"
-"""Prefix of the runtime's functions that set the floating-point environment and restore that of the host. Python calls these."""
+"""Prefix of the runtime's functions that Python calls. They set the floating-point environment, and restore the host's environment
+at their end."""
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12

@@ -51,7 +51,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
 
 
 def add_tie(sym: Symbols, c: Cut, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> None:
-    """Set the row of a coupling, and the freedom of a gearbox, which is that of the follower. The row of a gearbox is the ratio
+    """Set the row of a coupling, and for a gearbox its freedom, which is the follower's. The row of a gearbox is the ratio
     times the angle of the output shaft, minus the angle of the input shaft; its multiplier is the torque of the input shaft."""
     geared = c.joint.kind.nv > 0
     c.rows = [mimic_row(sym, follows, leads, of, m, geared)]

@@ -119,7 +119,7 @@ def _null_space(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
     scaled to equal norm."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # not full: a full U would have rows² entries
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U would have rows² entries
     s = np.append(s, np.zeros(len(V) - len(s)))
     zero = s <= NULL_THRESHOLD[exact] * s.max(initial=0.0)
     lost = V[zero].T / size[:, None]

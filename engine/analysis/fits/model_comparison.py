@@ -170,8 +170,8 @@ def weigh_models(
 ) -> tuple[list[ModelScore], tuple[str, ...]]:
     """The candidates (without their fits) ordered by BIC, best first, and notes.
 
-    criteria, notes: those of each fit, by name; failed: {name: reason why there is no fit}. SimulationError if there is no fit at
-    all.
+    criteria, notes: criteria and notes of each fit, by name; failed: {name: reason why there is no fit}. SimulationError if there
+    is no fit at all.
     """
     if not criteria:
         raise SimulationError("; ".join(f"candidate {n}: {why}" for n, why in failed.items()))

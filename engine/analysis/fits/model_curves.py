@@ -142,7 +142,7 @@ class ModelCurves:
                 moved[i] += step
                 try:
                     ends.append((moved[i], self.values(moved)))
-                except SceneError:  # outside the parameter's bounds: a one-sided difference
+                except SceneError:  # this point is outside the parameter's bounds, so the difference is one-sided
                     ends.append((v, middle))
             (a, up), (b, down) = ends
             columns.append((up - down) / (a - b))

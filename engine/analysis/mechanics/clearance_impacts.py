@@ -38,8 +38,8 @@ ROUND_OFF = 1e-9
 ACROSS = 1.0
 """Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""The acceleration counts as reversing along a straight line if the component of the last acceleration normal to the first,
-relative to the last, is below this value."""
+"""The pin's acceleration counts as reversing along a straight line if the last acceleration deviates from the line of the first by
+less than this fraction of its size."""
 FINE = 1e-9
 """Relative tolerance for the motion along a bearing."""
 DEGREE = 5
@@ -233,7 +233,7 @@ def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tu
         return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancellation
 
     inside = False
-    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at first, to resolve short flights
+    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # the first instants are denser, to resolve short flights
     for before, t in pairwise(ts):
         inside |= outside(before) < -ROUND_OFF * float(s0 @ s0)
         if inside and outside(t) >= 0.0:

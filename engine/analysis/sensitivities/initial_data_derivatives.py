@@ -103,15 +103,15 @@ def dependent_paths(following: DependentNumbers | None, name: str) -> list[str]:
 
 
 def _following(scene: Scene, names: Sequence[str]) -> DependentNumbers | None:
-    """The numbers of the scene that depend on its parameters; None if no name is that of a parameter."""
+    """The numbers of the scene that depend on its parameters; None if none of the names is the name of a parameter."""
     return DependentNumbers(scene) if any(map(parameter, names)) else None
 
 
 def differentiate_start(
     model: Model, lines: Sequence[ParameterLine], entries: Mapping[str, int], tick: Tick
 ) -> InitialDerivatives:
-    """Derivatives of the initial data by the numbers of ``lines``. entries: those of ``table_entries``. Afterwards the block is
-    assembled again with the scene's own values."""
+    """Derivatives of the initial data by the numbers of ``lines``. entries: the result of ``table_entries``. Afterwards the block
+    is assembled again with the scene's own values."""
     columns = []
     for line in lines:
         tick()

@@ -22,8 +22,8 @@ MOST_STEPS = 100_000
 STEPS_PER_CALL = 64
 """Largest number of steps between two calls of a tick."""
 MOST_SOLVED = 4096
-"""Largest number of steps whose multipliers are stored. The integration of tangents solves for those of later steps, which takes
-longer."""
+"""Largest number of steps whose multipliers are stored. In later steps, the integration of tangents solves for the multipliers
+again, which takes longer."""
 SAME_TIME = 1e-12
 """A sample counts as at the end of a step if their times differ by less than this value times the time, or times 1 s if the time is
 shorter."""

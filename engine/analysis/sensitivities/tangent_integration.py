@@ -172,6 +172,6 @@ def _row(a: np.ndarray, k: int) -> int:
 
 
 def _places(u: SensitivityUnit) -> np.ndarray:
-    """Index of each of the unit's multipliers among those of all rows and of friction."""
+    """For each multiplier of the unit, its index among the multipliers of all constraint rows and of friction."""
     rows = u.system.rows
     return np.array([*u.active[: u.na], *range(rows, rows + u.ne)], np.intc)

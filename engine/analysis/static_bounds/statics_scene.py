@@ -83,7 +83,7 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    for device, signal in (("motor", "signal"), ("latch", "release")):  # a constant load with the value at the start
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # the value at the start replaces the signal
         own = getattr(j, device)
         if own is None:
             continue

@@ -1,8 +1,9 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
 The interval of a quantile lies between two order statistics. Their ranks alone determine the confidence, whatever the distribution
-is. The interval of a probability is that of Clopper and Pearson. A case without a value counts as the smallest value for the lower
-end of an interval, and as the largest value for the upper end. Therefore the intervals are valid whatever value such a case has.
+is. Clopper and Pearson's formula gives the interval of a probability. A case without a value counts as the smallest value for the
+lower end of an interval, and as the largest value for the upper end. Therefore the intervals are valid whatever value such a case
+has.
 """
 
 from __future__ import annotations

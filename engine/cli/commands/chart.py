@@ -57,7 +57,7 @@ def command(
 
 
 def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bool) -> int:
-    """Measure, write the files to the folder ``place``, print the results; returns the exit code. arguments: those of
+    """Measure, write the files to the folder ``place``, print the results; returns the exit code. arguments: fields of
     ``WorkPrecisionRequest``."""
     from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
     from trunnion.analysis.work_precision.html_page import page_data

@@ -33,7 +33,7 @@ def command(
     save: CsvTable = None,
     as_json: Json = False,
 ) -> int:
-    """Compute exact derivatives of outputs with respect to parameters along a run, across its events, too."""
+    """Compute exact derivatives of outputs with respect to parameters, along a run and across its events."""
     import numpy as np
 
     from trunnion.analysis.sensitivities.sensitivity import sensitivity

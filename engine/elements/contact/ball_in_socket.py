@@ -71,7 +71,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     torque about the force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque, which is held without load
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # 0 for zero torque, so a ball without load holds
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 

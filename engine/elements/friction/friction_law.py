@@ -207,7 +207,7 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign that friction uses. It is that of ``sign``, but in two cases it stays +1 after the reversal. The friction of a
+        """The sign that friction uses: the result of ``sign``, but in two cases it stays +1 after the reversal. The friction of a
         pair on a line (``frozen_sliding_directions.c``) continues until the event. For a starting pair, a velocity at round-off
         level does not count (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]

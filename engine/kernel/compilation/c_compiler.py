@@ -87,7 +87,7 @@ MACHINES = {
     "macosx_11_0_x86_64": Machine("x86_64-macos.11.0", "x86_64"),
     "win_amd64": Machine("x86_64-windows-gnu", "x86_64"),
 }
-"""{platform tag of a wheel: machines on which the wheel's libraries run}. The level x86_64 is that of every x86-64 processor."""
+"""{platform tag of a wheel: machines on which the wheel's libraries run}. Every x86-64 processor has the level x86_64."""
 TAGS = {
     ("linux", "x86_64"): "manylinux_2_17_x86_64",
     ("linux", "aarch64"): "manylinux_2_17_aarch64",
@@ -180,7 +180,7 @@ def run(arguments: Sequence[str], cache: Path) -> None:
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # the shared cache is pruned like an entry: least recently used first
+            os.utime(shared)  # pruning removes the least recently used entries and shared caches
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))

@@ -46,8 +46,8 @@ def closure_function(m: Model) -> Code:
 
 def stops_function(m: Model) -> Code:
     """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths, each stop
-    has the factor of its elastic force, which is 0 at release (``stop_push``). A hook has instead the excess of its signal over the
-    release value, and a joint that only pushes its coefficient of restitution."""
+    has the factor of its elastic force, which is 0 at release (``stop_push``). For a hook, the excess of its signal over the
+    release value takes the place of this factor; for a joint that only pushes, its coefficient of restitution."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops

@@ -46,8 +46,8 @@ def linear_rates(system: System, active: Sequence[int]) -> DerivedUnit:
 
 
 def linear_columns(system: System, chosen: list[Column]) -> DerivedUnit:
-    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals are treated as constants. So are values
-    that only the runtime computes."""
+    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals, and values that only the runtime computes,
+    are treated as constants."""
     multipliers = each(Space.Z, system.rows + system.neta)
     changes = [*_signals(system), *each(Space.Y, states(system)), *multipliers, *each(Space.A, system.nv)]
     return _columns(system, [c if c.quantity.instantaneous else None for c in chosen], changes, False)

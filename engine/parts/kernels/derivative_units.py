@@ -47,7 +47,7 @@ def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> 
 
 
 class Sensitivities:
-    """The functions of a sensitivity unit: those of the motion, and those of the columns (``outputs``). See
+    """The functions of a sensitivity unit, for the motion and for the columns (``outputs``). See
     ``parts.derivatives.linear_and_sensitivity_units``."""
 
     def __init__(self, system: System, parameters: int, active: Sequence[int], chosen: list[Column], quadratures: bool):

@@ -102,8 +102,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to those of the other rows, which
-    the motion leaves undetermined."""
+    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to the multipliers of the other
+    rows, which the motion leaves undetermined."""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)

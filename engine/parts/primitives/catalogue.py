@@ -45,7 +45,7 @@ SIDES = (False, True)
 PINS = (PIN_IN, PIN_OUT)
 SIGNALS = [(kind.drives is None, not kind.loads, label) for kind in KINDS.values() for label in kind.labels]
 DRIVES, LOADS = [label for drives, _, label in SIGNALS if drives], [*(label for _, loads, label in SIGNALS if loads), "through"]
-"""Labels of the signals of drives, and of those of loads."""
+"""Labels of the signals of drives, and labels of the signals of loads."""
 
 
 def every() -> Iterator[Recipe]:

@@ -114,7 +114,7 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of everything that influences the code of primitives: that of their texts, and the compiler."""
+    """Digest of everything that influences the code of primitives: everything that influences their C text, and the compiler."""
     return library_cache.digest(texts_key(), *c_compiler.toolchain())
 
 

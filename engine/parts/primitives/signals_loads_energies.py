@@ -29,7 +29,8 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS} | {label: count for kind in SIGNALS.values() for label, count in kind.labels.items()}
-"""Number of parameters of a signal, by kind. A table has no parameters; those of limits and expressions are other primitives'."""
+"""Number of parameters of a signal, by kind. A table has no parameters. The primitives ``limit`` and ``operation`` have the
+parameters of limits and expressions."""
 
 
 class Timed(PrimitiveSymbols):

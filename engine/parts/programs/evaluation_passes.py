@@ -69,9 +69,9 @@ class EvaluationPasses:
     def write_inward(
         self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
     ) -> tuple[Slot, list[Slot]]:
-        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies; by default,
-        those of the scene. Returns y (nv), and the wrench on each body (6). y are the accelerations of the freedoms if the inboard
-        body has Ż = 0."""
+        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies; by default, the
+        wrenches of the scene. Returns y (nv), and the wrench on each body (6). y are the accelerations of the freedoms if the
+        inboard body has Ż = 0."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
         handed = [program.scratch_slot(HANDED) for _ in range(n)]

@@ -120,7 +120,7 @@ class ScaledReactions:
         return out
 
     def _arm(self, j: Joint, points: dict[int, list[Leaves]]) -> Slot:
-        """Half length of the contacts of a joint without friction, m. points: those of its block, by body."""
+        """Half length of the contacts of a joint without friction, m. points: the joint points of its block, by body."""
         s, bodies = self.scene, [b for b in (j.out, j.inb) if b != GROUND]
         spins, masses, out = s.constant_slot(len(bodies)), s.constant_slot(len(bodies)), s.constant_slot(1)
         for k, b in enumerate(bodies):
