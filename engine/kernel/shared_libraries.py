@@ -42,7 +42,7 @@ MOST_FRICTIONS = 12
 """Largest number of friction multipliers with which lanes are used. With more, lanes need large maps."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
 """Lanes compute rows only up to these sizes: the text of the unit of columns (characters), and the maps (doubles). Compilation for
-lanes takes as long as the unit itself, and the data of rows are on the stacks of cases."""
+lanes takes as long as the unit itself, and each case holds the data of rows on its stack."""
 
 
 @lru_cache(maxsize=1)

@@ -27,8 +27,8 @@ value."""
 MOST_TRIALS = 14
 MOST_STEPS = 12
 MOST_LOG_FACTOR = 3.0
-"""When parameter k makes a step, every other positive parameter is multiplied by a factor. This is the largest absolute logarithm
-of the factor."""
+"""If parameter k makes a step, every other positive parameter is multiplied by a factor. This value is the largest absolute
+logarithm of the factor."""
 MOST_WIDENING = 2.5
 """Largest factor by which the search for an end widens its step."""
 ABRUPT = 30.0

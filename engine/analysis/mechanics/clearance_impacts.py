@@ -139,7 +139,7 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
 
 
 def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
-    """The dips of a force's size: rows of the maximum before, of the least force, and of the maximum behind."""
+    """For each dip of a force's size, three rows: the maximum before it, the least force, and the maximum after it."""
     tops = [0, *(i for i in range(1, len(size) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(size) - 1]
     for first, last in pairwise(tops):
         if last - first >= LEAST:
@@ -147,7 +147,7 @@ def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
 
 
 def _cross_dip(time: np.ndarray, driven: np.ndarray, c: float) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
-    """The crossing in a dip, as by ``_crossing``. driven (n×3): acceleration of the pin, m/s²."""
+    """The crossing in a dip, as ``_crossing`` returns it. driven (n×3): acceleration of the pin, m/s²."""
     both = np.linalg.norm(driven[[0, -1]], axis=1)
     if not both.min() > 0.0 or driven[0] @ driven[-1] / both.prod() > REVERSES:
         return None

@@ -53,7 +53,7 @@ class SensitivityUnit:
         self.width = self.ny + self.nz + self.np + 1
         self._by_each = np.zeros((self.nz, self.width))  # one unit seed for each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
-        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along _by_each
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None
         self.least = 1e-300
         self._places = tuple(map(address_of, (self.c, self.w, self.f)))

@@ -122,7 +122,7 @@ def differentiate_start(
 
 
 def parameter_lines(scene: Scene, parameters: Sequence[str]) -> list[ParameterLine]:
-    """A line for each of these parameters, which have no problems (``parameter_problems``)."""
+    """A line for each of these parameters. ``parameter_problems`` must find no problems in them."""
     following = _following(scene, parameters)
     return [ParameterLine(scene, name, following) for name in parameters]
 

@@ -38,7 +38,8 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene in which an effort replaces every drive and a constant amount replaces every load, its loads with drives first).
+    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, of which those that
+    replace drives come first).
 
     built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
     """

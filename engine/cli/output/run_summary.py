@@ -62,7 +62,8 @@ def error_line(c: Certainty) -> str:
 
 
 def error_cells(result: Result, name: str = "") -> tuple[str, ...]:
-    """The table cell of a column's largest error, or of the head; no cell if the run has no errors."""
+    """The table cell of a column's largest error or, without ``name``, of the table's head. No cell if the run has no error
+    estimates."""
     c = result.certainty
     if c is None:
         return ()

@@ -77,8 +77,8 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula is used on both branches: it suffices to select
-    the branch, because both formulas cross the kink together (theory, "Ball")."""
+    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula serves for both branches. The result only
+    selects the branch, and both formulas cross the kink together (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
     along2 = fw * fw / FF

@@ -69,7 +69,7 @@ WRAPPED = frozenset(s.name for s in BAND.sizes)
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether joints with this law always have the number ``n`` (default 0), so that one primitive serves joints with and without
+    """Whether joints with this law always have the number ``n`` (default 0). One primitive then serves joints with and without
     preload."""
     return n.name == PRELOAD.name and LAWS[law].sets and not adams
 

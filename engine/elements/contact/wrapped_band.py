@@ -85,7 +85,7 @@ class Wrapped:
         return [g[TENSION.name], g[TENSION.name] + more]
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """A capacity for each sense, which depends on no reaction."""
+        """A capacity for each sense of friction. It depends on no reaction."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import Capacity, Pair

@@ -24,7 +24,7 @@ operations compile in four fifths of the time. But stepping units then run 10 to
 percent."""
 
 SCRATCH = "s_"
-"""Array that carries values between the pieces of a stage, if the stage keeps no values for later stages."""
+"""Name of the array that carries values between the pieces of a stage that keeps no values for later stages."""
 
 BINARY = {
     ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",

@@ -52,7 +52,8 @@ run-time checks by default. These checks would cancel the gain, so they are off.
 
 @dataclass(frozen=True)
 class Machine:
-    """A kind of machine that compiled libraries are for. target: zig target. cpu: instruction-set level; "" is the target's own."""
+    """A kind of machine for which libraries are compiled. target: zig target. cpu: instruction-set level; "" is the default level
+    of the target."""
 
     target: str
     cpu: str

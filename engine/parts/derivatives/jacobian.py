@@ -92,7 +92,7 @@ class JacobianProgram(AccelerationTangents):
                     self.open_contact(c.joint, Slot(Space.Z, i, 1), Slot(Space.OUT, at + i, 1))
 
     def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
-        """Change the residuals of a joint while its contact is open. The runtime does so itself for the Jacobian."""
+        """Replace the residuals of a joint while its contact is open. For the Jacobian, the runtime replaces them itself."""
 
     def _add_accelerations(self, ends: list[tuple[int, str]], c: CutJointSlots, out: Slot) -> None:
         for b, which in ends:

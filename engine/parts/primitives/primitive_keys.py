@@ -29,7 +29,7 @@ PIECE, PIECE_SIZE = "piece", 5
 OUT = "out_"
 """Prefix of the outputs of a column primitive."""
 PIN_OUT, PIN_IN = "pin_out", "pin_in"
-"""Structures of the column operand ``reaction_arm``. They state whether the outboard or the inboard part is the pin."""
+"""The two structures of the column operand ``reaction_arm``: the outboard part is the pin, or the inboard part."""
 LATER_POINTS = frozenset(
     name for curve in (BY_SPEED, *EFFICIENCY_TABLES) for pair in curve[1:] for name in pair
 )  # fmt: skip

@@ -93,7 +93,7 @@ class ColumnOperands:
         return self._made[key]
 
     def numbers(self, key: Hashable, leaves: Leaves) -> Slot:
-        """The slot of this key for numbers of the scene, which the first request gathers."""
+        """The slot of this key for numbers of the scene. The first request writes the numbers into the slot."""
         if key not in self._made:
             self._made[key] = self.scene.numbers(leaves)
         return self._made[key]

@@ -36,7 +36,7 @@ class RecursiveFriction:
         stepping.write_derivative(self.scene.program("derive"), self.qdd, self.Z)
 
     def _begin(self) -> None:
-        """Write motion and forces, like the start of stage 1, and then the rates."""
+        """Write motion and forces as at the start of stage 1, then the rates."""
         program = self.scene.program("begin")
         program.code += self.stepping.begun.code
         program.scratch = self.stepping.begun.scratch

@@ -124,7 +124,7 @@ def _add_joint(system, link: Link, bodies: list) -> None:
 
 
 def _rows_at(rows: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """The sensor rows that belong to the sample times. Exudyn writes each at the end of the step that reaches the sample time."""
+    """The sensor rows that belong to the sample times. Exudyn writes a row at the end of the step that reaches its sample time."""
     nearest = np.abs(rows[:, 0][None, :] - times[:, None]).argmin(axis=1)
     if np.abs(rows[nearest, 0] - times).max() > 1e-6 * times[-1]:
         raise RuntimeError("its sensors were not written at the sample times")
