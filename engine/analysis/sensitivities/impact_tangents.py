@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.derivatives_at_one_state import SensitivityUnit
 from trunnion.analysis.sensitivities.step_record import RecordedStep
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import PairState

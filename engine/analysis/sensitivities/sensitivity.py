@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.derivatives_at_one_state import SensitivityUnit
 from trunnion.analysis.sensitivities.initial_data_derivatives import differentiate_start, parameter_lines, table_entries
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
+from trunnion.analysis.sensitivities.derivatives_at_one_state import REGULAR, SensitivityUnit
 from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.basics.problems import SimulationError

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
+from trunnion.analysis.sensitivities.derivatives_at_one_state import MOST_ITERATIONS, RANK, SensitivityUnit
 from trunnion.analysis.sensitivities.impact_tangents import ImpactTangents
 from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick

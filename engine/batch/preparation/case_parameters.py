@@ -2,10 +2,10 @@
 cost.
 
 The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. Many groups determine entries of the rows
-directly (``parameter_entries``): the value is an entry of the table of parameters (friction, springs, dampers, drives, …), or
-entries are copies of the value, or a formula gives them. For any other group, a scene is built once for each distinct value, and
-its changed entries are copied to the rows. If groups share an entry, a scene is built for every case. A scene is
-also built for each case with another structure.
+directly (``parameters_without_scene_builds``): the value is an entry of the table of parameters (friction, springs, dampers,
+drives, …), or entries are copies of the value, or a formula gives them. For any other group, a scene is built once for each
+distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is built for every case. A scene
+is also built for each case with another structure.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError
 from trunnion.batch.preparation.dependent_parameters import Followers
-from trunnion.batch.preparation.parameter_entries import Placing
 from trunnion.batch.preparation.parameter_formulas import total_mass
+from trunnion.batch.preparation.parameters_without_scene_builds import Placing
 from trunnion.runtime.abi.batch_records import CASE_SETTINGS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply

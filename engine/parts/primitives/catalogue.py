@@ -109,13 +109,13 @@ def _small() -> Iterator[Recipe]:
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("signals_loads_energies", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
-    yield from (("loop_joint", "tie", *both, MIMIC.name) for both in product(alone, alone))
+    yield from (("loop_joints_and_reactions", "tie", *both, MIMIC.name) for both in product(alone, alone))
     shafts = [name for name in alone if JOINTS[name].turns(0)]
     geared = [k.name for k in JOINTS.values() if k.follows == "freedom"]
-    yield from (("loop_joint", "tie", *each) for each in product(shafts, shafts, geared))
-    yield from (("loop_joint", "outboard", forward) for forward in SIDES)
-    yield from (("loop_joint", "weighed", sign) for sign in (1, -1))
-    yield from (("loop_joint", "arm", bodies) for bodies in (1, 2))
+    yield from (("loop_joints_and_reactions", "tie", *each) for each in product(shafts, shafts, geared))
+    yield from (("loop_joints_and_reactions", "outboard", forward) for forward in SIDES)
+    yield from (("loop_joints_and_reactions", "weighed", sign) for sign in (1, -1))
+    yield from (("loop_joints_and_reactions", "arm", bodies) for bodies in (1, 2))
     yield from (("inverse_dynamics", "weigh", sign) for sign in (1, -1))
 
 
@@ -171,11 +171,11 @@ def _cuts() -> Iterator[Recipe]:
     for kind in JOINTS.values():
         if kind.cuttable and kind.follows != "freedom":
             variants = ("",) if kind.slips else BARE
-            yield from (("loop_joint", "cut", kind.name, *each) for each in product(("", "inb", "out"), variants))
+            yield from (("loop_joints_and_reactions", "cut", kind.name, *each) for each in product(("", "inb", "out"), variants))
         if kind.follows and kind.follows != "freedom":
-            yield from (("loop_joint", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
+            yield from (("loop_joints_and_reactions", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
         for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
-            yield "loop_joint", "sprung", kind.name, fit, (), soft, which
+            yield "loop_joints_and_reactions", "sprung", kind.name, fit, (), soft, which
 
 
 def _frictions() -> Iterator[Recipe]:
@@ -282,13 +282,13 @@ def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
     for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):
         yield from _pinned(which, fit)
         for soft, moved in product(SIDES, driven(kind)):
-            yield "loop_joint", "sprung", kind.name, fit, names, soft, moved
+            yield "loop_joints_and_reactions", "sprung", kind.name, fit, names, soft, moved
 
 
 def _pinned(which: FrictionKey, fit: Fit) -> Iterator[Recipe]:
     """Primitives that convert reactions into the components that contact elements need."""
     kind = which.joint.kind
-    yield from (("loop_joint", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
+    yield from (("loop_joints_and_reactions", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
     for forward in SIDES:
         yield "signals_loads_energies", "pin", kind.name, forward, fit, which.needs
         for moved in driven(kind):

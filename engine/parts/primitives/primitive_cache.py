@@ -53,14 +53,15 @@ if TYPE_CHECKING:
         friction,
         inverse_dynamics,
         joint_devices,
-        loop_joint,
+        loop_joints_and_reactions,
         primitive_derivatives,
         signals_loads_energies,
     )
 else:
     inverse_dynamics, body_step, column_primitives = map(_LazyModule, ("inverse_dynamics", "body_step", "column_primitives"))
     friction, joint_devices, signals_loads_energies = map(_LazyModule, ("friction", "joint_devices", "signals_loads_energies"))
-    force_laws, loop_joint, primitive_derivatives = map(_LazyModule, ("force_laws", "loop_joint", "primitive_derivatives"))
+    force_laws, primitive_derivatives = map(_LazyModule, ("force_laws", "primitive_derivatives"))
+    loop_joints_and_reactions = _LazyModule("loop_joints_and_reactions")
 
 
 def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from trunnion.elements.contact.contact_element import OVERLAP, SPAN
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.primitives.primitive_cache import loop_joint, signals_loads_energies
+from trunnion.parts.primitives.primitive_cache import loop_joints_and_reactions, signals_loads_energies
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, Signal, state_coordinates
 from trunnion.system.structure.friction_joint_indices import Element
@@ -65,7 +65,8 @@ def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str],
 def write_pin(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], ft: Slot, pose: Slot, out: Slot) -> None:
     """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. Sets the span to 0."""
     if needs:
-        s.call(program, loop_joint.pin(j.kind_name, j.fit, tuple(needs)), ft=ft, pose=pose, out=out, **lengths_of(s, j))
+        pin = loop_joints_and_reactions.pin(j.kind_name, j.fit, tuple(needs))
+        s.call(program, pin, ft=ft, pose=pose, out=out, **lengths_of(s, j))
 
 
 def coordinate_rates(s: ScenePasses, program: Program, v: Slot, out: Slot) -> None:
