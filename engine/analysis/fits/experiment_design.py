@@ -54,7 +54,7 @@ class RankedExperiment:
     why: str = ""
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Infinite numbers become None."""
+        """The data of this object as plain lists and numbers. Infinite numbers become None."""
         return finite(asdict(self))
 
 

@@ -67,7 +67,7 @@ class UnidentifiableGroup:
         return " · ".join(parts) + (f", about {' · '.join(about)}" if about != parts else "")
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         combined = [{"exponents": list(e), "deviation": s} for e, s in self.determined]
         return {"names": list(self.names), "determined": combined, "product": self.product, "exact": self.exact,
                 "confirmed": self.confirmed, "told": self.describe()}  # fmt: skip

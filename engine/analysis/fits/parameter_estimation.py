@@ -73,7 +73,7 @@ class Fit:
     solution: FitSolution | None = field(default=None, repr=False, compare=False)
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers for JSON. Infinite numbers become None."""
+        """The data of this object as plain lists and numbers for JSON. Infinite numbers become None."""
         return {
             "values": self.values, "units": self.units, "deviation": finite(self.deviation),
             "correlation": finite(self.correlation.tolist()),

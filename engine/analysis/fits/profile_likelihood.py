@@ -70,7 +70,7 @@ class Interval:
     rises: np.ndarray
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Infinite ends become None."""
+        """The data of this object as plain lists and numbers. Infinite ends become None."""
         ends = {"low": self.low, "high": self.high, "low_end": self.low_end, "high_end": self.high_end}
         return ends | {"local": finite(self.local), "profile": {"values": self.values.tolist(), "rises": self.rises.tolist()}}
 

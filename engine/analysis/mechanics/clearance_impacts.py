@@ -78,7 +78,7 @@ class ClearanceImpact:
     part: int = 1
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return asdict(self)
 
 

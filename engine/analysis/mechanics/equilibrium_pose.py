@@ -69,14 +69,14 @@ class Equilibrium:
     others: tuple[Rest, ...] = ()
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return asdict(self)
 
 
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
     """The pose in which the mechanism without friction comes to rest from its start, and where friction holds the mechanism.
     Drives are held; loads are those of t = 0.
-    Contacts that begin and end press or are open.
+    A contact that can begin and end is either pressed or open.
 
     Args:
         scene: as for ``simulate``.

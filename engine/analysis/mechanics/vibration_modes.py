@@ -56,7 +56,7 @@ class VibrationModes:
     scene: sm.Scene
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Each amplitude of a shape becomes [real, imaginary]."""
+        """The data of this object as plain lists and numbers. Each amplitude of a shape becomes [real, imaginary]."""
         each = [
             {"frequency": m.frequency, "damping": m.damping, "rate": m.rate}
             | {"shape": {n: [x.real, x.imag] for n, x in m.shape.items()}}

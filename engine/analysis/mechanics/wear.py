@@ -67,7 +67,7 @@ class ContactWear:
         return depth / deepest if deepest > 0.0 else math.inf
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in asdict(self).items()} | {"depth": list(self.depth)}
 
 

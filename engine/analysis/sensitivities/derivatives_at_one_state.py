@@ -196,8 +196,8 @@ def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _functions(model: Model, chosen: list[Column]) -> Sensitivities:
-    """The unit's functions, which numerical code of the scene's parts evaluates. The last MOST_KEPT units are kept for later
-    requests, which often have the same structure; this is safe because units have no state."""
+    """The unit's functions, which the bytecode of the scene evaluates. The last MOST_KEPT units are kept, because later requests
+    often have the same structure. Units have no state, so several requests can use one."""
     system, parameters, quadratures, _ = model.kernel.structure
     key = (model.kernel.key, *(c.name for c in chosen))
     found = _kept.pop(key, None)

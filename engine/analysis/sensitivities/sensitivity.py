@@ -72,7 +72,7 @@ class Sensitivity:
         return [[_derivative_unit(u, p) for p in self.parameter_units] for u in self.units]
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers for JSON."""
+        """The data of this object as plain lists and numbers for JSON."""
         return {
             "time": self.time.tolist(), "outputs": list(self.names), "units": list(self.units),
             "parameters": list(self.parameters), "parameter_units": list(self.parameter_units),

@@ -76,7 +76,7 @@ class Relaxation:
         return next(self.solutions(cell, [self.program.objective], self.program.normal))
 
     def solutions(self, cell: Cell, objectives: list[Row], normal: Row | None = None) -> Iterator[Answer | None]:
-        """As ``solve``, for several objectives over one cell. The program is homogeneous if ``normal`` is given."""
+        """The results of ``solve`` for several objectives over one cell. The program is homogeneous if ``normal`` is given."""
         costs = self.program.wide(tuple(objectives))
         upper, equal = self._rows(cell)
         right = np.zeros(len(equal) + (normal is not None) + len(upper))

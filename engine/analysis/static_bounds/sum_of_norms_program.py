@@ -73,7 +73,7 @@ class Program:
 
     @cached_property
     def stacked(self) -> tuple[np.ndarray, np.ndarray]:
-        """(the matrices V_j one below the other, first row of each)."""
+        """(the matrices V_j stacked, index of the first row of each)."""
         return np.vstack([np.zeros((0, self.width)), *self.terms]), np.cumsum([0, *(len(V) for V in self.terms)])[:-1]
 
     @cached_property

@@ -53,7 +53,7 @@ class Box:
 @dataclass(frozen=True)
 class BoxRefinement(Study):
     """A request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges.
-    Revision 1 ended as soon as a whole round did not fit."""
+    Revision 1 ended as soon as a whole round exceeded the allowed number of cases."""
 
     kind = "refine"
     of: str

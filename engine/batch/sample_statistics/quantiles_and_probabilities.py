@@ -46,7 +46,7 @@ class Spread:
     note: str
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         plain = {n: getattr(self, n) for n in ("of", "unit", "cases", "missing", "note")} | {"confidence": CONFIDENCE}
         quantiles = [{"probability": p, **asdict(e)} for p, e in self.quantiles]
         return plain | {"quantiles": quantiles, "above": [{"bound": b, **asdict(e)} for b, e in self.above]}

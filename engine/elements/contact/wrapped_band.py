@@ -55,7 +55,7 @@ class Wrapped:
     pulls: bool = False
 
     def arm(self, g: Numbers) -> Any:
-        """Friction along the freedom per friction at the surface."""
+        """Ratio of the friction along the freedom to the friction at the surface."""
         return g[self.radius] if self.radius else 1.0
 
     def needs(self, numbers: Sequence[str], adams: bool) -> tuple[str, ...]:

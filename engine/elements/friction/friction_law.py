@@ -78,13 +78,13 @@ class Law:
     law."""
     dry: ClassVar[str] = ""
     """Name of the set-valued law with the same coefficients, which static analyses use instead of this law. "" if they use this law
-    itself; it may have no static friction."""
+    itself; the law may then have no static friction."""
     state_scale: ClassVar[str] = ""
     """Only for bristles: name of the number by which the state is divided to give a deflection."""
     formula: ClassVar[str] = ""
     """k while sliding, in the symbols of ``notation.md``."""
     at_rest: ClassVar[str] = ""
-    """k at rest, in the same symbols."""
+    """k at rest, in the symbols of ``notation.md``."""
 
     sets: ClassVar[bool] = False
     kinks: ClassVar[bool] = False

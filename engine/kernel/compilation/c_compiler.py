@@ -38,8 +38,8 @@ LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 compile time. With it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
 43,000 characters are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
-"""The same limit for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile in half of
-the time. The run times of five models then changed by −3 to +7 percent."""
+"""The limit ``LONG_TEXT`` for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
+in half of the time. The run times of five models then changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
 """Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on

@@ -47,7 +47,7 @@ FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_
 RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
 """Additional functions of a kernel that solves friction along the recursion."""
 COUPLING = ("shift",)
-"""Additional function of such a kernel, for a scene with loops."""
+"""Additional function of a kernel that solves friction along the recursion, for a scene with loops."""
 
 
 @dataclass

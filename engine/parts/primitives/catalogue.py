@@ -84,8 +84,8 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It does so for Coulomb's law without
-    a curve over speed."""
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It supports them for Coulomb's law
+    without a curve over speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 
@@ -235,7 +235,7 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 
 def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """The same parameters with tables, all over load or all over speed, in place of the numbers that may be tables."""
+    """The parameters with tables in place of the numbers that may be tables: all tables are over load, or all are over speed."""
     tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
     for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
         if some <= tables:

@@ -25,7 +25,7 @@ def element_operands(s: ScenePasses, program: Program, e: Element, *more: Leaf) 
 
 
 def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequence[Leaf]) -> Slot:
-    """Parameters of an element. Those that depend on time or on an input are evaluated
+    """Parameters of an element. Parameters that depend on time or on an input are evaluated
     (``recursion.complement_equation_terms``)."""
     fixed = s.numbers([*(0.0 if isinstance(x, Signal) else x for _, x in f.numbers), *more])
     if not f.varies:
