@@ -8,7 +8,7 @@ import re
 HIDDEN = r"\u0000-\u001f\u007f-\u009f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """The excluded characters, as a class of regular expressions."""
 PLAIN = rf"^[^{HIDDEN}]*$"
-"""The pattern of a text that obeys the rule."""
+"""The pattern of a text without excluded characters."""
 _HIDDEN = re.compile(f"[{HIDDEN}]")
 
 

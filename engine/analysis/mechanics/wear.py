@@ -146,7 +146,7 @@ def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
 
 
 def _columns(name: str, j: sm.Joint) -> list[str]:
-    """The columns from which wear is computed; [] without contacts."""
+    """The columns from which wear is computed. The list is empty if there are no contacts."""
     needed = _needed(name, j)
     return [*needed, "q[*]", "contact[*].normal[*]"] if needed else []
 

@@ -83,7 +83,7 @@ class StepRecord:
     rows: np.ndarray
 
     def step(self, k: int) -> RecordedStep:
-        """Step k."""
+        """The record of step k."""
         return RecordedStep(
             float(self.time[k]), float(self.time[k + 1]), self.y[k + 1], self.x[k], self.after[k + 1],
             bool(self.changes_mode[k]), bool(self.sample[k]), self.impact[k],

@@ -66,7 +66,7 @@ class Law:
     name: ClassVar[str] = ""
     """Name of the law in a scene."""
     numbers: ClassVar[tuple[Number, ...]] = ()
-    """Numbers of the law in a scene, in the order of the documents."""
+    """Numbers of the law in a scene, in the order in which documents list them."""
     rest: ClassVar[Rest]
     """Behaviour of the law at rest."""
     scale: ClassVar[str] = "mu"

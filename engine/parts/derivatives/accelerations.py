@@ -89,7 +89,7 @@ class AccelerationTangents:
             self.program.call(Builtin.ADD_COLUMNS, [c.blocks[ALONG[g]], self._against(c.joint), out], [6, c.joint.kind.nv])
 
     def _against(self, j: Joint) -> Slot:
-        """−η of a joint."""
+        """Minus the friction multipliers η of a joint."""
         out = self.program.scratch_slot(j.kind.nv)
         self.program.call(Builtin.SCALE, [self.scene.eta(j), self.scene.against, out], [j.kind.nv])
         return out

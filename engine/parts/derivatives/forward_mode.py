@@ -208,7 +208,7 @@ class Directions:
     def _derive_builtin(self, g: ValueCall) -> None:
         a, b, out = (g.operands.get(n) for n in ("a", "b", "out"))
         assert out is not None
-        if not out.size:  # product without rows: the joint has no constraints
+        if not out.size:  # the product has no rows, because the joint has no constraints
             return None
         ins = [x for x in (a, b) if x is not None and x in self.active]
         if not ins or g.function in (B.CURVE_PIECE, B.CURVE_FOOT):  # the selected piece has no first-order effect
