@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import exact_law
+from trunnion.analysis.work_precision.benchmark_model import exact_law
 from trunnion.elements.friction import twin_of
 from trunnion.elements.joints import REVOLUTE, SPHERICAL
 from trunnion.scene.data_classes.field_types import AxisName

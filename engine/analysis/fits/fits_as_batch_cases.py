@@ -14,7 +14,7 @@ from trunnion.analysis.fits.request import FitRequest, answer_fit, combine_answe
 from trunnion.basics.arrow_columns import field
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.batch.cases.grids_and_samples import Cases
-from trunnion.batch.plan import Plan, Stopped
+from trunnion.batch.plan_and_runner import Plan, Stopped
 from trunnion.batch.tables.case_table import schema
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.results.csv_and_parquet import finite

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts
-from trunnion.analysis.static_bounds.static_margin import STILL, accelerating_joints, hold_drives
+from trunnion.analysis.static_bounds.start_pose_statics import STILL, accelerating_joints, hold_drives
 from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm

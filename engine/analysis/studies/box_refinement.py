@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import REVISION, CaseResults, Rounds, Study
+from trunnion.analysis.studies.study_rounds import REVISION, CaseResults, Rounds, Study
 
 GRID = 1 << 40
 """Number of grid intervals of each range. Places of cases are integers on this grid. Therefore equal places give bitwise equal

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import REVISION, CaseResults, Rounds, Study
 from trunnion.analysis.studies.root_bracket import bracketed_root
+from trunnion.analysis.studies.study_rounds import REVISION, CaseResults, Rounds, Study
 from trunnion.batch.cases.sample_points import latin
 
 STARTS = 2

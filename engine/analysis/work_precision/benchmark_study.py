@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from trunnion.analysis.work_precision.benchmark_runs import (
+from trunnion.analysis.work_precision.benchmark_model import (
     MOST_STEPS,
     BenchmarkModel,
     estimate_integration_error,

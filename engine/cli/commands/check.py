@@ -69,7 +69,7 @@ def command(
 
 def report_hold(scene: SceneData, as_json: bool) -> int:
     """Report whether the scene holds at rest; returns the exit code."""
-    from trunnion.analysis.static_bounds.static_margin import hold
+    from trunnion.analysis.static_bounds.start_pose_statics import hold
     from trunnion.cli.output.hold_report import hold_document, hold_lines
 
     report = hold(scene)

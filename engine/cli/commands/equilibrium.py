@@ -35,7 +35,7 @@ def command(
     """Tell whether friction holds the mechanism in its given pose, and in which range around this pose. Then find the poses of rest
     without friction, stable and unstable, and the range around each in which friction holds the mechanism."""
     from trunnion.analysis.mechanics.equilibrium_pose import equilibrium, start_at
-    from trunnion.analysis.static_bounds.static_margin import hold
+    from trunnion.analysis.static_bounds.start_pose_statics import hold
 
     reader = ArgumentReader()
     picture = reader.picture(plot)

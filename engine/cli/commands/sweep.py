@@ -20,7 +20,7 @@ from trunnion.cli.requests.varied_numbers import MU, Sample, Sampling, Seed, Var
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from trunnion.batch.plan import Plan
+    from trunnion.batch.plan_and_runner import Plan
     from trunnion.batch.sweep import Sweep
     from trunnion.cli.output.sample_report import SampleQueries
     from trunnion.scene.data_classes.scene import Scene as SceneData
@@ -82,7 +82,7 @@ def planned(
 ) -> Plan | None:
     """The plan of the cases; None after mistakes. extra: further arguments of ``plan``; queries: requested statistics of the
     sample."""
-    from trunnion.batch.plan import Run, plan
+    from trunnion.batch.plan_and_runner import Run, plan
     from trunnion.batch.sample_statistics.result_queries import refused
 
     axes, samples = values_by_path(vary, "--vary", reader), spreads_by_path(sample, reader)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Link, Snapshot
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting
 from trunnion.system.structure.bodies_and_joints import GROUND

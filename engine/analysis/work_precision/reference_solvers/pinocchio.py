@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Link, Snapshot
 from trunnion.analysis.work_precision.reference_solvers.scipy import integrate
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting

@@ -7,7 +7,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.importers.pose_matrices import of_quaternion
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_references import point_of

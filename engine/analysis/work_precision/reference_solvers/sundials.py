@@ -8,7 +8,7 @@ import time
 import casadi as ca
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting
 from trunnion.kernel.units.generated_function_inputs import active_rows, combination, qdot

@@ -19,7 +19,7 @@ from trunnion.analysis.advice.simplified_models import (
     keep_friction,
     make_planar,
 )
-from trunnion.analysis.work_precision.benchmark_runs import (
+from trunnion.analysis.work_precision.benchmark_model import (
     MOST_STEPS,
     BenchmarkModel,
     estimate_integration_error,
