@@ -77,11 +77,11 @@ if TYPE_CHECKING:
     from trunnion.analysis.mechanics.linearization import Linearization, linearize
     from trunnion.analysis.mechanics.vibration_modes import VibrationModes, modes
     from trunnion.analysis.mechanics.wear import Wear, wear
-    from trunnion.analysis.sensitivities.output_derivatives import Sensitivity, sensitivity
+    from trunnion.analysis.sensitivities.sensitivity import Sensitivity, sensitivity
     from trunnion.analysis.static_bounds.bounds_results import HoldBounds
     from trunnion.analysis.static_bounds.hold_check import hold
-    from trunnion.analysis.static_bounds.static_margin import HoldReport
-    from trunnion.analysis.studies.local_execution import StudyResult, optimise, refine
+    from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
+    from trunnion.analysis.studies.local_studies import StudyResult, optimise, refine
     from trunnion.basics.problems import Problem, SceneError, SimulationError
     from trunnion.batch.sweep import Sweep, sweep
     from trunnion.scene import Scene, load_scene, models_dir, scene_from_dict
@@ -118,11 +118,11 @@ _MODULES = {
     "analysis.mechanics.linearization": ("Linearization", "linearize"),
     "analysis.mechanics.vibration_modes": ("VibrationModes", "modes"),
     "analysis.mechanics.wear": ("Wear", "wear"),
-    "analysis.sensitivities.output_derivatives": ("Sensitivity", "sensitivity"),
+    "analysis.sensitivities.sensitivity": ("Sensitivity", "sensitivity"),
     "analysis.static_bounds.bounds_results": ("HoldBounds",),
     "analysis.static_bounds.hold_check": ("hold",),
-    "analysis.static_bounds.static_margin": ("HoldReport",),
-    "analysis.studies.local_execution": ("StudyResult", "optimise", "refine"),
+    "analysis.static_bounds.start_pose_statics": ("HoldReport",),
+    "analysis.studies.local_studies": ("StudyResult", "optimise", "refine"),
     "basics.problems": ("Problem", "SceneError", "SimulationError"),
     "batch.sweep": ("Sweep", "sweep"),
     "scene": ("Scene", "load_scene", "models_dir", "scene_from_dict"),

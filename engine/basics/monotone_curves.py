@@ -32,8 +32,8 @@ def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) ->
 
 
 def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, SX]:
-    """A curve as in ``monotone`` that continues straight beyond its ends, with the slopes of its first and last chord; and its
-    integral from the first point to x. At a point, the derivatives are those of the piece above."""
+    """(curve, integral of the curve from the first point to x). The curve is as in ``monotone``, but continues straight beyond its
+    ends, with the slopes of its first and last chord. At a point, the derivatives are those of the piece above it."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]

@@ -20,7 +20,7 @@ def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
     every = tuple(patterns)
     plain = frozenset(p for p in every if not is_wild(p))
     wild = "|".join(translate(p.replace("[", "[[]")) for p in dict.fromkeys(every) if is_wild(p))
-    match = re.compile(wild or r"(?!)").match  # without a wild card, the form matches no name
+    match = re.compile(wild or r"(?!)").match  # without patterns with wild cards, the expression matches no name
     return lambda name: name in plain or match(name) is not None
 
 

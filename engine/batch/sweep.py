@@ -12,7 +12,7 @@ from typing import Any
 
 from trunnion.basics.interrupts import Held, Unwanted, held, watched
 from trunnion.basics.optional_packages import brought
-from trunnion.batch.plan import Plan, Runner, Stopped, plan
+from trunnion.batch.plan_and_runner import Plan, Runner, Stopped, plan
 from trunnion.batch.preparation.case_parameters import Preparer
 from trunnion.batch.sweep_result import Sweep, trajectory
 from trunnion.batch.tables.table_merge import TableMerge
@@ -139,7 +139,7 @@ class _Work:
 
     def take(self) -> None:
         """Run chunks in one thread, until none is left or the work is stopped."""
-        with watched(self._look), suppress(Unwanted):  # Unwanted: raised between chunks
+        with watched(self._look), suppress(Unwanted):  # the watch raises Unwanted between chunks
             self._take()
 
     def _take(self) -> None:

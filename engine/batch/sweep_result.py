@@ -12,8 +12,8 @@ from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import writing
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.batch.plan import Plan
-from trunnion.batch.sample_statistics.quantiles import USUAL, Spread
+from trunnion.batch.plan_and_runner import Plan
+from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL, Spread
 from trunnion.batch.sample_statistics.result_queries import indices_of, spreads_of
 from trunnion.batch.sample_statistics.sobol_indices import Indices
 from trunnion.batch.tables.case_table import WHY

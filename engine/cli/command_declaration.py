@@ -99,7 +99,7 @@ def with_common_options(name: str, function: Callable[..., Any]) -> Callable[...
 
 
 def option_of(s: Setting, who: str) -> inspect.Parameter:
-    """The option of a run setting in one of the commands that offer the setting."""
+    """The option of a run setting for a command that offers this setting."""
     name, several = f"--{s.name.replace('_', '-')}", who in s.several
     complete = completion.registered(s.words) if s.words else None
     declare: Any = repeatable if several else typer.Option

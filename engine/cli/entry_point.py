@@ -12,7 +12,7 @@ from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import deprecation_notes
 from trunnion.cli.command_group import COMMAND
 from trunnion.cli.command_registry import extra_of_command
-from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, failure_end, problems_end
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, error_lines, failure_end, problems_end
 
 INTERRUPTED = 130
 """Value that newer versions of typer return after Ctrl-C; older versions raise Abort."""
@@ -65,7 +65,8 @@ def usage_problem(error: Exception) -> Problem:
 
 
 def missing_package(error: ImportError, words: list[str]) -> Problem | None:
-    """The problem of a missing package that an extra installs. None if no extra installs the package, which is a defect."""
+    """The problem of a missing package that an extra installs. None if no extra installs the package; then its absence is a
+    defect."""
     command = next((w for w in words if not w.startswith("-")), "")
     own, module = extra_of_command(command), error.name or ""
     extra = own if brings(own, module) else error.extra if isinstance(error, Missing) else extra_of(module)

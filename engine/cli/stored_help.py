@@ -1,5 +1,5 @@
-"""Answers without typer, whose import takes twice as long as Python's own start: the help of ``trunnion``, which ``help.txt``
-stores, and the names of commands for completion in bash."""
+"""Answers without typer, whose import takes twice as long as Python's own start. The answers are the help of ``trunnion``, which
+``help.txt`` stores, and the names of commands for completion in bash."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def select(**operand: Any) -> Any:
 class Quantity:
     """One output of a kind's expression, and the columns that hold the output.
 
-    name       key for callers ("position"); a suffix behind a dot distinguishes outputs of one name ("extra.events").
+    name       key for callers ("position"); a suffix after a dot distinguishes outputs with the same name ("extra.events").
     output     key of the output in the dict that the expression returns.
     column     template of the columns' names, with words of ``Subject.words`` in braces: "{body}.position[{component}]".
     unit       template of the unit ("{displacement}/s").

@@ -123,7 +123,7 @@ def _system(_: int, system: System) -> Iterator[Subject]:
 
 def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
     """Freedoms along which friction acts. The column name of a rotational freedom contains its number among the rotational
-    freedoms, from 1; so does that of a translation, if friction acts along several."""
+    freedoms, from 1. The column name of a translation contains its number only if friction acts along several translations."""
     if not j.friction:
         return
     bound = CONTACTS[j.friction.contact].bound  # The outputs of the contacts include the friction along these freedoms.

@@ -34,14 +34,15 @@ ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 GUARDED = "host_"
-"""Prefix of the runtime's functions that set the floating-point environment and restore that of the host. Python calls these."""
+"""Prefix of the runtime's functions that Python calls. They set the floating-point environment, and restore the host's environment
+at their end."""
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
 """Largest number of friction multipliers with which lanes are used. With more, lanes need large maps."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
 """Lanes compute rows only up to these sizes: the text of the unit of columns (characters), and the maps (doubles). Compilation for
-lanes takes as long as the unit itself, and the data of rows are on the stacks of cases."""
+lanes takes as long as the unit itself, and each case holds the data of rows on its stack."""
 
 
 @lru_cache(maxsize=1)

@@ -1,5 +1,5 @@
-"""Build backend of the project: setuptools, which gets the C compiler and the symbolic library only for a wheel with compiled
-libraries. An editable installation has no compiled libraries, and the two packages take 170 MB."""
+"""Build backend of the project: setuptools. Only a wheel with compiled libraries requires the C compiler and the symbolic library.
+An editable installation has no compiled libraries, and the two packages take 170 MB."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ IMPORTED = ("numpy", "platformdirs", "pydantic")
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
-    """Requirements of a wheel: those of setuptools and, unless TRUNNION_PREBUILD is 0, those that build the libraries."""
+    """Packages that the build of a wheel requires: the requirements of setuptools and, unless TRUNNION_PREBUILD is 0, the packages
+    that build the libraries."""
     needed = list(build_meta.get_requires_for_build_wheel(config_settings))
     if os.environ.get("TRUNNION_PREBUILD") != "0":
         project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]

@@ -1,8 +1,8 @@
 """Positions and velocities from one body to the next (paper §2; theory, "Kinematics"), in the world frame.
 
 Body i's reference origin is its joint definition point p_i. So c_i = 0, the rotation centre is d_i = r_i, and Π = [P^s; P^r]. The
-recursion crosses a joint *forward* from its inboard to its outboard part, or *backward*. Coordinates are always those of the
-outboard part relative to the inboard part."""
+recursion crosses a joint *forward* from its inboard to its outboard part, or *backward*. Coordinates always describe the outboard
+part relative to the inboard part."""
 
 from __future__ import annotations
 

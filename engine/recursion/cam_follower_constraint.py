@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 

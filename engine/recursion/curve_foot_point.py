@@ -1,5 +1,4 @@
-"""The foot of a point on a curve is the curve point from which the line to the point is normal to the curve (theory, "Points on
-curves")."""
+"""The foot of a point on a curve (theory, "Points on curves"). The line from the foot to the point is normal to the curve."""
 
 from __future__ import annotations
 
@@ -82,7 +81,8 @@ def _with_piece(curve: Curve, u: SX) -> list[SX]:
 
 
 def numbers_of_piece(pieces: Sequence[tuple[float, ...]], x: SX) -> list[SX]:
-    """The numbers of the piece at x. The first number of a piece is its start; the first piece also serves before its start."""
+    """The numbers of the piece at x. The first number of a piece is its start. Before the start of the first piece, the result is
+    the first piece."""
     out = [SX(0)] * len(pieces[0])
     begun = [SX(1), *[x >= piece[0] for piece in pieces[1:]], SX(0)]
     for k, numbers in enumerate(pieces):

@@ -12,9 +12,9 @@ import casadi as ca
 
 from trunnion.recursion.body_kinematics import Motion, axes_of, axis_world, motions_of
 from trunnion.recursion.cam_follower_constraint import following_row
-from trunnion.recursion.constraint_equation import Cut as Cut
-from trunnion.recursion.constraint_equation import Row as Row
-from trunnion.recursion.constraint_equation import once, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import Cut as Cut
+from trunnion.recursion.cut_joint_frames_and_rows import Row as Row
+from trunnion.recursion.cut_joint_frames_and_rows import once, point_velocity
 from trunnion.recursion.pin_in_slot_constraint import slot_row
 from trunnion.recursion.point_on_curve_constraint import curve_row
 from trunnion.recursion.rod_constraint import rod_row
@@ -38,7 +38,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
     """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
     made = locate_cut(sym, motions_of(motions, (j.inb, j.out)), j)
     if j.light is not None:
-        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty: ``inward_reduction`` applies λ along the freedom
+        made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty, because ``inward_reduction`` applies λ
         return made
     if j.mimic is None:
         add_rows(sym, made)
@@ -51,7 +51,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
 
 
 def add_tie(sym: Symbols, c: Cut, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> None:
-    """Set the row of a coupling, and the freedom of a gearbox, which is that of the follower. The row of a gearbox is the ratio
+    """Set the row of a coupling, and for a gearbox its freedom, which is the follower's. The row of a gearbox is the ratio
     times the angle of the output shaft, minus the angle of the input shaft; its multiplier is the torque of the input shaft."""
     geared = c.joint.kind.nv > 0
     c.rows = [mimic_row(sym, follows, leads, of, m, geared)]

@@ -33,7 +33,7 @@ def toothed(x: Latch) -> bool:
 
 
 def force(sym: Symbols, x: Latch, flags: tuple[SX, SX], q: SX, rate: SX) -> SX:
-    """Force of a hook on the outboard part while the hook is down and pressed. The law is that of an end stop."""
+    """Force of a hook on the outboard part while the hook is down and pressed. It follows the force law of an end stop."""
     give = ca.fmax(1 - sym.leaf(x.damping) * x.side * rate, 0)
     return elastic(sym, x, flags, q) * give
 

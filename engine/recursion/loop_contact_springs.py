@@ -80,7 +80,8 @@ def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[
 
 
 def contact_arm(m: Model, j: Joint, points: Mapping[int, Sequence[Leaves]]) -> SX:
-    """Half the length of the contacts of a joint without friction, m (``arm_of``). points: those of its block, by body."""
+    """Half the length of the contacts of a joint without friction, m (``arm_of``). points: the joint points of its block, by
+    body."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
     return arm_of(block_size(m.sym, points), [spin(m, b) for b in bodies], [m.sym.leaf(b.mass) for b in bodies])
 

@@ -196,7 +196,7 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 def stop_push(damping: SX, sign: int, rate: SX) -> SX:
     """Factor of an end stop's elastic force. Where it is 0, the part leaves faster than the stop expands, and the stop releases the
-    part. A time step ends there."""
+    part. A time step ends where the factor becomes 0."""
     return 1 - damping * sign * rate
 
 

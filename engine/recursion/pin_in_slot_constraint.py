@@ -6,7 +6,7 @@ import math
 
 import casadi as ca
 
-from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.masses_and_forces import TINY
 from trunnion.recursion.point_on_curve_constraint import CurveContact, curve_contact, rim
 from trunnion.recursion.symbolic_inputs import Symbols

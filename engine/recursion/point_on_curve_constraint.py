@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import casadi as ca
 
 from trunnion.recursion.cam_follower_constraint import Touch
-from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
+from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 

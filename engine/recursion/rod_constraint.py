@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from trunnion.recursion.constraint_equation import Cut, Row, force_row, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import Cut, Row, force_row, point_velocity
 from trunnion.recursion.masses_and_forces import TINY
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import cross

@@ -63,8 +63,8 @@ class Symbols:
         return self.x[self.at.stop(index)]
 
     def latch_flags(self, latch: Latch) -> tuple[SX, SX]:
-        """State of a latch: the number of the tooth on which the hook is (0 if the hook is up), and a flag that is 1 while the hook
-        is pressed."""
+        """State of a latch: the number of the hook's tooth (0 if the hook is up), and a flag that is 1 while the hook is
+        pressed."""
         return self.stop_flag(self.system.hook(latch.hook)), self.stop_flag(latch.pressed)
 
     def mode(self, slider: int) -> list[SX]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from trunnion.elements.joints.wheel_pairs import Sizes, phase, side
-from trunnion.recursion.constraint_equation import NOTHING, Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import NOTHING, Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, zeros
 from trunnion.recursion.worm_constraint import Pitch, pitch
@@ -134,8 +134,8 @@ def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
 
 
 def _sliding(c: Cut, r1: SX, r2: SX) -> Touch:
-    """Sliding of a belt, positive if the surface of the inboard pulley runs ahead in the sense of e1: the row of the wheels per
-    unit, or its opposite."""
+    """Sliding of a belt: the row of the wheels per unit, or its opposite. It is positive if the surface of the inboard pulley runs
+    ahead in the sense of e1."""
     made, way = _wheels(c, r1, r2), ca.if_else(r1 < 0, 1.0, -1.0)
     push, torque_in, torque_out = (_times(way, v) for v in (made.push, made.torque_in, made.torque_out))
     return replace(made, push=push, torque_in=torque_in, torque_out=torque_out)

@@ -2,7 +2,7 @@
 
 a, b: axes of worm and wheel. u: direction from the worm's axis to the wheel's axis, ±(a × b); the sign is ``side``. The pitch
 point is on the common perpendicular of the axes, at the worm's pitch radius. There the thread has the direction d = sin γ a + cos γ
-a × u, and its flank the normal k = cos γ a − sin γ a × u in the plane of both."""
+a × u. In the plane of a and a × u, its flank has the normal k = cos γ a − sin γ a × u."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from trunnion.elements.joints.wheel_pairs import side
-from trunnion.recursion.constraint_equation import Cut, Moving, Row, force_row, point_velocity
+from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.vector_algebra import SX, cross
 
 

@@ -51,7 +51,7 @@ def export_c(
     as_json: Json = False,
 ) -> int:
     """Export a scene as a C99 library that needs no heap and no input or output, with an example and build files."""
-    from trunnion.cli.output.exit_codes import DONE
+    from trunnion.cli.output.exit_codes_and_errors import DONE
     from trunnion.cli.output.printed_output import print_result
     from trunnion.fmu.c_library.library_files import library, write_files
 
@@ -79,7 +79,7 @@ def export_web(
     as_json: Json = False,
 ) -> int:
     """Export a scene as one offline web page that simulates and draws the mechanism (WebAssembly)."""
-    from trunnion.cli.output.exit_codes import DONE
+    from trunnion.cli.output.exit_codes_and_errors import DONE
     from trunnion.cli.output.printed_output import print_result
     from trunnion.cli.output.progress_bars import ProgressBar
     from trunnion.fmu.c_library.library_files import write_files

@@ -83,7 +83,7 @@ def export_and_report(scene: SceneData, target: str, how: dict[str, Any], as_jso
     """Export with a progress bar, print a summary and return the exit code. how: arguments of ``export``."""
     from dataclasses import asdict
 
-    from trunnion.cli.output.exit_codes import DONE
+    from trunnion.cli.output.exit_codes_and_errors import DONE
     from trunnion.cli.output.printed_output import print_result
     from trunnion.cli.output.progress_bars import ProgressBar
     from trunnion.fmu.scene_export import export

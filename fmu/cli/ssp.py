@@ -24,7 +24,7 @@ def command(
     from dataclasses import asdict
     from pathlib import Path
 
-    from trunnion.cli.output.exit_codes import DONE, print_json
+    from trunnion.cli.output.exit_codes_and_errors import DONE, print_json
     from trunnion.fmu.ssp.system_export import export_system
 
     made = export_system(system, save or f"{Path(system).stem}.ssp", platform or ["host"])

@@ -9,7 +9,7 @@ import typer
 
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.cli.options.option_declarations import Json, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED, error_lines, print_json
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, error_lines, print_json
 from trunnion.cli.output.printed_output import print_lines
 from trunnion.service.client.http_requests import DEFAULT_URL, Server
 from trunnion.service.client.remote_jobs import Job, connect

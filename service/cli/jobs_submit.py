@@ -8,7 +8,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Reduce, Scene, SettingWords, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED, print_json
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, print_json
 from trunnion.cli.output.printed_output import print_lines
 from trunnion.cli.requests.fit_request import Column, Compare, Data, Level, Noise, Own, Trials, VaryPrior, read_fit_request
 from trunnion.cli.requests.trajectory_request import Certify, Spacing, Trajectories, trajectory_arguments

@@ -17,10 +17,10 @@ from typing import Annotated, Any
 
 import typer
 
+from trunnion.basics.control_characters import visible
 from trunnion.basics.optional_packages import absent
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import SETTINGS, current
-from trunnion.basics.shown_text import visible
 from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
 
 GRACE_SECONDS, END_SECONDS = 2, 4.0

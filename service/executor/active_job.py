@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
-from trunnion.analysis.studies.case_rounds import StudyProgress
+from trunnion.analysis.studies.study_rounds import StudyProgress
 from trunnion.service.executor.chunk_and_case_runs import WALL_FACTOR
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.store.store_records import Chunk, Job

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
-from trunnion.analysis.studies.case_rounds import ReportedCases
+from trunnion.analysis.studies.study_rounds import ReportedCases
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.interrupts import watched
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.batch.plan import Runner, Stopped
+from trunnion.batch.plan_and_runner import Runner, Stopped
 from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.service.basics.engine_version import engine_version
 from trunnion.service.basics.json_text import text_of
@@ -215,7 +215,7 @@ def run_trajectory(
 def run_sensitivity(asked: dict[str, Any], seconds: float) -> bytes:
     """JSON of the values and derivatives. asked: the scene as plain data, and the other arguments of ``trunnion.sensitivity``.
     Raises SceneError when the computation takes more than ``seconds``, and Cancelled when the client has disconnected."""
-    from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+    from trunnion.analysis.sensitivities.sensitivity import sensitivity
 
     scene = scene_from_dict(asked.pop("scene"))
     check = RequestMonitor(seconds).check

@@ -12,7 +12,7 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from trunnion.analysis.studies.case_rounds import StudyProgress
+from trunnion.analysis.studies.study_rounds import StudyProgress
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_size import COMMIT_SIZE

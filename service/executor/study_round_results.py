@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from trunnion.analysis.studies.case_rounds import CaseResults, StudyProgress, results_of
+from trunnion.analysis.studies.study_rounds import CaseResults, StudyProgress, results_of
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_file_format import CorruptPart, Piece
 from trunnion.service.store.leases_and_chunks import WorkStore

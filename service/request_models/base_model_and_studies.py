@@ -8,11 +8,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from trunnion.analysis.studies.box_refinement import OUTCOME
-from trunnion.analysis.studies.case_rounds import REVISION
 from trunnion.analysis.studies.evolution_strategy import GOALS
 from trunnion.analysis.studies.request import LEAST, MOST, MOST_REFINED, TOLERANCES, StudyRequest
+from trunnion.analysis.studies.study_rounds import REVISION
+from trunnion.basics.control_characters import PLAIN
 from trunnion.basics.renamed_words import SETTINGS, current
-from trunnion.basics.shown_text import PLAIN
 
 Path = Annotated[str, StringConstraints(min_length=1, max_length=500)]
 PlainText = Annotated[str, StringConstraints(max_length=200, pattern=PLAIN)]

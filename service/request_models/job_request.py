@@ -11,13 +11,13 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
-from trunnion.analysis.studies.case_rounds import ReportedCases, Study
 from trunnion.analysis.studies.request import make_study, set_values
+from trunnion.analysis.studies.study_rounds import ReportedCases, Study
 from trunnion.basics.number_declarations import Bound
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import SETTINGS, deprecation_notes
 from trunnion.basics.setting_declarations import offered
-from trunnion.batch.plan import Plan, Run, plan
+from trunnion.batch.plan_and_runner import Plan, Run, plan
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
 from trunnion.scene.composition.source_lines import copy_of
 from trunnion.scene.data_classes.scene import Scene

@@ -12,10 +12,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from trunnion.basics.control_characters import visible
 from trunnion.basics.interrupts import watched
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import deprecation_notes
-from trunnion.basics.shown_text import visible
 from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.findings.findings_and_paths import dotted
 from trunnion.service.basics.json_text import text_of

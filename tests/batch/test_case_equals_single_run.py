@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.engine.mechanisms.redundant_loops import four_bar
-from trunnion.batch.plan import Plan, Run, Runner, plan
+from trunnion.batch.plan_and_runner import Plan, Run, Runner, plan
 from trunnion.batch.sweep import trajectory
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes.scene import Scene

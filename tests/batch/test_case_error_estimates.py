@@ -11,7 +11,7 @@ import pytest
 
 import trunnion
 from trunnion.basics.problems import SceneError
-from trunnion.batch.plan import Run, Runner, plan
+from trunnion.batch.plan_and_runner import Run, Runner, plan
 from trunnion.cli import main
 from trunnion.scene import load_scene, models_dir
 from trunnion.service.basics.server_settings import Limits

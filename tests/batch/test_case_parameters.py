@@ -11,7 +11,7 @@ from trunnion.basics.problems import SceneError
 from trunnion.batch.cases.grids_and_samples import sampled
 from trunnion.batch.preparation import case_parameters
 from trunnion.batch.preparation.case_parameters import Preparer, Run
-from trunnion.batch.preparation.parameter_entries import TRIED
+from trunnion.batch.preparation.parameters_without_scene_builds import TRIED
 from trunnion.scene import Scene, load_scene, model_names
 from trunnion.scene.overrides import apply
 from trunnion.scene.scene_loader import scene_from_dict

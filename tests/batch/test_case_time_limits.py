@@ -7,7 +7,7 @@ import pytest
 
 import trunnion
 from trunnion.batch.cases.grids_and_samples import listed
-from trunnion.batch.plan import Runner, plan
+from trunnion.batch.plan_and_runner import Runner, plan
 from trunnion.simulation.settings.run_settings import Run
 
 MU, END = "joints.ball.friction.mu", "simulation.until"

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow
 import pytest
 
-from trunnion.batch.plan import Plan, Runner, Stopped, plan
+from trunnion.batch.plan_and_runner import Plan, Runner, Stopped, plan
 from trunnion.kernel.compilation import c_compiler
 from trunnion.kernel.compilation import library_cache as kept
 from trunnion.kernel.units.simd_lanes_unit import FLAGS, FOLDER, WIDTH

@@ -12,7 +12,7 @@ import pytest
 
 from tests.reference.scenes.random_scenes import random_loop, random_tree
 from tests.sampling import slow
-from trunnion.batch.plan import Plan, Runner, plan
+from trunnion.batch.plan_and_runner import Plan, Runner, plan
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.settings.run_settings import Run
 

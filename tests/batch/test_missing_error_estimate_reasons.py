@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import trunnion
-from trunnion.batch.plan import Plan, Run, Runner, plan
+from trunnion.batch.plan_and_runner import Plan, Run, Runner, plan
 from trunnion.batch.sweep_result import trajectory
 from trunnion.batch.tables.case_table import WHY
 from trunnion.cli import main

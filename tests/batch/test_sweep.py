@@ -11,7 +11,7 @@ import pytest
 
 import trunnion
 from trunnion.batch.cases.grids_and_samples import grid, listed, sampled
-from trunnion.batch.plan import Run, Runner, Stopped, plan
+from trunnion.batch.plan_and_runner import Run, Runner, Stopped, plan
 from trunnion.cli import main
 
 MU = "joints.ball.friction.mu"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.conventions.parsed_sources import Syntax, syntax, syntax_of
-from trunnion.packaging.commands import PACKAGES
+from trunnion.packaging.setuptools_commands import PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKERS = (

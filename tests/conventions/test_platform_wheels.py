@@ -12,7 +12,7 @@ from trunnion.kernel.compilation.c_compiler import MACHINES, Machine
 from trunnion.packaging.platform_wheels import SUMS, write_checksums
 from trunnion.parts.primitives.library_prebuild import build
 
-RECIPES = [("loads_and_scalars", "signal", kind, moves) for kind in ("ramp", "trapezoid") for moves in (False, True)]
+RECIPES = [("signals_loads_energies", "signal", kind, moves) for kind in ("ramp", "trapezoid") for moves in (False, True)]
 SYSTEM = {
     "linux": r"lib[cm]\.so(\.6)?|libc\.musl-.*",
     "macos": r"/usr/lib/libSystem\.B\.dylib",

@@ -16,7 +16,7 @@ from tests.conventions.parsed_sources import syntax_of
 from trunnion.cli.command_registry import COMMANDS
 from trunnion.elements import contact, joints
 from trunnion.elements.joints.joint_kind import JointKind
-from trunnion.packaging.commands import PACKAGES
+from trunnion.packaging.setuptools_commands import PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 CHECKS = {

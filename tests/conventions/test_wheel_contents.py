@@ -11,7 +11,7 @@ import pytest
 from setuptools import Distribution
 
 from tests.conventions.parsed_sources import syntax_of
-from trunnion.packaging.commands import MODEL_FILE, PACKAGES, ROOT, BuildPy
+from trunnion.packaging.setuptools_commands import MODEL_FILE, PACKAGES, ROOT, BuildPy
 from trunnion.scene.library.model_folders import bundled_names
 
 LOADED_BY_OTHERS = ("trunnion.service.store.migrations.",)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trunnion.analysis.static_bounds.static_margin import hold
+from trunnion.analysis.static_bounds.start_pose_statics import hold
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import apply

@@ -9,10 +9,10 @@ from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.scene.data_classes.joints import Joint
 from trunnion.scene.data_classes.scene import Scene
 
-LOCKS = "locks itself: without its friction it runs back, and with friction that grows from rest with the speed it creeps"
-CURVES = "springs or dampers by curves: at sharp points, errors of all methods exceed rtol many times; choose a smaller one"
+LOCKS = "self-locking; in a model without its friction it runs back, in a model with smoothed friction it creeps"
+CURVES = "springs or dampers given by curves: at sharp points, errors of all methods exceed rtol many times; choose a smaller rtol"
 PASSAGE = "an attracting point: in a close passage, moreau and fixed steps have large errors"
-FIELDS = "a field: a step may pass a hill narrower than a hundredth of the way unseen; compare with fixed steps"
+FIELDS = "a field: a step may miss a hill narrower than a hundredth of the path; compare with fixed steps"
 JUMPS = "a load that jumps: with fixed steps, moreau lets parts slide on for a part of a step after the jump"
 
 
@@ -55,5 +55,5 @@ def _jumps(device: object) -> bool:
 
 
 def _each(value: object) -> Iterable:
-    """The entries of a list, or a single entry; none of None."""
+    """The entries of a list that are not None. A single object counts as a list with one entry."""
     return [x for x in (value if isinstance(value, tuple | list) else (value,)) if x is not None]

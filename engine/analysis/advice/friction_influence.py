@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -48,7 +48,7 @@ def rank_influences(
 
 
 def _with_ratios(scene: Scene, joints: list[str]) -> Scene:
-    """The scene with the ratio 1 written out in those of the joints whose friction is given, such as gear units."""
+    """The scene in which joints without a friction coefficient, such as gear units, get the default coefficient 1 explicitly."""
     scales = {j: LAWS[scene.law_of(friction)].scale for j in joints if (friction := scene.joints[j].friction)}
     missing = {f"joints.{j}.friction.{x}": 1.0 for j, x in scales.items() if getattr(scene.joints[j].friction, x) is None}
     return apply(scene, missing) if missing else scene

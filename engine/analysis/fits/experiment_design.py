@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.fits.parameter_estimation import Fit
-from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.overrides import apply
 from trunnion.scene.units.python_arguments import Amounts, Names, names_given
@@ -54,7 +54,7 @@ class RankedExperiment:
     why: str = ""
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Infinite numbers become None."""
+        """The data of this object as plain lists and numbers. Infinite numbers become None."""
         return finite(asdict(self))
 
 

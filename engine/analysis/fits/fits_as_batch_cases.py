@@ -14,7 +14,7 @@ from trunnion.analysis.fits.request import FitRequest, answer_fit, combine_answe
 from trunnion.basics.arrow_columns import field
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.batch.cases.grids_and_samples import Cases
-from trunnion.batch.plan import Plan, Stopped
+from trunnion.batch.plan_and_runner import Plan, Stopped
 from trunnion.batch.tables.case_table import schema
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.results.csv_and_parquet import finite
@@ -85,7 +85,7 @@ class FitRunner:
             told = answer_fit(self.plan.scene, self.plan.request, name)
         except (SceneError, SimulationError) as e:
             return row | {"outcome": NO_FIT, "outcome.advice": str(e)}
-        except (ValueError, np.linalg.LinAlgError) as e:  # a number out of range
+        except (ValueError, np.linalg.LinAlgError) as e:  # a value of the search was out of range
             return row | {"outcome": NO_FIT, "outcome.advice": f"the search broke off: {e}"}
         outcome = "done" if told["fit"]["converged"] else UNSETTLED
         return row | {"outcome": outcome, "steps": told["fit"]["rounds"], "answer": json.dumps(finite(told), allow_nan=False)}

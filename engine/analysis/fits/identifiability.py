@@ -67,7 +67,7 @@ class UnidentifiableGroup:
         return " · ".join(parts) + (f", about {' · '.join(about)}" if about != parts else "")
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         combined = [{"exponents": list(e), "deviation": s} for e, s in self.determined]
         return {"names": list(self.names), "determined": combined, "product": self.product, "exact": self.exact,
                 "confirmed": self.confirmed, "told": self.describe()}  # fmt: skip
@@ -119,7 +119,7 @@ def _null_space(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
     scaled to equal norm."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U has rows² entries
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U would have rows² entries
     s = np.append(s, np.zeros(len(V) - len(s)))
     zero = s <= NULL_THRESHOLD[exact] * s.max(initial=0.0)
     lost = V[zero].T / size[:, None]

@@ -38,7 +38,7 @@ class Criteria:
     bic: float
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Infinite numbers become None."""
+        """The data of this object as plain lists and numbers. Infinite numbers become None."""
         return finite(asdict(self))
 
 

@@ -61,7 +61,7 @@ class ModelScore:
     why: str = ""
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Infinite numbers become None."""
+        """The data of this object as plain lists and numbers. Infinite numbers become None."""
         said = {"name": self.name, "weight": self.weight, "why": self.why}
         numbers = {"worse_by_bic": self.worse_by_bic, "worse_by_aicc": self.worse_by_aicc}
         return {**said, **finite(numbers), "fit": self.fit.document() if self.fit else None}
@@ -85,7 +85,7 @@ class ModelComparison:
         return self.candidates[0]
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers for JSON."""
+        """The data of this object as plain lists and numbers for JSON."""
         return {"candidates": [c.document() for c in self.candidates], "notes": list(self.notes)}
 
 
@@ -143,7 +143,7 @@ def compare(
 def apply_candidate(
     scene: Scene, c: Candidate, parameters: Sequence[str], options: Mapping[str, Any]
 ) -> tuple[Scene, tuple[str, ...], dict[str, Any]]:
-    """(scene, parameters, bounds and priors) of a candidate. parameters, options: those that all candidates share.
+    """(scene, parameters, bounds and priors) of a candidate. parameters, options: parameters and options of all candidates.
 
     SceneError for a wrong law or wrong changes.
     """
@@ -170,8 +170,8 @@ def weigh_models(
 ) -> tuple[list[ModelScore], tuple[str, ...]]:
     """The candidates (without their fits) ordered by BIC, best first, and notes.
 
-    criteria, notes: those of each fit, by name; failed: {name: reason why there is no fit}. SimulationError if there is no fit at
-    all.
+    criteria, notes: criteria and notes of each fit, by name; failed: {name: reason why there is no fit}. SimulationError if there
+    is no fit at all.
     """
     if not criteria:
         raise SimulationError("; ".join(f"candidate {n}: {why}" for n, why in failed.items()))

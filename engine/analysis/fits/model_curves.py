@@ -14,8 +14,8 @@ import numpy as np
 
 from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constraints
 from trunnion.analysis.fits.measurements import MeasuredRun
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_values
-from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns
+from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_values
+from trunnion.analysis.sensitivities.sensitivity import DifferentiatedRuns
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -142,7 +142,7 @@ class ModelCurves:
                 moved[i] += step
                 try:
                     ends.append((moved[i], self.values(moved)))
-                except SceneError:  # outside the parameter's bounds: a one-sided difference
+                except SceneError:  # this point is outside the parameter's bounds, so the difference is one-sided
                     ends.append((v, middle))
             (a, up), (b, down) = ends
             columns.append((up - down) / (a - b))

@@ -24,7 +24,7 @@ from trunnion.analysis.fits.least_squares_objective import Objective, noise_grou
 from trunnion.analysis.fits.measurements import CurveComparison, MeasuredRun, curve_units, normalise_runs
 from trunnion.analysis.fits.model_curves import ModelCurves, start_values
 from trunnion.analysis.fits.profile_likelihood import BetterFitFound, Interval, Profiles, threshold
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_values
+from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_values
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, list_parameters, scene_given
@@ -73,7 +73,7 @@ class Fit:
     solution: FitSolution | None = field(default=None, repr=False, compare=False)
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers for JSON. Infinite numbers become None."""
+        """The data of this object as plain lists and numbers for JSON. Infinite numbers become None."""
         return {
             "values": self.values, "units": self.units, "deviation": finite(self.deviation),
             "correlation": finite(self.correlation.tolist()),

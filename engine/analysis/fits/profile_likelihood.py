@@ -27,8 +27,8 @@ value."""
 MOST_TRIALS = 14
 MOST_STEPS = 12
 MOST_LOG_FACTOR = 3.0
-"""When parameter k makes a step, every other positive parameter is multiplied by a factor. This is the largest absolute logarithm
-of the factor."""
+"""If parameter k makes a step, every other positive parameter is multiplied by a factor. This value is the largest absolute
+logarithm of the factor."""
 MOST_WIDENING = 2.5
 """Largest factor by which the search for an end widens its step."""
 ABRUPT = 30.0
@@ -70,7 +70,7 @@ class Interval:
     rises: np.ndarray
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Infinite ends become None."""
+        """The data of this object as plain lists and numbers. Infinite ends become None."""
         ends = {"low": self.low, "high": self.high, "low_end": self.low_end, "high_end": self.high_end}
         return ends | {"local": finite(self.local), "profile": {"values": self.values.tolist(), "rises": self.rises.tolist()}}
 

@@ -16,7 +16,7 @@ from trunnion.analysis.fits.model_comparison import Candidate, apply_candidate, 
 from trunnion.analysis.fits.model_curves import parameter_names, start_values
 from trunnion.analysis.fits.parameter_estimation import fit
 from trunnion.analysis.fits.result_reader import read_criteria
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
+from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.data_classes.scene import Scene
@@ -68,7 +68,8 @@ def request_problems(scene: Scene, q: FitRequest) -> list[Problem]:
 
 
 def _collect(work: Any, said: str) -> tuple[Any, list[Problem]]:
-    """(result of ``work``, problems). If ``work`` raises SceneError, the result is None; ``said`` prefixes the problems."""
+    """(result of ``work``, problems). If ``work`` raises SceneError, the result is None; the places of its problems begin with
+    ``said``."""
     try:
         return work(), []
     except SceneError as e:

@@ -24,11 +24,11 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
 
 REVERSES = 0.0
-"""The pin may cross its bearing at a dip of the reaction force only if the cosine between its accelerations before and after the
-dip is below this value."""
+"""The pin may cross its bearing at a dip of the reaction force only if its acceleration turns far enough: the cosine between its
+directions before and after the dip must be below this value."""
 NEAR = 0.2
-"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this value, relative to
-the smaller of the accelerations at the two ends of the dip."""
+"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this fraction of the
+acceleration at the ends of the dip (the smaller of both)."""
 LEAST = 8
 """Least number of rows between the two maxima of the force beside a dip. A dip with fewer rows is not resolved and is skipped."""
 STEPS = 400
@@ -38,8 +38,8 @@ ROUND_OFF = 1e-9
 ACROSS = 1.0
 """Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""The acceleration counts as reversing along a straight line if the component of the last acceleration normal to the first,
-relative to the last, is below this value."""
+"""The pin's acceleration counts as reversing along a straight line if the last acceleration deviates from the line of the first by
+less than this fraction of its size."""
 FINE = 1e-9
 """Relative tolerance for the motion along a bearing."""
 DEGREE = 5
@@ -78,7 +78,7 @@ class ClearanceImpact:
     part: int = 1
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return asdict(self)
 
 
@@ -139,7 +139,7 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
 
 
 def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
-    """The dips of a force's size: rows of the maximum before, of the least force, and of the maximum behind."""
+    """For each dip of a force's size, three rows: the maximum before it, the least force, and the maximum after it."""
     tops = [0, *(i for i in range(1, len(size) - 1) if size[i - 1] < size[i] >= size[i + 1]), len(size) - 1]
     for first, last in pairwise(tops):
         if last - first >= LEAST:
@@ -147,7 +147,7 @@ def _dips(size: np.ndarray) -> Iterator[tuple[int, int, int]]:
 
 
 def _cross_dip(time: np.ndarray, driven: np.ndarray, c: float) -> tuple[float, float, float, np.ndarray, np.ndarray] | None:
-    """The crossing in a dip, as by ``_crossing``. driven (n×3): acceleration of the pin, m/s²."""
+    """The crossing in a dip, as ``_crossing`` returns it. driven (n×3): acceleration of the pin, m/s²."""
     both = np.linalg.norm(driven[[0, -1]], axis=1)
     if not both.min() > 0.0 or driven[0] @ driven[-1] / both.prod() > REVERSES:
         return None
@@ -233,7 +233,7 @@ def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tu
         return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancellation
 
     inside = False
-    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # denser at first, to resolve short flights
+    ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # the first instants are denser, to resolve short flights
     for before, t in pairwise(ts):
         inside |= outside(before) < -ROUND_OFF * float(s0 @ s0)
         if inside and outside(t) >= 0.0:

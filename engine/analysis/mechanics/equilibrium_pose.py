@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.friction_bands import Band, BandSearch
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts, remove_friction
-from trunnion.analysis.mechanics.other_rests import kind_of, other_rests
+from trunnion.analysis.mechanics.friction_rest_ranges import Band, BandSearch
+from trunnion.analysis.mechanics.further_equilibrium_poses import kind_of, other_rests
+from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
@@ -29,7 +29,7 @@ SETTLED = 1e-3
 """When all accelerations, relative to their scale, are below this value, the damped runs end and Newton's method finds the exact
 pose."""
 STILL = 1e-14
-"""A start with smaller accelerations, relative to their scale, is at rest."""
+"""A start counts as at rest if its accelerations, relative to their scale, are below this value."""
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,14 @@ class Equilibrium:
     others: tuple[Rest, ...] = ()
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return asdict(self)
 
 
 def equilibrium(scene: Given, along: str | Sequence[str] | None = None, overrides: Mapping[str, Any] | None = None) -> Equilibrium:
     """The pose in which the mechanism without friction comes to rest from its start, and where friction holds the mechanism.
     Drives are held; loads are those of t = 0.
-    Contacts that begin and end press or are open.
+    A contact that can begin and end is either pressed or open.
 
     Args:
         scene: as for ``simulate``.

@@ -53,7 +53,7 @@ class InverseDynamics:
         return self.values[:, self.names.index(name)]
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return {
             "time": self.time.tolist(), "names": list(self.names), "units": list(self.units), "values": self.values.tolist(),
             "missing": list(self.missing),

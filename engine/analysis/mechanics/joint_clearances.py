@@ -23,7 +23,7 @@ from trunnion.simulation.run import Model
 LEFT_OUT = ("friction", "ends", "effort", "spring", "damping", "end_stops", "latch", "motor", "wear", "start")
 """Keys of joints that do not affect the acceleration caused by a force."""
 STIFF = 1e-9
-"""A mobility along locked directions counts as zero below this multiple of the largest one."""
+"""A mobility along locked directions counts as zero below this multiple of the largest such mobility."""
 
 
 def plays_of(j: sm.Joint) -> tuple[Play, ...]:
@@ -50,7 +50,7 @@ def rotation_at(r: Result, name: str, row: int) -> np.ndarray:
 
 
 def restricted(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
-    """The mobility in the directions of a clearance (3×3, inboard joint frame). B: of the free joint (6×6)."""
+    """The mobility in the directions of a clearance (3×3, inboard joint frame). B: mobility of the free joint (6×6)."""
     axes = frame_of(play, R)[:, list(play.axes)]
     ways, turns = directions(play.ways, R), directions(play.turns, R)
     moves = np.vstack([axes, np.zeros_like(axes)])
@@ -61,8 +61,8 @@ def restricted(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
 
 
 def free_mobility(r: Result, name: str) -> Callable[[int], np.ndarray]:
-    """A function that returns, for the row with a given index, the map from a force and torque between the parts of a joint to
-    their relative acceleration, in the mechanism without the joint (6×6, inboard joint frame)."""
+    """A function from the index of a row to the mobility of the free joint (6×6, inboard joint frame). It maps a force and torque
+    between the parts of the joint to their relative acceleration, in the mechanism without the joint."""
     bare: dict[str, Any] = dict.fromkeys(LEFT_OUT)
     joints = {n: replace(x, **bare) for n, x in r.scene.joints.items()}
     own = replace(joints[name], type=FREE.name, effort=(1.0,) * 6, drive=None, cut=False)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.mechanism_at_rest import Still
+from trunnion.analysis.mechanics.matrices_at_rest import Still
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes import scene as sm

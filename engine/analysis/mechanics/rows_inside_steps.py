@@ -21,8 +21,8 @@ GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
 def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Result, np.ndarray]:
-    """(the same run with the columns ``names`` (names or patterns) at the times of its rows and at times inside its steps, ends of
-    the steps in s).
+    """Returns the same run with further rows at times inside its steps, and the ends of the steps, s. names: names or patterns of
+    its columns.
 
     The motion is the same bit for bit, because the rows are read from the dense output of the steps.
     """

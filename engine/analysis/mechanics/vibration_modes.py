@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
-from trunnion.analysis.mechanics.friction_bands import copy_latches
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts, remove_friction
+from trunnion.analysis.mechanics.friction_rest_ranges import copy_latches
+from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
@@ -56,7 +56,7 @@ class VibrationModes:
     scene: sm.Scene
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers. Each amplitude of a shape becomes [real, imaginary]."""
+        """The data of this object as plain lists and numbers. Each amplitude of a shape becomes [real, imaginary]."""
         each = [
             {"frequency": m.frequency, "damping": m.damping, "rate": m.rate}
             | {"shape": {n: [x.real, x.imag] for n, x in m.shape.items()}}

@@ -24,8 +24,8 @@ BINS = 72
 
 DEVICES = ("end_stop_engaged", "end_stop_released", "latch", "unlatch", "contact_opened", "contact_closed", "contact_rests")
 FEW = 24
-"""If two successive events of end stops or latches have fewer rows than this between them, the run is repeated with rows inside its
-steps. The number corresponds to four polynomials through six rows each."""
+"""The run is repeated with rows inside its steps if fewer rows than this lie between two successive events of end stops or latches.
+The number corresponds to four polynomials through six rows each."""
 COARSE = 1e-4
 """The load of a joint is computed from all rows and from every second row. If the two differ by more than this fraction, the run is
 also repeated."""
@@ -67,7 +67,7 @@ class ContactWear:
         return depth / deepest if deepest > 0.0 else math.inf
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in asdict(self).items()} | {"depth": list(self.depth)}
 
 
@@ -146,7 +146,7 @@ def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
 
 
 def _columns(name: str, j: sm.Joint) -> list[str]:
-    """The columns from which wear is computed; [] without contacts."""
+    """The columns from which wear is computed. The list is empty if there are no contacts."""
     needed = _needed(name, j)
     return [*needed, "q[*]", "contact[*].normal[*]"] if needed else []
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
+from trunnion.analysis.sensitivities.derivatives_at_one_state import SensitivityUnit
 from trunnion.analysis.sensitivities.step_record import RecordedStep
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import PairState
@@ -21,14 +21,16 @@ from trunnion.system.structure.external_value_layout import INSIDE
 SHORT = 1e-12
 """Length of the step of an impact, relative to the time scale of the mechanism."""
 TOGETHER = 1e-6
-"""Contacts close at one instant for all parameters if the derivatives of their instants differ by less, relative to their size."""
+"""Contacts count as closing together for all parameters if the derivatives of their instants differ by less than this, relative to
+the size of the derivatives."""
 FREE, RATE, IMPULSE = range(3)
-"""What an impact gives of a contact: nothing (no impulse), its rate after the impact, or its impulse."""
+"""What a phase of an impact prescribes for a contact: no impulse (FREE), its rate after the phase, or its impulse."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A recorded phase of an impact. x: external values; impulses: of all multipliers; given, restitution: for each contact."""
+    """A recorded phase of an impact. x: external values; impulses: those of all multipliers; given: FREE, RATE or IMPULSE for each
+    contact; restitution: coefficient of each contact."""
 
     x: np.ndarray
     impulses: np.ndarray
@@ -38,7 +40,8 @@ class Phase:
 
 @dataclass(frozen=True)
 class Crossing:
-    """The result of an impact: change of S, first contact that closes, derivative of the instant, whether it is unique."""
+    """The result of an impact. S: the derivatives after it; joint: the first contact that closes; shift: derivative of the instant
+    by the parameters; unique: whether this derivative is the same for all contacts that close."""
 
     S: np.ndarray
     joint: str
@@ -47,8 +50,8 @@ class Crossing:
 
 
 class ImpactTangents:
-    """Derivatives across the impact at the end of a step. S: before it (states and integrals × m). dp: of the parameters (np × m).
-    rate: rate scale of the mechanism, 1/s."""
+    """Derivatives across the impact at the end of a step. S: derivatives of states and integrals before the impact ((ny + nquad) ×
+    m). dp: derivatives of the unit's parameters (np × m). rate: rate scale of the mechanism, 1/s."""
 
     def __init__(self, unit: SensitivityUnit, step: RecordedStep, S: np.ndarray, dp: np.ndarray, rate: float):
         self.unit, self.step, self.S, self.dp, self.h = unit, step, S, dp, SHORT / rate
@@ -57,7 +60,8 @@ class ImpactTangents:
         self.before = step.impact[1 : 1 + len(step.y1)]
 
     def cross(self, z: np.ndarray, x0: np.ndarray, x1: np.ndarray) -> Crossing:
-        """z: multipliers before the impact; x0, x1: external values before and after it."""
+        """Compute the derivatives after the impact. z: multipliers before the impact; x0, x1: external values before and after
+        it."""
         u, n = self.unit, self.n
         f, _ = u.solve(x0, self.before[: u.ny], z)
         df, _ = u.total_derivatives(self.S, self.dp)
@@ -92,7 +96,8 @@ class ImpactTangents:
     def _phase(
         self, phase: Phase, y: np.ndarray, dy: np.ndarray, shift: np.ndarray, last: tuple[np.ndarray, np.ndarray] | None
     ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """(state, its derivatives, (impulses, their derivatives)) after a phase. last: those of the phase before it."""
+        """(state, its derivatives, (impulses, their derivatives)) after a phase. last: (impulses, their derivatives) of the
+        previous phase, or None."""
         u, h, a = self.unit, self.h, self.n
         poisson = bool(self.contacts[0].unilateral and self.contacts[0].unilateral.poisson)
         z = phase.impulses / h

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
+from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column, columns, needs_quadratures, select
 from trunnion.scene.data_classes.scene import Scene

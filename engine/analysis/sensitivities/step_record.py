@@ -22,9 +22,11 @@ MOST_STEPS = 100_000
 STEPS_PER_CALL = 64
 """Largest number of steps between two calls of a tick."""
 MOST_SOLVED = 4096
-"""Largest number of steps whose multipliers are stored. The march finds those of later steps itself, which takes longer."""
+"""Largest number of steps whose multipliers are stored. In later steps, the integration of tangents solves for the multipliers
+again, which takes longer."""
 SAME_TIME = 1e-12
-"""A sample is at the end of a step if their times differ by less than this, × the time, at least 1 s."""
+"""A sample counts as at the end of a step if their times differ by less than this value times the time, or times 1 s if the time is
+shorter."""
 GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
@@ -81,7 +83,7 @@ class StepRecord:
     rows: np.ndarray
 
     def step(self, k: int) -> RecordedStep:
-        """Step k."""
+        """The record of step k."""
         return RecordedStep(
             float(self.time[k]), float(self.time[k + 1]), self.y[k + 1], self.x[k], self.after[k + 1],
             bool(self.changes_mode[k]), bool(self.sample[k]), self.impact[k],
@@ -166,7 +168,7 @@ class _Recorder:
         breaks, near = np.array(self.block.numbers.break_times(time[-1])), SAME_TIME * np.maximum(1.0, time)
         at_break = np.searchsorted(breaks, (time + near)[:-1], side="right") > np.searchsorted(breaks, (time - near)[:-1])
         first = np.where(at_break[:, None], begin[1:], after[:-1])
-        # A whole step renews frozen directions of several components at its start, which is no event.
+        # A step that no event has cut renews frozen directions of several components at its start. This is not an event.
         turned = (np.sign(first[:, self.flags]) != np.sign(after[1:, self.flags])).any(axis=1) & (whole == 0)
         turned |= impacts[:, 0] > 0.0
         x = after[1:].copy()

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import MOST_ITERATIONS, RANK, SensitivityUnit
+from trunnion.analysis.sensitivities.derivatives_at_one_state import MOST_ITERATIONS, RANK, SensitivityUnit
 from trunnion.analysis.sensitivities.impact_tangents import ImpactTangents
-from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
+from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
-from trunnion.analysis.sensitivities.tangent_march import TangentMarch
+from trunnion.analysis.sensitivities.tangent_integration import TangentMarch
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
 from trunnion.simulation.runtime_interface.simulation_block import Block
@@ -92,7 +92,7 @@ class SensitivityIntegrator:
         return np.asarray(np.abs(at - t) <= 1e-12 * np.maximum(1.0, np.abs(at)))
 
     def _occurrence(self, t: np.ndarray | float) -> np.ndarray:
-        """Number of the occurrence of each kink that is closest to t, from 0."""
+        """For each kink, the number (from 0) of its occurrence closest to t."""
         first, period = self.breaks.T
         since = t - first
         number = np.divide(since, period, out=np.zeros(since.shape), where=period > 0.0)
@@ -134,7 +134,7 @@ class SensitivityIntegrator:
             self.notes.append(f"t = {step.t1:.6g} s: contacts close at one instant that parameters would separate")
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
-        """Whether an event at the step's end belongs to end stops and to contacts that open alone. Their forces are continuous at
+        """Whether an event at the step's end belongs only to end stops and to contacts that open. Their forces are continuous at
         these events. A jump of ẏ there is only the error of the event's location times a stop's stiffness."""
         changed = step.x != step.x1
         for j in self.unit.system.frictional:
@@ -161,14 +161,14 @@ class SensitivityIntegrator:
         return None
 
     def _cross_kinks(self, k: int, step: RecordedStep, kinks: np.ndarray) -> None:
-        """Update S at kinks of signals. An event at the end of the step is their consequence, and has their time."""
+        """Update S at kinks of signals. An event at the end of the step is a consequence of the kinks, and has their time."""
         shifts = self.start.breaks[kinks, 0] + self._occurrence(step.t1)[kinks, None] * self.start.breaks[kinks, 1]
         shift = next((x for x in shifts if x.any()), None)
         if shift is None:
             return
         run, n, sides = self.march.run, self.unit.ny + self.unit.nquad, []
         if k + 1 == len(run.x):
-            return  # nothing follows
+            return  # the run has no later step
         after = run.step(k + 1)
         for x, inside in ((step.x, 0.5 * (step.t0 + step.t1)), (after.x, 0.5 * (after.t0 + after.t1))):
             side = x.copy()
@@ -187,8 +187,8 @@ class SensitivityIntegrator:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
         the event.
 
-        g is the distance of a hook from its release, the speed of a pair that came to rest, the friction ratio of a released pair,
-        or a combination for pairs released together.
+        For a hook, g is the distance from its release. For a pair that came to rest, g is its speed; for a released pair, its
+        friction ratio. Pairs released together have a combination.
 
         dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values there.
         """
@@ -263,8 +263,9 @@ class SensitivityIntegrator:
 
 
 def _directional_pairs(system: System) -> np.ndarray:
-    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction: index of its mode
-    among the external values, number of components, state indices of the pair's rates (padded with zeros)."""
+    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction. They are the
+    index of its mode among the external values, its number of components, and the state indices of its rates (padded with
+    zeros)."""
     found: list[list[int]] = []
     for j in system.frictional:
         assert j.friction is not None

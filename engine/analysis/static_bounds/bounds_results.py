@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from trunnion.analysis.static_bounds.static_margin import HoldReport
+from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_relaxation import Cell, Relaxation
-from trunnion.analysis.static_bounds.norm_program import Program, Row
 from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 CAP = 1.0 + 1e-9
 """The largest value that a linear program finds is multiplied by this factor, to be certain. The excess over 1 is ten times the
@@ -79,8 +79,8 @@ def _narrow(relaxation: Relaxation, j: int, v: np.ndarray, cell: Cell) -> None:
 
 
 def _corners(spans: list[tuple[float, float]]) -> list[np.ndarray]:
-    """Corners of a simplex that contains the box of these spans. For one span, the corners are its two ends; for two, those of a
-    triangle with twice the sides of the box."""
+    """Corners of a simplex that contains the box of these spans. For one span, the corners are its two ends. For two spans, they
+    are the corners of a triangle with twice the sides of the box."""
     low, size = np.array([a for a, _ in spans]), np.array([b - a for a, b in spans]) * len(spans)
     return [low, *(low + row for row in np.diag(size))]
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trunnion.analysis.static_bounds.kernel_probe import Probe
-from trunnion.analysis.static_bounds.static_margin import hold_drives, start_at_rest
+from trunnion.analysis.static_bounds.kernel_function_calls import Probe
+from trunnion.analysis.static_bounds.start_pose_statics import hold_drives, start_at_rest
 from trunnion.analysis.static_bounds.statics_scene import Load, pose_columns, release_drives
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import SPAN

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
-from trunnion.analysis.static_bounds.norm_program import Across, Program, Row, term_index
+from trunnion.analysis.static_bounds.sum_of_norms_program import Across, Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Norm, Pair
 
 RANK = 1e-9
@@ -84,8 +84,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     if load is not None:
         now[load] = 0.0
     e = st.constant + st.by_load @ now
-    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # zero friction at rest
-    light = range(st.eta0 - len(st.system.light), st.eta0)  # multipliers that remove an added inertia: zero at rest
+    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # these multipliers are 0 at rest
+    light = range(st.eta0 - len(st.system.light), st.eta0)  # these multipliers remove an added inertia; 0 at rest
     zero = [*light, *smooth]
     strands, pull = _strands(st, E.shape[1])
     E, e = np.vstack([E, np.eye(E.shape[1])[zero], strands]), np.concatenate([e, np.zeros(len(zero)), pull])
@@ -94,7 +94,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     seen = looks[:, :-1] @ null
     U, sizes, Vt = np.linalg.svd(seen, full_matrices=False) if seen.size else (seen, np.zeros(0), np.zeros((0, null.shape[1])))
     unit = np.abs(looks[:, :-1]).max(initial=0.0) * np.abs(null).max(initial=0.0)
-    keep = sizes > RANK * max(unit, 1e-300)  # not relative to the largest singular value, which may itself be round-off
+    keep = sizes > RANK * max(unit, 1e-300)  # the largest singular value is no scale: it may itself be round-off
     basis = null @ (Vt[keep].T / sizes[keep])
     at = looks[:, :-1] @ origin + looks[:, -1]
     origin = origin - basis @ (U[:, keep].T @ at)
@@ -104,8 +104,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
 
 
 def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, constants) of the equations of belts: the second multiplier is the sum of the tensions, a linear function of the
-    first."""
+    """(rows, constants) of the equations of belts: the second multiplier is the sum of the tensions, which is a linear function of
+    the first multiplier."""
     rows, constants = np.zeros((0, columns)), np.zeros(0)
     for j in st.joints:
         found = j.element.contact.tensions

@@ -22,8 +22,8 @@ from trunnion.analysis.static_bounds.pair_and_load_bounds import (
 )
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
-from trunnion.analysis.static_bounds.static_margin import HoldReport
-from trunnion.analysis.static_bounds.static_margin import hold as one_answer
+from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
+from trunnion.analysis.static_bounds.start_pose_statics import hold as one_answer
 from trunnion.basics.interrupts import held
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.static_friction_capacity import Pair

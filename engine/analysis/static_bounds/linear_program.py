@@ -20,7 +20,7 @@ ROWWISE, MINIMISE = 2, 1
 
 
 class Failed(ArithmeticError):
-    """The solver found neither a solution nor that there is none."""
+    """The solver neither found a solution nor proved that there is none."""
 
 
 class LinearProgram:

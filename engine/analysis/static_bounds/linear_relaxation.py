@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_program import Failed, LinearProgram
-from trunnion.analysis.static_bounds.norm_program import FAR, Program, Row
+from trunnion.analysis.static_bounds.sum_of_norms_program import FAR, Program, Row
 
 FEASIBLE = 1e-9
 """Largest violation of a row, relative to the loads, at which a state counts as attained."""
@@ -76,7 +76,7 @@ class Relaxation:
         return next(self.solutions(cell, [self.program.objective], self.program.normal))
 
     def solutions(self, cell: Cell, objectives: list[Row], normal: Row | None = None) -> Iterator[Answer | None]:
-        """As ``solve``, for several objectives over one cell. The program is homogeneous if ``normal`` is given."""
+        """The results of ``solve`` for several objectives over one cell. The program is homogeneous if ``normal`` is given."""
         costs = self.program.wide(tuple(objectives))
         upper, equal = self._rows(cell)
         right = np.zeros(len(equal) + (normal is not None) + len(upper))
@@ -103,13 +103,13 @@ class Relaxation:
         return found
 
     def missing(self, a: Answer) -> np.ndarray:
-        """Cuts where the solution underestimates a norm. Norms of one component lack none: they have all their cuts from the
-        beginning, and are underestimated by the tolerance of the linear program."""
+        """The cuts for norms that the solution underestimates. Norms of one component get none: they have all their cuts from the
+        beginning, and only the tolerance of the linear program makes the solution underestimate them."""
         size = self.program.norms(a.X)
         return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 
     def _tangents(self, X: np.ndarray, terms: np.ndarray) -> np.ndarray:
-        """The cuts that touch the norms of these terms (mask) at X. A norm that is zero, or of one component, has none."""
+        """The cuts that touch the norms of these terms (mask) at X. A norm that is zero or has one component gets no cut."""
         V, first = self.program.stacked
         at = np.flatnonzero(terms & (self.program.norms(X) > 0.0) & (np.diff(np.append(first, len(V))) > 1))
         cuts = np.zeros((len(at), self.n + self.m))

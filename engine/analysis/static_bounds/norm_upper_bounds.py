@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_space import RANK
-from trunnion.analysis.static_bounds.norm_program import Program, Row
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 ROUNDS = 6
 """Largest number of rounds in which the weights of the friction equations are adapted to the bounds. Two or three rounds

@@ -13,10 +13,10 @@ from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.equilibrium_space import Space, holding_program, space
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Cell, Relaxation
 from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion, motions
-from trunnion.analysis.static_bounds.norm_program import Program, Row, term_index
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
 
 NEVER = 1e-7
@@ -128,9 +128,9 @@ def _extreme(
 
 
 def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
-    """The intervals of a pair. Where only bounds of the capacity are known, the least share and the largest normal force follow
-    from the upper bound, and the largest share and the least normal force from the lower bound. The kernel's laws give the
-    capacity of the only state in equilibrium."""
+    """The intervals of a pair. If only bounds of the capacity are known, the upper bound gives the least share and the largest
+    normal force. The lower bound gives the largest share and the least normal force. The kernel's laws give the capacity of the
+    only state in equilibrium."""
     pair, size = a.space.pairs[i], a.sizes[i]
     own = Row(a.none, {size: 1.0})
     found = []
@@ -159,7 +159,8 @@ def _over(row: Row, divisor: float) -> Row:
 
 
 def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
-    """The least normal force. Its certified value is negative where a lower bound of the capacity is; 0 without a lower bound."""
+    """The least normal force. Its certified value is negative if the lower bound of the capacity can be negative, and 0 if no lower
+    bound is known."""
     if least is None:
         return End(None, 0.0, None, 0)
     floor = 0.0 if min(least.norms.values(), default=0.0) >= 0.0 else -np.inf
@@ -167,9 +168,9 @@ def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
 
 
 def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool) -> Interval:
-    """The interval of the share or the normal force. The values at its ends are those that the kernel's laws give the states there,
-    not those by bounds of the capacity. A normal force is at least 0. A share is at most 1, because friction that a pair holds is
-    within its capacity. eta: places of the pair's multipliers among those of its joint."""
+    """The interval of the share or the normal force. At its ends, the kernel's laws give the values, because the capacities of the
+    program are only bounds. A normal force is at least 0. A share is at most 1, because friction that a pair holds is within its
+    capacity. eta: indices of the pair's multipliers among those of its joint."""
 
     def told(e: End) -> End:
         if e.state is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_space import Space
 from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion
-from trunnion.analysis.static_bounds.norm_program import Program, Row, term_index
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Pair
 
 

@@ -38,7 +38,8 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene in which an effort replaces every drive and a constant amount replaces every load, its loads with drives first).
+    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, of which those that
+    replace drives come first).
 
     built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
     """
@@ -83,7 +84,7 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    for device, signal in (("motor", "signal"), ("latch", "release")):  # a constant load with the value at the start
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # the value at the start replaces the signal
         own = getattr(j, device)
         if own is None:
             continue

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import REVISION, CaseResults, Rounds, Study
+from trunnion.analysis.studies.study_rounds import REVISION, CaseResults, Rounds, Study
 
 GRID = 1 << 40
 """Number of grid intervals of each range. Places of cases are integers on this grid. Therefore equal places give bitwise equal
@@ -53,7 +53,7 @@ class Box:
 @dataclass(frozen=True)
 class BoxRefinement(Study):
     """A request of a refinement. of: name of the result, or OUTCOME; tolerance: least width of a box, relative to the ranges.
-    Revision 1 ended as soon as a whole round did not fit."""
+    Revision 1 ended as soon as a whole round exceeded the allowed number of cases."""
 
     kind = "refine"
     of: str

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.studies.case_rounds import REVISION, CaseResults, Rounds, Study
 from trunnion.analysis.studies.root_bracket import bracketed_root
+from trunnion.analysis.studies.study_rounds import REVISION, CaseResults, Rounds, Study
 from trunnion.batch.cases.sample_points import latin
 
 STARTS = 2
@@ -96,7 +96,7 @@ class Optimisation(Study):
 
     def _between(self, tried: _Trials, report: Callable[[dict[str, Any]], None]) -> Generator[np.ndarray, CaseResults, bool]:
         """Search the target between the best case and the nearest case beyond it. Returns whether the best case then has
-        the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, none follows."""
+        the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, no search is made."""
         pair = tried.pair() if self.goal == "reach" and self.revision >= REVISION and not tried.reached() else None
         if pair is None or tried.jumps == MOST_JUMPS:
             return False

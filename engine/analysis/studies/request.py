@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.studies.box_refinement import OUTCOME, BoxRefinement
-from trunnion.analysis.studies.case_rounds import REVISION, Study, study_cases
 from trunnion.analysis.studies.evolution_strategy import GOALS, Optimisation
+from trunnion.analysis.studies.study_rounds import REVISION, Study, study_cases
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import ranges
 from trunnion.batch.cases.quantity_reader import number_at
-from trunnion.batch.plan import Plan, Run, check_run
+from trunnion.batch.plan_and_runner import Plan, Run, check_run
 from trunnion.batch.sample_statistics.result_queries import bound
 from trunnion.batch.tables.reductions import Reduction, reductions
 from trunnion.kernel.interface.output_columns import columns

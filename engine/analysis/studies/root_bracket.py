@@ -19,7 +19,7 @@ def bracketed_root(
     that counts as 0. narrow, most: width of the bracket and number of steps at which the search ends. The generator yields places
     on the segment, receives their residuals (NaN for a failed case, which ends the search), and returns whether it has found a
     root. At a jump across the target, there is none."""
-    a, b, c = 1.0, 0.0, 0.0  # the root lies between a and b; c is the point before
+    a, b, c = 1.0, 0.0, 0.0  # the root lies between a and b; c is the previous point
     fa, fb, fc = second, first, first
     share = 0.5
     for _ in range(most):

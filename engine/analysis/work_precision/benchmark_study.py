@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from trunnion.analysis.work_precision.benchmark_runs import (
+from trunnion.analysis.work_precision.benchmark_model import (
     MOST_STEPS,
     BenchmarkModel,
     estimate_integration_error,
@@ -30,8 +30,8 @@ TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 FIXED = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125)
 """Fixed steps, as multiples of the mean step of the automatic method at rtol 1e-6."""
 SLOW_RUN, SLOW_RATIO = 0.1, 3.0
-"""After a run longer than SLOW_RUN, s, and than SLOW_RATIO times the longest reference run, tighter settings of the method are left
-out. A first-order method takes ten thousand times as long as the others there."""
+"""If a run takes longer than SLOW_RUN, s, and longer than SLOW_RATIO times the longest reference run, tighter settings of the
+method are left out. At such settings, a first-order method would take ten thousand times as long as the others."""
 WARM_RUN = 0.05
 """A first run longer than this, s, counts as a repeat. In shorter runs, cold caches matter."""
 
@@ -52,7 +52,7 @@ def measure_work_precision(
     exact = _exact_variant(scene, laws)
     study = WorkPrecision(scene, request, measure, until, exact, notes=notes)
     ready = {}
-    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # model errors need the reference of the exact law
+    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # first the exact law: model errors need its reference
         progress(f"reference {v}".strip(), k, len(laws))
         ready[v] = _make_model(study, v)
         ladders = _settings(study, ready[v])

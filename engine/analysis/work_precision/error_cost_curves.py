@@ -60,8 +60,9 @@ def compare_with_solvers(study: WorkPrecision) -> list[str]:
             continue
         slow = [r for r in ratios if r[0] < 1.0]
         worst, best = min(ratios), max(ratios)
-        text = f"{program}: at equal errors Trunnion is {worst[0]:.3g} to {best[0]:.3g} times as fast"
-        text += f" (down to {_smallest_error(theirs):.1e})"
+        factors = " to ".join(f"{float(f'{r[0]:.3g}'):g}" for r in (worst, best))
+        text = f"{program}: at equal errors Trunnion is {factors} times as fast"
+        text += f" (smallest error of the program: {_smallest_error(theirs):.1e})"
         out.append(text + (f"; slower at {len(slow)} of {len(ratios)} settings, first at error {slow[0][1]:.1e}" if slow else ""))
     return out
 

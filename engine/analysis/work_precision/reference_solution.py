@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel, methods
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel, methods
 from trunnion.runtime.integrators import REGISTRY, Impulses
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 

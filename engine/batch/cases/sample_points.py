@@ -24,7 +24,7 @@ LARGE = 4_000_000
 """A sample with more cases than this is never held in memory as a whole. The strips of a Latin sample then follow from a
 permutation that is computed case by case."""
 TOGETHER = 10
-"""Number of low bits of a point's index for which the points are cached."""
+"""Points whose index has at most this number of bits are cached."""
 
 
 def width(method: str, paths: int) -> int:

@@ -35,8 +35,8 @@ WHY = tuple(REASONS)
 
 
 class ErrorEstimateLoop:
-    """Runs cases of one structure twice. It has the interface of ``Loop``; its reductions are those of the first run and their
-    errors."""
+    """Runs cases of one structure twice. It has the interface of ``Loop``; its reductions are the values from the first run, and
+    the errors of these values."""
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         self.chosen = tuple(chosen)

@@ -65,7 +65,7 @@ class Ensemble:
                 return ended, True
 
     since: dict[int, float]
-    """{case: processor time at which the case was first seen, s}."""
+    """{case: processor time at the first check of the case, s}."""
 
     def _drop_slow_cases(self) -> None:
         """Remove the cases that may have reached their CPU-time limit. These cases run alone later, so that their time is measured

@@ -2,9 +2,10 @@
 cost.
 
 The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. Many groups determine entries of the rows
-directly (``parameter_entries``): the value is an entry of the table of parameters (friction, springs, dampers, drives, …), is
-copied to entries, or gives them by a formula. For any other group, a scene is built once for each distinct value, and its changed
-entries are copied to the rows. If groups share an entry, a scene is built for every case, as for each case with another structure.
+directly (``parameters_without_scene_builds``): the value is an entry of the table of parameters (friction, springs, dampers,
+drives, …), or entries are copies of the value, or a formula gives them. For any other group, a scene is built once for each
+distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is built for every case. A scene
+is also built for each case with another structure.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 from trunnion.basics.interrupts import heed
 from trunnion.basics.problems import SceneError
 from trunnion.batch.preparation.dependent_parameters import Followers
-from trunnion.batch.preparation.entry_formulas import total_mass
-from trunnion.batch.preparation.parameter_entries import Placing
+from trunnion.batch.preparation.parameter_formulas import total_mass
+from trunnion.batch.preparation.parameters_without_scene_builds import Placing
 from trunnion.runtime.abi.batch_records import CASE_SETTINGS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
@@ -95,7 +96,7 @@ class Preparer:
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
         self.met = [0] * len(self.groups)
         named = [tuple(self.paths[i] for i in group) for group in self.groups]
-        if ends is None or any(self.followers.names):  # what depends on a parameter need not be extreme where the parameter is
+        if ends is None or any(self.followers.names):  # a dependent number need not be extreme where the parameter is extreme
             ends = np.full((2, len(self.paths)), np.nan)
         self.placing = [
             Placing(self.start, self.base, self.mass, p, partial(self._entry, g), ends[:, self.groups[g]])

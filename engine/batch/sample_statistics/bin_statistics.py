@@ -142,7 +142,7 @@ class Within:
 
 
 def picked(table: Any, names: Iterable[str], within: Iterable[Within]) -> tuple[Picked, np.ndarray, int]:
-    """(columns by name, outcomes, number of excluded cases). The columns and outcomes are those of the table's cases that meet all
+    """(columns by name, outcomes, number of excluded cases). Columns and outcomes contain only the cases that meet all
     conditions."""
     columns = {n: _column(table[n]) for n in dict.fromkeys([*names, "case", "outcome", *(w.name for w in within)])}
     keep = np.ones(len(table), bool)

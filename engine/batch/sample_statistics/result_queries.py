@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import Cases
-from trunnion.batch.sample_statistics.quantiles import USUAL, Spread, spread
+from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL, Spread, spread
 from trunnion.batch.sample_statistics.sobol_indices import Indices, indices
 from trunnion.batch.tables.reductions import ERROR, Reduction
 from trunnion.scene.findings.name_suggestions import shown
@@ -51,7 +51,7 @@ def spreads_of(
     if problems:
         raise SceneError(problems)
     bounds = {n: [bound(b, units[n], f"above.{n}", problems) for b in given] for n, given in above.items()}
-    if cases.sampling == "saltelli":  # only first and last cases of points form a sample; the others repeat their numbers
+    if cases.sampling == "saltelli":  # only the first and last case of each point are a sample; the others combine their numbers
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"

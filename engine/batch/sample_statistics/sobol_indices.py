@@ -85,7 +85,7 @@ class Indices:
     notes: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         second = [{"paths": list(pair), **asdict(e)} for pair, e in self.second.items()]
         plain = {n: getattr(self, n) for n in ("of", "unit", "points", "cases", "missing")}
         of = {n: zip(self.paths, getattr(self, n), strict=True) for n in ("first", "total")}
@@ -160,7 +160,7 @@ def _notes(flat: bool, whole: int, points: int, known: int, cases: int) -> list[
 
 
 def _around(a: Estimate, b: Estimate) -> Estimate:
-    """The estimate a, with the smallest interval that contains both intervals."""
+    """The estimate a, with the smallest interval that contains the intervals of a and b."""
     if a.low is None or b.low is None or a.high is None or b.high is None:
         return a
     return Estimate(a.value, min(a.low, b.low), max(a.high, b.high))

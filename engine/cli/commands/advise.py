@@ -11,11 +11,11 @@ import typer
 
 from trunnion.cli.options.argument_reader import SCENES, ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, columns_option, file_option
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import print_answer, table
 
 if TYPE_CHECKING:
-    from trunnion.analysis.advice.model_ladder import Advice, Rung
+    from trunnion.analysis.advice.model_advice import Advice, Rung
 
 
 def command(
@@ -32,7 +32,7 @@ def command(
     as_json: Json = False,
 ) -> int:
     """Find the simplest model, method and tolerance whose outputs stay within an error; print the errors of all models tried."""
-    from trunnion.analysis.advice.model_ladder import advise
+    from trunnion.analysis.advice.model_advice import advise
     from trunnion.analysis.work_precision.error_measure import NORMS
     from trunnion.analysis.work_precision.machine_description import pin_to_one_core
     from trunnion.basics.atomic_files import writing

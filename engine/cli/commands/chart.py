@@ -9,7 +9,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import COLUMNS_HINT, ArgumentReader, is_pattern
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, columns_option, repeatable
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import print_answer, table
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def command(
 
 
 def measure(scene: SceneData, arguments: dict[str, Any], place: str, as_json: bool) -> int:
-    """Measure, write the files to the folder ``place``, print the results; returns the exit code. arguments: those of
+    """Measure, write the files to the folder ``place``, print the results; returns the exit code. arguments: fields of
     ``WorkPrecisionRequest``."""
     from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
     from trunnion.analysis.work_precision.html_page import page_data

@@ -8,7 +8,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import SCENES, ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, file_option
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import print_answer, print_result, table
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def command(
 
 def report_hold(scene: SceneData, as_json: bool) -> int:
     """Report whether the scene holds at rest; returns the exit code."""
-    from trunnion.analysis.static_bounds.static_margin import hold
+    from trunnion.analysis.static_bounds.start_pose_statics import hold
     from trunnion.cli.output.hold_report import hold_document, hold_lines
 
     report = hold(scene)

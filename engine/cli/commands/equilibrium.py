@@ -10,12 +10,12 @@ import typer
 from trunnion.basics.problems import SimulationError
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Plot, Scene, repeatable
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.hold_report import hold_document, verdict
 from trunnion.cli.output.printed_output import number, print_answer, table
 
 if TYPE_CHECKING:
-    from trunnion.analysis.mechanics.friction_bands import Band
+    from trunnion.analysis.mechanics.friction_rest_ranges import Band
 
 
 def command(
@@ -32,10 +32,10 @@ def command(
     plot: Plot = None,
     as_json: Json = False,
 ) -> int:
-    """Tell whether friction holds the given pose, and the range around it in which it does. Then find the poses of rest without
-    friction, stable and unstable, and the range around each in which friction holds the mechanism."""
+    """Tell whether friction holds the mechanism in its given pose, and in which range around this pose. Then find the poses of rest
+    without friction, stable and unstable, and the range around each in which friction holds the mechanism."""
     from trunnion.analysis.mechanics.equilibrium_pose import equilibrium, start_at
-    from trunnion.analysis.static_bounds.static_margin import hold
+    from trunnion.analysis.static_bounds.start_pose_statics import hold
 
     reader = ArgumentReader()
     picture = reader.picture(plot)

@@ -9,7 +9,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import SCENES, ArgumentReader
 from trunnion.cli.options.option_declarations import Json, file_option
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import print_result
 
 MESHES = (".stl", ".obj", ".ply")

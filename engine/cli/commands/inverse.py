@@ -10,7 +10,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, CsvTable, Json, Outputs, Scene, repeatable
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import number, print_answer, table
 
 MOST_MISSING = 12

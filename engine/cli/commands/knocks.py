@@ -10,7 +10,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Scene, SettingWords, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import number, print_answer, table
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def command(
     changes: Changes,
     as_json: Json = False,
 ) -> int:
-    """List when the parts of joints with clearance would cross it, how long each crossing takes, and how fast the parts hit.
+    """List when parts would cross the clearance of their joint, how long each crossing takes, and how fast the parts hit.
 
     The column "part" numbers the clearances of a joint: the faces across e2 and e3 of a sleeve, or the journals of a universal
     joint."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from trunnion.cli.options.option_declarations import Json
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import print_result
 
 

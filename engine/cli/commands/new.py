@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from trunnion.cli.options.option_declarations import Json
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import print_result
 
 

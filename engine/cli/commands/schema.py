@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trunnion.cli.output.exit_codes import DONE, print_json
+from trunnion.cli.output.exit_codes_and_errors import DONE, print_json
 
 
 def command() -> int:

@@ -9,11 +9,11 @@ import typer
 from trunnion.cli.options import completion
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, CsvTable, Json, Scene, SettingWords, columns_option, repeatable
-from trunnion.cli.output.exit_codes import DONE
+from trunnion.cli.output.exit_codes_and_errors import DONE
 from trunnion.cli.output.printed_output import number, print_result, table
 
 if TYPE_CHECKING:
-    from trunnion.analysis.sensitivities.output_derivatives import Sensitivity
+    from trunnion.analysis.sensitivities.sensitivity import Sensitivity
 
 SHOWN = 8
 """Largest count of events in the summary."""
@@ -33,10 +33,10 @@ def command(
     save: CsvTable = None,
     as_json: Json = False,
 ) -> int:
-    """Compute exact derivatives of outputs with respect to parameters along a run, across its events, too."""
+    """Compute exact derivatives of outputs with respect to parameters, along a run and across its events."""
     import numpy as np
 
-    from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+    from trunnion.analysis.sensitivities.sensitivity import sensitivity
     from trunnion.cli.output.csv_table import write_csv
 
     reader = ArgumentReader()

@@ -11,7 +11,7 @@ import typer
 from trunnion.basics.interrupts import held
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Reduce, Scene, SettingWords, Table, Workers, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import number, outcome_counts, print_answer, table
 from trunnion.cli.requests.run_request import destinations
 from trunnion.cli.requests.trajectory_request import Certify, Spacing, Trajectories, rows_destination, trajectory_arguments
@@ -20,7 +20,7 @@ from trunnion.cli.requests.varied_numbers import MU, Sample, Sampling, Seed, Var
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from trunnion.batch.plan import Plan
+    from trunnion.batch.plan_and_runner import Plan
     from trunnion.batch.sweep import Sweep
     from trunnion.cli.output.sample_report import SampleQueries
     from trunnion.scene.data_classes.scene import Scene as SceneData
@@ -82,7 +82,7 @@ def planned(
 ) -> Plan | None:
     """The plan of the cases; None after mistakes. extra: further arguments of ``plan``; queries: requested statistics of the
     sample."""
-    from trunnion.batch.plan import Run, plan
+    from trunnion.batch.plan_and_runner import Run, plan
     from trunnion.batch.sample_statistics.result_queries import refused
 
     axes, samples = values_by_path(vary, "--vary", reader), spreads_by_path(sample, reader)

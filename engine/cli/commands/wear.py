@@ -10,7 +10,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, CsvTable, Json, Plot, Scene, SettingWords
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import number, print_answer, table
 
 if TYPE_CHECKING:

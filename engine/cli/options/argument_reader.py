@@ -73,7 +73,7 @@ class ArgumentReader:
             return None
 
     def choice(self, text: str | None, words: Sequence[str], where: str) -> str | None:
-        """The text, if it is one of the words. None if there is no text."""
+        """The text, which must be one of the words; None without text, or after a mistake."""
         if text is None or text in words:
             return text
         near = get_close_matches(text.lower(), words, 1)

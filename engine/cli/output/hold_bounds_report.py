@@ -50,7 +50,8 @@ def bounds_lines(name: str, b: HoldBounds) -> list[str]:
     lines += [f"note: {n}" for n in b.notes]
     if b.gap > LARGE:
         lines.append(
-            f"note: values and certified bounds differ by up to {b.gap:.3g}; beyond four undetermined directions this may remain"
+            f"note: values and certified bounds differ by up to {b.gap:.3g}; "
+            "with more than four undetermined directions, a search may leave such gaps"
         )
     what = "nearest to slipping" if b.holds == "certain" else "slips first"
     return [*lines, VERDICTS[b.holds] + (f"; {what}: {', '.join(b.first)}" if b.first else "")]

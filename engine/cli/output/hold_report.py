@@ -10,7 +10,7 @@ from trunnion.cli.output.printed_output import number, table
 from trunnion.elements.joints import REGISTRY
 
 if TYPE_CHECKING:
-    from trunnion.analysis.static_bounds.static_margin import HoldReport, PairHold
+    from trunnion.analysis.static_bounds.start_pose_statics import HoldReport, PairHold
 
 
 def hold_document(report: HoldReport) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from trunnion.basics.number_declarations import ZERO_BELOW
-from trunnion.cli.output.exit_codes import print_json
+from trunnion.cli.output.exit_codes_and_errors import print_json
 from trunnion.cli.output.terminal_capabilities import has_colours
 
 GREEN, RED, BOLD, DIM, PLAIN = "\033[32m", "\033[31m", "\033[1m", "\033[2m", "\033[0m"

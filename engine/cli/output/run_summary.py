@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trunnion.basics.problems import Problem
-from trunnion.cli.output.exit_codes import error_lines, problem_lines
+from trunnion.cli.output.exit_codes_and_errors import error_lines, problem_lines
 from trunnion.cli.output.printed_output import BOLD, DIM, GREEN, PLAIN, RED, number, print_lines, table
 from trunnion.simulation.results.error_statement import rough
 from trunnion.simulation.results.summary import counted, ranges
@@ -62,7 +62,8 @@ def error_line(c: Certainty) -> str:
 
 
 def error_cells(result: Result, name: str = "") -> tuple[str, ...]:
-    """The table cell of a column's largest error, or of the head; no cell if the run has no errors."""
+    """The table cell of a column's largest error or, without ``name``, of the table's head. No cell if the run has no error
+    estimates."""
     c = result.certainty
     if c is None:
         return ()

@@ -11,7 +11,7 @@ from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.output.printed_output import plain, table
 
 if TYPE_CHECKING:
-    from trunnion.batch.sample_statistics.quantiles import Spread
+    from trunnion.batch.sample_statistics.quantiles_and_probabilities import Spread
     from trunnion.batch.sample_statistics.sobol_indices import Estimate, Indices
     from trunnion.batch.sweep import Sweep
 
@@ -50,7 +50,7 @@ def read_queries(quantiles: Sequence[str], above: Sequence[str], picture: Path |
 def sample_statistics(result: Sweep, queries: SampleQueries) -> tuple[dict[str, Any], list[str]]:
     """The requested statistics as plain data and as text; for a Saltelli sample, always also its Sobol indices. Draws the
     requested picture."""
-    from trunnion.batch.sample_statistics.quantiles import USUAL
+    from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL
 
     crossed = result.plan.cases.sampling == "saltelli"
     indices = result.indices() if crossed else []

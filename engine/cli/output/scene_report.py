@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from trunnion.cli.output.contact_travel_note import contact_travel_notes
 from trunnion.cli.output.printed_output import table
+from trunnion.cli.output.travel_beyond_contacts_note import contact_travel_notes
 
 if TYPE_CHECKING:
     from trunnion.kernel.interface.output_columns import Column

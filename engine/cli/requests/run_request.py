@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from trunnion.basics.interrupts import held
 from trunnion.basics.problems import Problem
 from trunnion.cli.options.argument_reader import PICTURES, TABLES, ArgumentReader
-from trunnion.cli.output.exit_codes import DONE, FAILED, print_json
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, print_json
 
 if TYPE_CHECKING:
     from trunnion.scene.data_classes.scene import Scene

@@ -14,7 +14,7 @@ from trunnion.basics.interrupts import held
 from trunnion.cli.options import completion
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import SettingWords, repeatable
-from trunnion.cli.output.exit_codes import DONE, FAILED
+from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED
 from trunnion.cli.output.printed_output import outcome_counts, print_answer, table
 from trunnion.cli.requests.run_request import destinations
 from trunnion.cli.requests.varied_numbers import MU, bounds_by_path
@@ -22,7 +22,7 @@ from trunnion.cli.requests.varied_numbers import MU, bounds_by_path
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from trunnion.analysis.studies.local_execution import StudyResult
+    from trunnion.analysis.studies.local_studies import StudyResult
     from trunnion.batch.sweep import Sweep
 
 SHOWN = 20
@@ -51,9 +51,9 @@ def run_and_report_study(
 ) -> int:
     """Run a study and report it. Returns the exit code, which is 1 if no case satisfies the request, or after Ctrl-C. kind:
     "optimise" or "refine"; reader: collects the mistakes; fields: fields of ``StudyRequest``."""
-    from trunnion.analysis.studies.local_execution import run_study
+    from trunnion.analysis.studies.local_studies import run_study
     from trunnion.analysis.studies.request import StudyRequest, make_study
-    from trunnion.batch.plan import Run
+    from trunnion.batch.plan_and_runner import Run
     from trunnion.cli.output.progress_bars import ProgressBar
 
     places = destinations(reader, **files)

@@ -1,4 +1,4 @@
-"""Tooth on which the hook of a latch is."""
+"""Number of the tooth on which the hook of a latch is."""
 
 from trunnion.columns.declaration import ColumnKind, Quantity
 from trunnion.columns.operands import LATCH_HOOK

@@ -71,14 +71,14 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     torque about the force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # exactly 0 for zero torque: holds without load
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # 0 for zero torque, so a ball without load holds
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula is used on both branches: it suffices to select
-    the branch, because both formulas cross the kink together (theory, "Ball")."""
+    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula serves for both branches. The result only
+    selects the branch, and both formulas cross the kink together (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
     along2 = fw * fw / FF
@@ -100,7 +100,7 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
     fw, ww, drag = dot(f, omega), dot(omega, omega), drag_of(rates, omega, law, g)
     if drag is not None:
         level = ca.if_else(law.tilt > 0, level + drag * law.tilt * ca.sqrt(ww + TINY), level)
-    return [1 - fw * fw * (1 + level**2) / ((dot(f, f) + TINY) * (ww + TINY) + TINY)]  # at rest without load: the product is 0
+    return [1 - fw * fw * (1 + level**2) / ((dot(f, f) + TINY) * (ww + TINY) + TINY)]  # the product is 0 at rest without load
 
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
@@ -148,7 +148,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # not read from the flag, because Adams' friction never sets it
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # the flag does not tell, because Adams' friction never sets it
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

@@ -53,7 +53,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return ca.sqrt(sum((w[n] * w[n] for n in forces), ca.SX(TINY)))
 
     def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction torque, force that pushes the wheels apart). The second also acts at rest."""
+        """(friction torque, force that pushes the wheels apart). This force also acts at rest."""
         k, f = laws[0].ratios(_velocity(rates, g)[0])[0], load(w)
         return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
 

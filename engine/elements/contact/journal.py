@@ -43,7 +43,7 @@ def sums(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> t
 
 
 def split(f2: SX, f3: SX, m2: SX, m3: SX, kr: SX, ks: SX, radius: SX, c: SX) -> tuple[SX, SX, SX, SX]:
-    """(a1, b1, a2, b2), N, with the arguments of ``sums``."""
+    """(a1, b1, a2, b2), N, from the arguments of ``sums``."""
     a, b, da, db = sums(f2, f3, m2, m3, kr, ks, radius, c)
     return 0.5 * (a + da), 0.5 * (b + db), 0.5 * (a - da), 0.5 * (b - db)
 

@@ -35,7 +35,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    size = ca.sqrt(u[0] * u[0] + u[1] * u[1] + TINY) - math.sqrt(TINY)  # exactly 0 for u = 0
+    size = ca.sqrt(u[0] * u[0] + u[1] * u[1] + TINY) - math.sqrt(TINY)  # the size is exactly 0 for u = 0
     return [Hold(laws[0].static * ca.fabs(w[NORMAL]), size)]
 
 

@@ -10,8 +10,8 @@ from trunnion.basics.number_declarations import Number, merged
 from trunnion.basics.objects_by_import_path import objects
 from trunnion.elements.contact.constant_friction import BOTH, CROSSED, SLIDING, TURNING
 from trunnion.elements.contact.contact_element import ContactElement
+from trunnion.elements.contact.geared_joint_friction import LOADED, LOADED_BACK
 from trunnion.elements.contact.journal import PRELOAD
-from trunnion.elements.contact.loaded_joint import LOADED, LOADED_BACK
 from trunnion.elements.contact.wrapped_band import BAND
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
@@ -46,8 +46,8 @@ ELEMENTS = (
     "cam_follower.FOLLOWER",
     "plane_contact.PLANE",
     "gear_unit.GEAR_UNIT",
-    "loaded_joint.LOADED_HINGE",
-    "loaded_joint.LOADED_GUIDE",
+    "geared_joint_friction.LOADED_HINGE",
+    "geared_joint_friction.LOADED_GUIDE",
     "wrapped_band.BAND",
     "wrapped_band.BELT",
     "constant_friction.TURNING",
@@ -69,7 +69,7 @@ WRAPPED = frozenset(s.name for s in BAND.sizes)
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether joints with this law always have the number ``n`` (default 0), so that one primitive serves joints with and without
+    """Whether joints with this law always have the number ``n`` (default 0). One primitive then serves joints with and without
     preload."""
     return n.name == PRELOAD.name and LAWS[law].sets and not adams
 

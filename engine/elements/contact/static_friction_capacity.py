@@ -126,7 +126,7 @@ class Pair:
     eta         indices of its multipliers
     friction    matrix from multipliers to forces at the surface (entries 1/r or 1)
     static      μ_s
-    across      for a ball, the rows of the force, about which it holds no torque; else None
+    across      for a ball, the rows of the force: the ball holds no torque about the force; else None
     along       function from a sliding direction (unit vector of surface velocities) to the capacity; only if ``capacities`` do
                 not give this capacity
     limits      if ``capacities`` depend on the present friction: the capacities with friction at its limit; else empty

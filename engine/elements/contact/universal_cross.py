@@ -74,7 +74,7 @@ def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """For each journal, the capacity is that of the journal of a revolute joint."""
+    """Each journal has the capacity of a revolute joint's journal."""
     most = [law.static for law in laws]
     loads = _loads(w, w.pin * most[0] * signum(u[0]), -w.pin * most[1] * signum(u[1]), g, adams)
     return [Hold(most[i] * loads[i], ca.fabs(u[i]) / g[f"radius[{i + 1}]"]) for i in range(2)]
@@ -113,7 +113,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
-    """Positions of the contacts: those of journal 1 on the inboard e1, those of journal 2 on the outboard e2."""
+    """Positions of the contacts. The contacts of journal 1 are on the inboard e1, the contacts of journal 2 on the outboard e2."""
     ends = [(k, side * g[f"half_length[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
     out = []
     for k, along in ends:

@@ -41,7 +41,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(friction along the thread, force that pushes the axes apart). The second also acts at rest."""
+    """(friction along the thread, force that pushes the axes apart). This force also acts at rest."""
     f = _normal(w, g)
     return [laws[0].ratios([rates[0]])[0] * f, -ca.sin(g["pressure_angle"]) * f]
 
@@ -57,7 +57,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """The force in the plane of e1 and e3, which friction along the thread is part of, as for teeth."""
+    """The force in the plane of e1 and e3. It includes the friction along the thread."""
     return [HALF_ROOT * w[n] for n in FORCES]
 
 

@@ -55,7 +55,7 @@ class Wrapped:
     pulls: bool = False
 
     def arm(self, g: Numbers) -> Any:
-        """Friction along the freedom per friction at the surface."""
+        """Ratio of the friction along the freedom to the friction at the surface."""
         return g[self.radius] if self.radius else 1.0
 
     def needs(self, numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
@@ -67,7 +67,7 @@ class Wrapped:
         return [[self.arm(g) * rates[0]]]
 
     def friction(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction, sum of the tensions, which pulls the pulleys together). The second also acts at rest."""
+        """(friction, sum of the tensions, which pulls the pulleys together). This sum also acts at rest."""
         k = laws[0].ratios(self.velocity(rates, g)[0])[0]
         along = self.arm(g) * difference(g, k, ca)
         return [along, _sum(w, g)] if self.pulls else [along]
@@ -85,7 +85,7 @@ class Wrapped:
         return [g[TENSION.name], g[TENSION.name] + more]
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """A capacity for each sense, which depends on no reaction."""
+        """A capacity for each sense of friction. It depends on no reaction."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import Capacity, Pair

@@ -66,7 +66,7 @@ class Law:
     name: ClassVar[str] = ""
     """Name of the law in a scene."""
     numbers: ClassVar[tuple[Number, ...]] = ()
-    """Numbers of the law in a scene, in the order of the documents."""
+    """Numbers of the law in a scene, in the order in which documents list them."""
     rest: ClassVar[Rest]
     """Behaviour of the law at rest."""
     scale: ClassVar[str] = "mu"
@@ -78,13 +78,13 @@ class Law:
     law."""
     dry: ClassVar[str] = ""
     """Name of the set-valued law with the same coefficients, which static analyses use instead of this law. "" if they use this law
-    itself; it may have no static friction."""
+    itself; the law may then have no static friction."""
     state_scale: ClassVar[str] = ""
     """Only for bristles: name of the number by which the state is divided to give a deflection."""
     formula: ClassVar[str] = ""
     """k while sliding, in the symbols of ``notation.md``."""
     at_rest: ClassVar[str] = ""
-    """k at rest, in the same symbols."""
+    """k at rest, in the symbols of ``notation.md``."""
 
     sets: ClassVar[bool] = False
     kinks: ClassVar[bool] = False
@@ -207,9 +207,9 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign that friction uses. It is that of ``sign``, but in two cases it stays +1 after the reversal: for a pair on a
-        line (``frozen_sliding_directions.c``), whose friction continues until the event, and for a starting pair with a velocity at
-        round-off level (``AT_REST``)."""
+        """The sign that friction uses: the result of ``sign``, but in two cases it stays +1 after the reversal. The friction of a
+        pair on a line (``frozen_sliding_directions.c``) continues until the event. For a starting pair, a velocity at round-off
+        level does not count (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 

@@ -1,7 +1,7 @@
 """Joint types. A new type needs a new file here and a line in TYPES; the rest of the engine does not depend on type names."""
 
 from trunnion.basics.objects_by_import_path import objects
-from trunnion.elements.joints.cam_and_curve_followers import LIGHT_ROW, MIMIC
+from trunnion.elements.joints.coupled_and_light_freedoms import TIES
 from trunnion.elements.joints.declaration_checks import registered
 from trunnion.elements.joints.free import FREE
 from trunnion.elements.joints.joint_kind import Axis, JointKind
@@ -34,9 +34,5 @@ TYPES = (
     "gearbox.GEARBOX",
 )
 REGISTRY: dict[str, JointKind] = registered(*objects(__name__, TYPES))
-
-TIES = {kind.name: kind for kind in (MIMIC, LIGHT_ROW)}
-"""Kinds of constraint rows that do not belong to cut joints: couplings of two freedoms, and light freedoms. They are not allowed as
-the ``type`` of a joint in a scene."""
 
 __all__ = ["FREE", "REGISTRY", "REVOLUTE", "SPHERICAL", "TIES", "Axis", "JointKind"]

@@ -1,5 +1,4 @@
-"""Joints that follow a cam (theory, "Cams"), a curve (theory, "Points on curves") or another joint (theory, "Joints that follow
-another").
+"""Joints that follow a cam (theory, "Cams") or a curve (theory, "Points on curves").
 
 A cam is a curve around an axis of one part. A point (such as the centre of a roller) or a flat face of the other part follows the
 cam. A point can also follow any curve in a plane. None of these joints carries a body: other joints carry both parts, and one
@@ -22,6 +21,3 @@ def _kind(name: str, follows: Literal["point", "face", "curve"], freedoms: str =
 CAM = _kind("cam", "point")
 FLAT_CAM = _kind("flat_cam", "face")
 POINT_ON_CURVE = _kind("point_on_curve", "curve", "arc length along the curve from its first point", along=True)
-MIMIC = JointKind(name="mimic", freedoms="", follows="freedom")
-LIGHT_ROW = JointKind(name="light", freedoms="", follows="freedom")
-"""Row of a light freedom (theory, "Light bodies")."""

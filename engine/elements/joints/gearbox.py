@@ -1,5 +1,5 @@
-"""Gearbox: couples the angles of two shafts, that of the inboard shaft is ratio times that of the outboard shaft (theory, "Gear
-units"). Other joints carry the shafts. The friction acts along the angle of the outboard (output) shaft."""
+"""Gearbox: the angle of the inboard shaft is the ratio times the angle of the outboard shaft (theory, "Gear units"). Other joints
+carry the shafts. The friction acts along the angle of the outboard (output) shaft."""
 
 from trunnion.elements.joints.joint_kind import E1, JointKind, turn
 

@@ -93,8 +93,9 @@ class JointKind:
     banded       name of the contact element of a band or belt around parts of the joint; "" if the type has none.
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
     slips        whether the wheels may slide. The joint then has no row; its first freedom is the sliding.
-    follows      what follows (``elements.joints.cam_and_curve_followers``): a "point" or "face" of the outboard body a cam of the
-                 inboard body, a point a "curve", or a "freedom" another freedom. The joint carries no body and has one row.
+    follows      the follower (``elements.joints.cam_and_curve_followers``). A "point" or "face" of the outboard body follows a cam
+                 of the inboard body. With "curve", a point follows a curve; with "freedom", a freedom follows another freedom. The
+                 joint carries no body and has one row.
     plays        whether a point that follows a curve has play. Its row is the gap to walls beside the curve and at its ends.
     keeps_distance
                  whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.

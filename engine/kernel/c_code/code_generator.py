@@ -20,11 +20,11 @@ from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 SX = ca.SX
 PIECE = 2500
 """Number of operations per C function. Above a few thousand, compile time grows faster than linearly. Pieces of 300 or 600
-operations compile in four fifths of the time, but stepping units then run 10 to 15 percent longer, and dense Jacobians 3
+operations compile in four fifths of the time. But stepping units then run 10 to 15 percent longer, and dense Jacobians 3
 percent."""
 
 SCRATCH = "s_"
-"""Array that carries values between the pieces of a stage, if the stage keeps no values for later stages."""
+"""Name of the array that carries values between the pieces of a stage that keeps no values for later stages."""
 
 BINARY = {
     ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",

@@ -38,8 +38,8 @@ LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 compile time. With it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
 43,000 characters are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
-"""The same limit for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile in half of
-the time. The run times of five models then changed by −3 to +7 percent."""
+"""The limit ``LONG_TEXT`` for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
+in half of the time. The run times of five models then changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
 """Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on
@@ -52,7 +52,8 @@ run-time checks by default. These checks would cancel the gain, so they are off.
 
 @dataclass(frozen=True)
 class Machine:
-    """A kind of machine that compiled libraries are for. target: zig target. cpu: instruction-set level; "" is the target's own."""
+    """A kind of machine for which libraries are compiled. target: zig target. cpu: instruction-set level; "" is the default level
+    of the target."""
 
     target: str
     cpu: str
@@ -87,7 +88,7 @@ MACHINES = {
     "macosx_11_0_x86_64": Machine("x86_64-macos.11.0", "x86_64"),
     "win_amd64": Machine("x86_64-windows-gnu", "x86_64"),
 }
-"""{platform tag of a wheel: machines on which the wheel's libraries run}. The level x86_64 is that of every x86-64 processor."""
+"""{platform tag of a wheel: machines on which the wheel's libraries run}. Every x86-64 processor has the level x86_64."""
 TAGS = {
     ("linux", "x86_64"): "manylinux_2_17_x86_64",
     ("linux", "aarch64"): "manylinux_2_17_aarch64",
@@ -145,7 +146,7 @@ def version_of(package: str) -> str:
     from importlib.metadata import PackageNotFoundError, distribution  # this import is slow, and cached primitives do not need it
 
     try:
-        text = distribution(package).read_text("METADATA") or ""  # its parser takes ten times as long
+        text = distribution(package).read_text("METADATA") or ""  # the parser of metadata takes ten times as long
         return text.partition("\nVersion:")[2].partition("\n")[0].strip()
     except PackageNotFoundError:
         return "none"
@@ -180,7 +181,7 @@ def run(arguments: Sequence[str], cache: Path) -> None:
     with tempfile.TemporaryDirectory(prefix=".compile-", dir=cache, ignore_cleanup_errors=True) as own:
         shared.mkdir(exist_ok=True)
         with suppress(OSError):
-            os.utime(shared)  # the shared cache is pruned like an entry: least recently used first
+            os.utime(shared)  # pruning removes the least recently used entries and shared caches
         code, complaint = _zig(arguments, shared, Path(own))
         if code:
             code, complaint = _zig(arguments, Path(own), Path(own))
@@ -257,7 +258,7 @@ def build_library(
     folders = [f"-I{p}" for p in include]
     if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
         sources = [_object(source, library.parent, options + folders, cache) for source in (*sources, WINDOWS)]
-        options.append("-s")  # otherwise the library holds the path of the folder
+        options.append("-s")  # strips symbols: they contain the path of the build folder, so two builds would differ
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 

@@ -35,7 +35,7 @@ class Programs:
 
     def run(self, command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
         """Run a process to its end. Returns exit code and error output. Raises Ended if the build was cancelled."""
-        with TemporaryFile("w+", errors="replace") as told:  # child processes of the process would keep a pipe open
+        with TemporaryFile("w+", errors="replace") as told:  # no pipe, because child processes would keep it open
             with self._lock:
                 if self.ended:
                     raise Ended

@@ -21,7 +21,7 @@ GIVING = 2
 
 
 def names_of_powers(system: System) -> list[str]:
-    """Names of the ``powers``, in the order of these powers."""
+    """Names of the powers of ``power_expressions.powers``, in their order."""
     return [*(f"friction:{j.name}" for j in system.frictional), "damping", "drive", "load"]
 
 

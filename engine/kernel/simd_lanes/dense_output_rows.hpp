@@ -1,5 +1,5 @@
-/* Rows of one case, one row per lane. Dense output gives the state of a row, which is then projected. Multipliers and columns
- * follow. */
+/* Rows of one case, one row per lane. Dense output gives the state of a row, which is then projected. Then the multipliers and
+ * columns of the row are computed. */
 
 #define EACH_OF_FOUR _Pragma("clang loop unroll(full)")
 

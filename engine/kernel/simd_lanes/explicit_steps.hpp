@@ -12,8 +12,8 @@ struct lane_explicit {
 
 METHODS
 
-/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH, for which the arrays
- * have room. */
+/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH; the arrays have room
+ * for this. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 INLINE void turned(four *m) {
   const four a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);

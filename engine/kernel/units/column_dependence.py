@@ -16,8 +16,9 @@ from trunnion.system.structure.bodies_and_joints import System
 def dependence(
     system: System, parameters: int, chosen: list[Column], quadratures: bool
 ) -> list[tuple[bool, bool, list[int], list[int]]]:
-    """For each column, from the sparsity of its derivatives: whether it is constant; whether it contains multipliers or
-    accelerations, which every force changes; indices of those inputs whose value, or whose second derivative, it contains."""
+    """Four results for each column, from the sparsity of its derivatives: whether it is constant; whether it contains multipliers
+    or accelerations, which every force changes; indices of the inputs whose value it contains; indices of the inputs whose second
+    derivative it contains."""
     if not chosen:
         return []
     with direct_operators():

@@ -11,8 +11,8 @@ from trunnion.columns.operands import provides_all
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.kernel.interface.runtime_tables import GIVING, names_of_powers
 from trunnion.kernel.units.energy_expressions import kinetic, potential
+from trunnion.kernel.units.generated_function_inputs import combination
 from trunnion.kernel.units.power_expressions import coordinates_of, drive_effort
-from trunnion.kernel.units.unit_inputs import combination
 from trunnion.recursion.body_kinematics import Motion, Pose, motions_of
 from trunnion.recursion.complement_equation_terms import (
     FrictionTerms,

@@ -15,7 +15,7 @@ import casadi as ca
 
 from trunnion.basics.interrupts import heed
 from trunnion.kernel.c_code.code_generator import Input, Output, Stage, emit
-from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, Multipliers, combination, inputs, state_rates
+from trunnion.kernel.units.generated_function_inputs import CONST, PREPARE, STATE, Multipliers, combination, inputs, state_rates
 from trunnion.recursion.complement_equation_terms import acceleration_rows, joint_rates, laws, numbers, reaction_rows, wrench
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.loop_contact_springs import friction_change_rows

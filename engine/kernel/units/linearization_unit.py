@@ -11,8 +11,7 @@ import casadi as ca
 from trunnion.kernel.c_code.code_generator import Input, Output, Stage, emit
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.units.column_expressions import ColumnExpressions
-from trunnion.kernel.units.jacobian_unit import residuals
-from trunnion.kernel.units.unit_inputs import (
+from trunnion.kernel.units.generated_function_inputs import (
     CONST,
     PREPARE,
     STATE,
@@ -23,6 +22,7 @@ from trunnion.kernel.units.unit_inputs import (
     state_rates,
     with_constants,
 )
+from trunnion.kernel.units.jacobian_unit import residuals
 from trunnion.recursion.inward_reduction import Model, build_model, reduce_model
 from trunnion.recursion.outward_accelerations import outward
 from trunnion.recursion.symbolic_inputs import Symbols

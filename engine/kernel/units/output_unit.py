@@ -12,7 +12,7 @@ from trunnion.kernel.c_code.code_generator import Input, Output, emit
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.interface.runtime_tables import post_of, wants_of
 from trunnion.kernel.units.column_expressions import ColumnExpressions
-from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, inputs, row_inputs, with_constants
+from trunnion.kernel.units.generated_function_inputs import CONST, PREPARE, STATE, inputs, row_inputs, with_constants
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.redundant_loop_reactions import scaled_reactions
 from trunnion.recursion.vector_algebra import SX

@@ -85,7 +85,7 @@ def inverted(text: str) -> str:
 
 
 def _inverted(body: str) -> str:
-    """``inverted`` for one function."""
+    """The result of ``inverted`` for one function."""
     often = {v for v, n in Counter(re.findall(r"/(v\d+)\b", body)).items() if n > 1 and f"double {v}=" in body}
     body = re.sub(r"/(v\d+)\b", lambda m: f"*i{m[1]}" if m[1] in often else m[0], body)
     return re.sub(r"^double (v\d+)=.*;$", lambda m: m[0] + f"\ndouble i{m[1]}=1.0/{m[1]};" * (m[1] in often), body, flags=re.M)

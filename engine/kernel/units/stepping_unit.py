@@ -18,6 +18,7 @@ import casadi as ca
 
 from trunnion.kernel.c_code.code_generator import Code, Output, Stage, emit
 from trunnion.kernel.interface.runtime_tables import GIVING
+from trunnion.kernel.units.generated_function_inputs import CONST, PARAMETERS, STATE, Multipliers, combination, inputs, state_rates
 from trunnion.kernel.units.power_expressions import powers
 from trunnion.kernel.units.stepping_unit_functions import (
     closure_function,
@@ -29,7 +30,6 @@ from trunnion.kernel.units.stepping_unit_functions import (
     pressed_function,
     stops_function,
 )
-from trunnion.kernel.units.unit_inputs import CONST, PARAMETERS, STATE, Multipliers, combination, inputs, state_rates
 from trunnion.recursion.complement_equation_terms import acceleration_rows, joint_rates, reaction_rows
 from trunnion.recursion.inward_reduction import Model, reduce_model
 from trunnion.recursion.outward_accelerations import outward

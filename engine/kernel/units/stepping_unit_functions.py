@@ -9,8 +9,8 @@ import casadi as ca
 
 from trunnion.kernel.c_code.code_generator import Code, Input, Output, emit
 from trunnion.kernel.units.energy_expressions import kinetic, potential
+from trunnion.kernel.units.generated_function_inputs import CONST, PREPARE, STATE, inputs, qdot, with_constants
 from trunnion.kernel.units.power_expressions import coordinates_of
-from trunnion.kernel.units.unit_inputs import CONST, PREPARE, STATE, inputs, qdot, with_constants
 from trunnion.recursion import latch_forces
 from trunnion.recursion.complement_equation_terms import by_loads, joint_rates, laws, numbers, wrench
 from trunnion.recursion.cut_joint_constraints import INSIDE
@@ -46,8 +46,8 @@ def closure_function(m: Model) -> Code:
 
 def stops_function(m: Model) -> Code:
     """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths, each stop
-    has the factor of its elastic force, which is 0 at release (``stop_push``). A hook has instead the excess of its signal over the
-    release value, and a joint that only pushes its coefficient of restitution."""
+    has the factor of its elastic force, which is 0 at release (``stop_push``). For a hook, the excess of its signal over the
+    release value takes the place of this factor; for a joint that only pushes, its coefficient of restitution."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops

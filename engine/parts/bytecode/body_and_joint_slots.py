@@ -45,8 +45,8 @@ class BodySlots:
 
 @dataclass
 class CutJointSlots:
-    """Slots of a cut joint. blocks: outputs of ``loop_joint.cut``, by name. effort: device forces along the freedoms of the
-    joint."""
+    """Slots of a cut joint. blocks: outputs of ``loop_joints_and_reactions.cut``, by name. effort: device forces along the freedoms
+    of the joint."""
 
     joint: Joint
     q: Slot

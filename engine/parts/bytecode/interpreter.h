@@ -36,9 +36,9 @@ static inline double dot(int n, const double *a, const double *b) {
   return sum + next;
 }
 
-void tr_op_transposed_product(double *const *a, const int *how); /* ops_loop_factor.c */
+void tr_op_transposed_product(double *const *a, const int *how); /* defined in ops_loop_factor.c */
 void tr_op_cut_joint_friction(double *const *a, const int *how);
 void tr_op_factor_loops(double *const *a, const int *how);
 void tr_op_solve_loops(double *const *a, const int *how);
-void tr_op_curve_foot(double *const *a, const int *how); /* ops_curve_foot.c */
+void tr_op_curve_foot(double *const *a, const int *how); /* defined in ops_curve_foot.c */
 #endif

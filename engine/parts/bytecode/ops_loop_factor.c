@@ -57,8 +57,9 @@ void tr_op_cut_joint_friction(double *const *a, const int *how) {
   memcpy(a[6], B + nv * (nv + rows), sizeof(double) * nv);
 }
 
-/* Factor S = L U in the order of elimination, column by column. L has the inverse pivots, and then its entries below them; U has its
- * entries right of them. Only structural nonzeros are stored. a[3] receives the pivots and the diagonal of S, indexed by row of S. */
+/* Factor S = L U in the order of elimination, column by column. L holds the inverse pivots of all columns, then the entries below
+ * the pivots. U holds the entries to the right of the pivots. Only structural nonzeros are stored. a[3] receives the pivots and the
+ * diagonal of S, indexed by row of S. */
 void tr_op_factor_loops(double *const *a, const int *how) {
   const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1, count = start[n];
   const int *own = below + count, *lower = own + n, *upper = lower + count, *meets = upper + count, *with = meets + n + 1, *at = with + count;

@@ -13,7 +13,7 @@ from trunnion.parts.bytecode.body_and_joint_slots import ALONG, BodySlots, CutJo
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import inverse_dynamics, tangents
+from trunnion.parts.primitives.primitive_cache import inverse_dynamics, primitive_derivatives
 from trunnion.parts.primitives.primitive_keys import POSE, BodyKey
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
@@ -89,7 +89,7 @@ class AccelerationTangents:
             self.program.call(Builtin.ADD_COLUMNS, [c.blocks[ALONG[g]], self._against(c.joint), out], [6, c.joint.kind.nv])
 
     def _against(self, j: Joint) -> Slot:
-        """−η of a joint."""
+        """Minus the friction multipliers η of a joint."""
         out = self.program.scratch_slot(j.kind.nv)
         self.program.call(Builtin.SCALE, [self.scene.eta(j), self.scene.against, out], [j.kind.nv])
         return out
@@ -194,7 +194,7 @@ class AccelerationTangents:
 
     def _linear(self, d: Directions, i: int, function: str, spots: dict[str, Slot], ins: Sequence[str], outs: Sequence[str],
                 added: Sequence[str]) -> None:  # fmt: skip
-        primitive, kept = tangents.solving(self.scene.which[i]), {"work": self.work[i], "kept": self.kept[i]}
+        primitive, kept = primitive_derivatives.solving(self.scene.which[i]), {"work": self.work[i], "kept": self.kept[i]}
         name = f"v{self.scene.which[i].name}_{function}"
         operands = [(kept[n], False) if n in kept else (spots[n], True) for n in primitive.operands[name]]
         read, written, summed = ([spots[n] for n in of] for of in (ins, outs, added))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from trunnion.parts.bytecode.program import BUILTINS, Builtin, Program, Slot, Space
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import tangents
+from trunnion.parts.primitives.primitive_cache import primitive_derivatives
 from trunnion.parts.primitives.primitive_keys import AROUND, KEPT, Primitive
 
 BODIES = "p_"
@@ -140,7 +140,7 @@ class Directions:
         asked = name, self.numbers or numbers
         if asked not in self._tangents:
             module, function, *arguments = self.scene.primitive_of[name].recipe
-            self._tangents[asked] = tangents.tangent(module, function, tuple(arguments), asked[1])
+            self._tangents[asked] = primitive_derivatives.tangent(module, function, tuple(arguments), asked[1])
         return self._tangents[asked]
 
     def _given(self, function: int, where: list[int], numbers: list[int]) -> ValueCall:
@@ -208,7 +208,7 @@ class Directions:
     def _derive_builtin(self, g: ValueCall) -> None:
         a, b, out = (g.operands.get(n) for n in ("a", "b", "out"))
         assert out is not None
-        if not out.size:  # product without rows: the joint has no constraints
+        if not out.size:  # the product has no rows, because the joint has no constraints
             return None
         ins = [x for x in (a, b) if x is not None and x in self.active]
         if not ins or g.function in (B.CURVE_PIECE, B.CURVE_FOOT):  # the selected piece has no first-order effect

@@ -12,8 +12,8 @@ from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tan
 from trunnion.parts.primitives.primitive_cache import friction
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive, rubbing
 from trunnion.parts.programs.body_passes import ScenePasses
-from trunnion.parts.programs.operands import coordinate_rates, element_operands, write_pin, write_span
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
+from trunnion.parts.programs.shared_operands import coordinate_rates, element_operands, write_pin, write_span
 from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
 from trunnion.system.structure.external_value_layout import NOW, TABLE
 from trunnion.system.structure.friction_joint_indices import Element
@@ -92,7 +92,7 @@ class JacobianProgram(AccelerationTangents):
                     self.open_contact(c.joint, Slot(Space.Z, i, 1), Slot(Space.OUT, at + i, 1))
 
     def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
-        """Change the residuals of a joint while its contact is open. The runtime does so itself for the Jacobian."""
+        """Replace the residuals of a joint while its contact is open. For the Jacobian, the runtime replaces them itself."""
 
     def _add_accelerations(self, ends: list[tuple[int, str]], c: CutJointSlots, out: Slot) -> None:
         for b, which in ends:

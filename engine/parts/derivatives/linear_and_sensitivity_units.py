@@ -13,10 +13,10 @@ from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.derivatives.jacobian import JacobianProgram, changed, each, time
 from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tangent_tables
-from trunnion.parts.primitives.primitive_cache import friction, joint_devices, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import friction, joint_devices, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.programs.column_programs import ColumnPrograms
-from trunnion.parts.programs.powers import write_powers
+from trunnion.parts.programs.mechanical_powers import write_powers
 from trunnion.system.structure.bodies_and_joints import Joint, Latch, System
 from trunnion.system.structure.external_value_layout import TABLE
 from trunnion.system.structure.friction_joint_indices import Element
@@ -46,8 +46,8 @@ def linear_rates(system: System, active: Sequence[int]) -> DerivedUnit:
 
 
 def linear_columns(system: System, chosen: list[Column]) -> DerivedUnit:
-    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals are treated as constants. So are values
-    that only the runtime computes."""
+    """Tangents of columns along [inputs, y, λ of all rows, η, accelerations]. Integrals, and values that only the runtime computes,
+    are treated as constants."""
     multipliers = each(Space.Z, system.rows + system.neta)
     changes = [*_signals(system), *each(Space.Y, states(system)), *multipliers, *each(Space.A, system.nv)]
     return _columns(system, [c if c.quantity.instantaneous else None for c in chosen], changes, False)
@@ -83,8 +83,8 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds to F and R: powers, rates of the freedoms of frictional joints, (friction ratio − 1) of each friction pair, the distance
-    of each hook from its release, and the gaps of joints that only push."""
+    """Adds further values to F and R. They are powers, rates of the freedoms of frictional joints, and (friction ratio − 1) of each
+    friction pair. The distance of each hook from its release and the gaps of joints that only push follow."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -144,7 +144,7 @@ class _Motion(JacobianProgram):
             out = Slot(Space.OUT, self.size + pair.flag, 1)
             program.zero(out)
             if e.sets:
-                s.call(program, loads_and_scalars.over(), a=hold.slice(3 * i + 1, 1), b=hold.slice(3 * i, 1), out=out)
+                s.call(program, signals_loads_energies.over(), a=hold.slice(3 * i + 1, 1), b=hold.slice(3 * i, 1), out=out)
             program.call(Builtin.ADD, [s.against, out], [1])
 
 

@@ -15,8 +15,8 @@ from trunnion.parts.derivatives import linear_and_sensitivity_units as units
 from trunnion.parts.derivatives.accelerations import DifferentiableScene
 from trunnion.parts.derivatives.jacobian import jacobian
 from trunnion.parts.derivatives.tangent_layout import TangentTables
+from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.kernels.tables_in_memory import interpreter, scene_at
-from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
 from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import JACOBIAN, LINEAR
 from trunnion.runtime.abi.run_records import EXTRA
@@ -47,7 +47,7 @@ def linear_unit(system: System, active: Sequence[int], chosen: list[Column]) -> 
 
 
 class Sensitivities:
-    """The functions of a sensitivity unit: those of the motion, and those of the columns (``outputs``). See
+    """The functions of a sensitivity unit, for the motion and for the columns (``outputs``). See
     ``parts.derivatives.linear_and_sensitivity_units``."""
 
     def __init__(self, system: System, parameters: int, active: Sequence[int], chosen: list[Column], quadratures: bool):

@@ -23,8 +23,8 @@ from trunnion.kernel.interface.runtime_tables import (
     wants_of,
 )
 from trunnion.kernel.shared_libraries import Kernel, kernel_key
+from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.kernels.tables_in_memory import table
-from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
 from trunnion.parts.layout.multiplier_maps_layout import Maps
 from trunnion.parts.programs import kernel_functions
 from trunnion.parts.programs.body_passes import ScenePasses
@@ -47,7 +47,7 @@ FUNCTIONS = ("prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_
 RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
 """Additional functions of a kernel that solves friction along the recursion."""
 COUPLING = ("shift",)
-"""Additional function of such a kernel, for a scene with loops."""
+"""Additional function of a kernel that solves friction along the recursion, for a scene with loops."""
 
 
 @dataclass
@@ -102,8 +102,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to those of the other rows, which
-    the motion leaves undetermined."""
+    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to the multipliers of the other
+    rows, which the motion leaves undetermined."""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)

@@ -10,7 +10,7 @@ from typing import Any
 from trunnion.kernel.c_code.code_generator import MATH, literal
 from trunnion.kernel.compilation import c_compiler
 from trunnion.parts.bytecode.program import Builtin
-from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
+from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.primitives.primitive_cache import build_primitive
 from trunnion.parts.primitives.primitive_keys import VECTOR, Primitive
 from trunnion.runtime.abi.kernel_records import DIRECTIONS, SCENE

@@ -11,7 +11,7 @@ import numpy as np
 
 from trunnion.kernel.compilation import prebuilt_libraries
 from trunnion.parts.bytecode.program import BUILTINS
-from trunnion.parts.kernels.unit_description import DifferentiatedScene, UnitDescription
+from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
 from trunnion.parts.layout.scene_tables import SceneTables
 from trunnion.parts.primitives.primitive_cache import compiled_interpreter, libraries
 from trunnion.runtime.abi.kernel_records import DIRECTIONS, SCENE

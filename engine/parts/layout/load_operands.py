@@ -5,7 +5,7 @@ from __future__ import annotations
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots
 from trunnion.parts.bytecode.program import Program, Slot
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import force_laws, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import force_laws, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import Primitive
 from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.system.structure.bodies_and_joints import GROUND, LawForce, Load
@@ -13,7 +13,7 @@ from trunnion.system.structure.bodies_and_joints import GROUND, LawForce, Load
 
 def joining(load: Load, what: str) -> Primitive:
     """The primitive of a load between two bodies. what: "wrench", "power" or "potential"."""
-    return loads_and_scalars.bushing(what) if load.kind == "bushing" else loads_and_scalars.spring(what)
+    return signals_loads_energies.bushing(what) if load.kind == "bushing" else signals_loads_energies.spring(what)
 
 
 def ends(s: SceneTables, load: Load, moving: list[BodySlots]) -> dict[str, Slot]:

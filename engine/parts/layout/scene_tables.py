@@ -36,7 +36,7 @@ class SceneTables:
     bare: bool = False
     """Whether a cut joint without devices computes only the outputs that its constraint needs."""
     keys: dict[str, FrictionKey] = field(default_factory=dict)
-    """The keys of friction primitives by joint, as far as they were asked for."""
+    """The keys of friction primitives by joint. The first request of a joint adds its key."""
     multipliers: int = 0
     """Number of multipliers of the rows of cut joints. These multipliers precede the friction multipliers."""
 

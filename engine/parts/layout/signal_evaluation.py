@@ -6,7 +6,7 @@ import ctypes
 
 import numpy as np
 
-from trunnion.parts.primitives.primitive_cache import libraries, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import libraries, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import Primitive
 from trunnion.scene.signals.time_formulas import computed
 from trunnion.system.structure.bodies_and_joints import Signal
@@ -36,15 +36,15 @@ def _number(leaf: Leaf, p: np.ndarray) -> float:
 def _evaluated(s: Signal, moves: bool, p: np.ndarray, x: np.ndarray, size: int, external: External) -> np.ndarray:
     numbers = np.array([_number(leaf, p) for leaf in s.leaves])
     if s.of is not None:
-        return _call(loads_and_scalars.limit(), size, numbers=numbers, u=np.array([value(s.of, external, p, x)]))
+        return _call(signals_loads_energies.limit(), size, numbers=numbers, u=np.array([value(s.of, external, p, x)]))
     if s.kind == "expression":
         def operation(what: str, *given: np.ndarray) -> np.ndarray:
-            return _call(loads_and_scalars.operation(what, size), size, **dict(zip("ab", given, strict=False)))
+            return _call(signals_loads_energies.operation(what, size), size, **dict(zip("ab", given, strict=False)))
 
         now = np.array([x[NOW], 1.0, 0.0][:size])
         return computed(s.formula, lambda i: np.array([numbers[i], 0.0, 0.0][:size]), lambda: now, operation)
     more = {"u": np.array([x[external.table(s.index)]])} if s.kind == "through" else {}
-    return _call(loads_and_scalars.signal(s.kind, moves), size, numbers=numbers, x=np.ascontiguousarray(x), **more)
+    return _call(signals_loads_energies.signal(s.kind, moves), size, numbers=numbers, x=np.ascontiguousarray(x), **more)
 
 
 def _call(primitive: Primitive, size: int, **operands: np.ndarray) -> np.ndarray:

@@ -16,8 +16,8 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, skew, zeros
 
 NARROW = ("turned", "borne", "grip", "moves", "pivot", "slim")
 """Names of operands. turned: sum of the inertias from outboard bodies (6×6, column-major). borne: operand ``turned`` of the inboard
-body, to which the body adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 at
-rest. pivot: determinant of the joint's block. slim: stored values."""
+body, to which the body adds its inertia. grip: K of the free freedoms (n×6). moves: for each free freedom, 1 if it moves, 0 if it
+is at rest. pivot: determinant of the joint's block. slim: stored values."""
 Functions = tuple[list[Input], list[Output]]
 
 

@@ -26,7 +26,7 @@ import casadi as ca
 from trunnion.elements.joints import REGISTRY
 from trunnion.kernel.c_code.code_generator import Code, Input, Output, Stage, emit
 from trunnion.kernel.interface.runtime_tables import HANDED, MOTION
-from trunnion.kernel.units.body_scalars import pack_handed, pack_motion, unpack_handed, unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import pack_handed, pack_motion, unpack_handed, unpack_motion
 from trunnion.parts.primitives.articulated_inertias import NARROW, narrowed
 from trunnion.parts.primitives.primitive_from_expressions import SIGNATURE
 from trunnion.parts.primitives.primitive_keys import BodyKey, Primitive

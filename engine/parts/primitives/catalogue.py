@@ -26,7 +26,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
-from trunnion.elements.joints.cam_and_curve_followers import MIMIC
+from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
 from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as KINDS
@@ -45,7 +45,7 @@ SIDES = (False, True)
 PINS = (PIN_IN, PIN_OUT)
 SIGNALS = [(kind.drives is None, not kind.loads, label) for kind in KINDS.values() for label in kind.labels]
 DRIVES, LOADS = [label for drives, _, label in SIGNALS if drives], [*(label for _, loads, label in SIGNALS if loads), "through"]
-"""Labels of the signals of drives, and of those of loads."""
+"""Labels of the signals of drives, and labels of the signals of loads."""
 
 
 def every() -> Iterator[Recipe]:
@@ -53,10 +53,13 @@ def every() -> Iterator[Recipe]:
     recipes = dict.fromkeys(chain(_small(), _columns(), _bodies(), _cuts(), _frictions()))
     yield from recipes
     yield from (
-        ("tangents", "tangent", module, name, tuple(which), False) for module, name, *which in recipes if _smooth(name, which)
+        ("primitive_derivatives", "tangent", module, name, tuple(which), False)
+        for module, name, *which in recipes
+        if _smooth(name, which)
     )
     residuals = (which for _, name, *which in recipes if name == "residual")
-    yield from (("tangents", "tangent", "friction", "residual", tuple(which), True) for which in residuals if _follows(which[0]))
+    followed = [tuple(which) for which in residuals if _follows(which[0])]
+    yield from (("primitive_derivatives", "tangent", "friction", "residual", which, True) for which in followed)
 
 
 SMOOTH = {
@@ -81,20 +84,21 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It does so for Coulomb's law without
-    a curve over speed."""
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It supports them for Coulomb's law
+    without a curve over speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 
 
 def _small() -> Iterator[Recipe]:
-    yield from (("loads_and_scalars", "signal", kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds)
-    yield from (("loads_and_scalars", "operation", *each) for each in product(OPERATIONS, (1, 3)))
-    yield from (("loads_and_scalars", name) for name in ("limit", "time", "place"))
+    signals = [(kind, moves) for moves, kinds in ((True, DRIVES), (False, LOADS)) for kind in kinds]
+    yield from (("signals_loads_energies", "signal", *each) for each in signals)
+    yield from (("signals_loads_energies", "operation", *each) for each in product(OPERATIONS, (1, 3)))
+    yield from (("signals_loads_energies", name) for name in ("limit", "time", "place"))
     yield from (("joint_devices", "device", what) for what in ("force", "power", "potential"))
-    yield from (("loads_and_scalars", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
-    yield from (("loads_and_scalars", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
-    yield from (("loads_and_scalars", "load", "drag", False, what) for what in ("wrench", "power"))
+    yield from (("signals_loads_energies", *each) for each in product(("spring", "bushing"), ("wrench", "power", "potential")))
+    yield from (("signals_loads_energies", "load", *each) for each in product(("force", "torque"), SIDES, ("wrench", "power")))
+    yield from (("signals_loads_energies", "load", "drag", False, what) for what in ("wrench", "power"))
     yield from (("joint_devices", end, upper) for end in ("depth", "push") for upper in SIDES)
     yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "joint_devices", "motor"
@@ -103,15 +107,15 @@ def _small() -> Iterator[Recipe]:
         yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra) if law.data)
         yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", extra))
     plain = ("energies", "at_least", "quaternion", "over", "span")
-    yield from (("loads_and_scalars", name) for name in plain)
+    yield from (("signals_loads_energies", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]
-    yield from (("loop_joint", "tie", *both, MIMIC.name) for both in product(alone, alone))
+    yield from (("loop_joints_and_reactions", "tie", *both, MIMIC.name) for both in product(alone, alone))
     shafts = [name for name in alone if JOINTS[name].turns(0)]
     geared = [k.name for k in JOINTS.values() if k.follows == "freedom"]
-    yield from (("loop_joint", "tie", *each) for each in product(shafts, shafts, geared))
-    yield from (("loop_joint", "outboard", forward) for forward in SIDES)
-    yield from (("loop_joint", "weighed", sign) for sign in (1, -1))
-    yield from (("loop_joint", "arm", bodies) for bodies in (1, 2))
+    yield from (("loop_joints_and_reactions", "tie", *each) for each in product(shafts, shafts, geared))
+    yield from (("loop_joints_and_reactions", "outboard", forward) for forward in SIDES)
+    yield from (("loop_joints_and_reactions", "weighed", sign) for sign in (1, -1))
+    yield from (("loop_joints_and_reactions", "arm", bodies) for bodies in (1, 2))
     yield from (("inverse_dynamics", "weigh", sign) for sign in (1, -1))
 
 
@@ -149,10 +153,10 @@ def _bodies() -> Iterator[Recipe]:
         for which in driven(kind):
             plain = BodyKey(kind.name, forward, which)
             yield from (("inverse_dynamics", name, plain) for name in ("outward", "moved", "turned", "carry"))
-            yield "tangents", "solving", plain
+            yield "primitive_derivatives", "solving", plain
             if spun(kind, which):
-                yield "tangents", "solving", replace(plain, rotors=True)
-        yield from (("loads_and_scalars", "along", kind.name, forward, k) for k in range(kind.nv))
+                yield "primitive_derivatives", "solving", replace(plain, rotors=True)
+        yield from (("signals_loads_energies", "along", kind.name, forward, k) for k in range(kind.nv))
 
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
@@ -167,11 +171,11 @@ def _cuts() -> Iterator[Recipe]:
     for kind in JOINTS.values():
         if kind.cuttable and kind.follows != "freedom":
             variants = ("",) if kind.slips else BARE
-            yield from (("loop_joint", "cut", kind.name, *each) for each in product(("", "inb", "out"), variants))
+            yield from (("loop_joints_and_reactions", "cut", kind.name, *each) for each in product(("", "inb", "out"), variants))
         if kind.follows and kind.follows != "freedom":
-            yield from (("loop_joint", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
+            yield from (("loop_joints_and_reactions", "bearing", kind.name, ground) for ground in ("", "inb", "out"))
         for fit, soft, which in product(fits(kind), SIDES, driven(kind)):
-            yield "loop_joint", "sprung", kind.name, fit, (), soft, which
+            yield "loop_joints_and_reactions", "sprung", kind.name, fit, (), soft, which
 
 
 def _frictions() -> Iterator[Recipe]:
@@ -231,7 +235,7 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 
 def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """The same parameters with tables, all over load or all over speed, in place of the numbers that may be tables."""
+    """The parameters with tables in place of the numbers that may be tables: all tables are over load, or all are over speed."""
     tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
     for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
         if some <= tables:
@@ -278,15 +282,15 @@ def _rubbing(which: FrictionKey) -> Iterator[Recipe]:
     for fit in [joint.fit] if joint.fit.ends == OVERLAP else fits(kind, (joint.fit.pin_out,)):
         yield from _pinned(which, fit)
         for soft, moved in product(SIDES, driven(kind)):
-            yield "loop_joint", "sprung", kind.name, fit, names, soft, moved
+            yield "loop_joints_and_reactions", "sprung", kind.name, fit, names, soft, moved
 
 
 def _pinned(which: FrictionKey, fit: Fit) -> Iterator[Recipe]:
     """Primitives that convert reactions into the components that contact elements need."""
     kind = which.joint.kind
-    yield from (("loop_joint", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
+    yield from (("loop_joints_and_reactions", "pin", kind.name, fit, needs) for needs in (which.needs, everything(which.joint)))
     for forward in SIDES:
-        yield "loads_and_scalars", "pin", kind.name, forward, fit, which.needs
+        yield "signals_loads_energies", "pin", kind.name, forward, fit, which.needs
         for moved in driven(kind):
             free = tuple(k for k in range(kind.nv) if k not in moved)
             yield "friction", "grip", kind.name, forward, fit, which.needs, free

@@ -12,7 +12,7 @@ import casadi as ca
 from trunnion.columns.operands import Operand
 from trunnion.columns.registry import REGISTRY
 from trunnion.kernel.interface.runtime_tables import MOTION
-from trunnion.kernel.units.body_scalars import unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import unpack_motion
 from trunnion.parts.primitives.friction import FrictionSymbols, element_of
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import OUT, PIN_OUT, FrictionKey, Primitive

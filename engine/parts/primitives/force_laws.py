@@ -7,7 +7,7 @@ from functools import cache
 import casadi as ca
 
 from trunnion.kernel.interface.runtime_tables import MOTION
-from trunnion.kernel.units.body_scalars import unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import unpack_motion
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import ParameterCounter, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols

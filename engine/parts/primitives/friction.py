@@ -9,10 +9,10 @@ import casadi as ca
 
 from trunnion.elements.contact import REGISTRY
 from trunnion.elements.joints import REGISTRY as REGISTRY_OF_JOINTS
-from trunnion.parts.primitives.loads_and_scalars import pin_components
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import FrictionKey, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
+from trunnion.parts.primitives.signals_loads_energies import pin_components
 from trunnion.recursion.complement_equation_terms import by_loads, laws, numbers, wrench
 from trunnion.recursion.loop_contact_springs import complete_wrench, friction_change
 from trunnion.recursion.vector_algebra import SX
@@ -35,8 +35,8 @@ class FrictionSymbols(PrimitiveSymbols):
 
     @property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers that have a bristle state. ``System``, for which this object stands in, has the same
-        name."""
+        """Indices of the friction multipliers that have a bristle state. The object replaces a ``System``, which has an attribute
+        of the same name."""
         return tuple(self.eta_of)
 
     def mode(self, slider: int) -> list[SX]:
@@ -62,7 +62,7 @@ class _Evaluation:
 
 @cache
 def law(which: FrictionKey, alone: bool) -> Primitive:
-    """Inputs: those of ``_Evaluation``. Outputs: η in the order of the freedoms, ∂η/∂N (unless ``alone``), and a ``tr_sliding`` per
+    """Inputs: ``_Evaluation.inputs``. Outputs: η in the order of the freedoms, ∂η/∂N (unless ``alone``), and a ``tr_sliding`` per
     pair."""
     at = _Evaluation(which)
     contact, ls = at.element.contact, at.laws
@@ -77,7 +77,7 @@ def law(which: FrictionKey, alone: bool) -> Primitive:
 
 @cache
 def residual(which: FrictionKey) -> Primitive:
-    """Inputs: those of ``_Evaluation``, η, accelerations of the freedoms. Output: residuals of η. A residual is η − law(N, rates),
+    """Inputs: ``_Evaluation.inputs``, η, accelerations of the freedoms. Output: residuals of η. A residual is η − law(N, rates),
     or for a pair at rest the acceleration."""
     at, nv = _Evaluation(which), which.joint.kind.nv
     e, eta, acc = at.element, SX.sym("eta", nv), SX.sym("acc", nv)
@@ -91,7 +91,7 @@ def residual(which: FrictionKey) -> Primitive:
 
 @cache
 def held(which: FrictionKey, alone: bool) -> Primitive:
-    """Inputs: those of ``_Evaluation``, with u in place of the rates. Outputs: a ``tr_hold`` per pair, and (unless ``alone``)
+    """Inputs: ``_Evaluation.inputs``, with u in place of the rates. Outputs: a ``tr_hold`` per pair, and (unless ``alone``)
     ∂(capacity)/∂N of each pair."""
     at = _Evaluation(which, "u")
     e = at.element
@@ -115,14 +115,14 @@ def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple
 
 @cache
 def drift(which: FrictionKey) -> Primitive:
-    """Inputs: those of ``_Evaluation``. Output: rates of the law's states, 1/s."""
+    """Inputs: ``_Evaluation.inputs``. Output: rates of the law's states, 1/s."""
     at = _Evaluation(which)
     return expression_primitive(f"{which.name}_drift", at.inputs, {"out": at.element.contact.drifts(*at.arguments)})
 
 
 @cache
 def pressed(which: FrictionKey, soft: bool) -> Primitive:
-    """Inputs: those of ``_Evaluation``, and the friction u. Outputs: change of the joint's first scaled reactions by friction;
+    """Inputs: ``_Evaluation.inputs``, and the friction u. Outputs: change of the joint's first scaled reactions by friction;
     ∂(change)/∂N, then ∂(change)/∂u. soft: whether the joint has a stiffness, which is then the last number."""
     at, u = _Evaluation(which, soft=soft), SX.sym("u", which.joint.kind.nv)
     joint = replace(which.joint, stiffness=Param(len(_friction(which).numbers)) if soft else None)

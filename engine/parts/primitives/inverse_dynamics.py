@@ -1,4 +1,5 @@
-"""Balance of a body with known accelerations. Each term is a separate primitive, so that each term has tangents (``tangents``).
+"""Balance of a body with known accelerations. Each term is a separate primitive, so that each term has tangents
+(``primitive_derivatives``).
 
 In this module, ``work`` contains a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
 
@@ -11,7 +12,7 @@ import casadi as ca
 
 from trunnion.elements.joints import REGISTRY
 from trunnion.kernel.interface.runtime_tables import MOTION
-from trunnion.kernel.units.body_scalars import pack_motion, unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import pack_motion, unpack_motion
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import BodyKey, ParameterCounter, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols, a_body, a_joint

@@ -7,10 +7,10 @@ from typing import Any
 
 import casadi as ca
 
-from trunnion.parts.primitives.loads_and_scalars import Timed
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import ParameterCounter, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols
+from trunnion.parts.primitives.signals_loads_energies import Timed
 from trunnion.recursion import latch_forces
 from trunnion.recursion.masses_and_forces import motor_force, stop_force, stop_push
 from trunnion.recursion.vector_algebra import SX
@@ -48,7 +48,7 @@ def latch(what: str) -> Primitive:
     """The primitive of one quantity of a latch. what: ``force``, ``power`` (of damping), ``potential`` (energy) or ``depths``.
 
     ``depths`` has the inputs numbers (``LATCH``), flags (hook, pressed), coordinate and release; its output is three depths. The
-    others have the rate as last input, and add to the output."""
+    other quantities have the rate as last input, and add to the output."""
     sym, flags, q, rate, release = PrimitiveSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
     n = ParameterCounter().take(LATCH)
     x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]

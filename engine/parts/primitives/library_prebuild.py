@@ -44,7 +44,7 @@ def build(folder: Path, recipes: Iterable[Recipe] | None = None, machine: Machin
     )
     (folder / prebuilt_libraries.TOLD).write_text(prebuilt_libraries.sources())
     kept = {f"{name}{made_for.suffix}" for name in prebuilt_libraries.NAMES} | {prebuilt_libraries.TOLD}
-    for other in (f for f in folder.iterdir() if f.name not in kept):  # of the linker, on Windows
+    for other in (f for f in folder.iterdir() if f.name not in kept):  # on Windows, the linker writes further files
         other.unlink()
 
 

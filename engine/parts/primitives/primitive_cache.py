@@ -53,14 +53,15 @@ if TYPE_CHECKING:
         friction,
         inverse_dynamics,
         joint_devices,
-        loads_and_scalars,
-        loop_joint,
-        tangents,
+        loop_joints_and_reactions,
+        primitive_derivatives,
+        signals_loads_energies,
     )
 else:
     inverse_dynamics, body_step, column_primitives = map(_LazyModule, ("inverse_dynamics", "body_step", "column_primitives"))
-    friction, joint_devices, loads_and_scalars = map(_LazyModule, ("friction", "joint_devices", "loads_and_scalars"))
-    force_laws, loop_joint, tangents = map(_LazyModule, ("force_laws", "loop_joint", "tangents"))
+    friction, joint_devices, signals_loads_energies = map(_LazyModule, ("friction", "joint_devices", "signals_loads_energies"))
+    force_laws, primitive_derivatives = map(_LazyModule, ("force_laws", "primitive_derivatives"))
+    loop_joints_and_reactions = _LazyModule("loop_joints_and_reactions")
 
 
 def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
@@ -114,7 +115,7 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of everything that influences the code of primitives: that of their texts, and the compiler."""
+    """Digest of everything that influences the code of primitives: everything that influences their C text, and the compiler."""
     return library_cache.digest(texts_key(), *c_compiler.toolchain())
 
 
@@ -139,7 +140,7 @@ def compiled_interpreter(machine: c_compiler.Machine | None = None) -> Path:
 
 
 def _facts_folder() -> Path:
-    """Folder of facts, with one file for each primitive that the present sources have built. Fast builds have their own."""
+    """Folder of facts, with one file for each primitive that the present sources have built. Fast builds have a separate folder."""
     return library_cache.entry(f"known-{primitives_key()}{'-quick' * c_compiler.quick()}", lambda _: None)[0]
 
 
@@ -196,7 +197,8 @@ def _is_there(library: str) -> bool:
 
 
 def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
-    """Compiler flags and the C texts that are compiled with them to one library. Two compilers share long texts."""
+    """Compiler flags and the C texts that are compiled with them to one library. Two compiler processes share the texts if these
+    are long."""
     out: dict[tuple[tuple[str, ...], int], list[str]] = {}
     compilers = 2 if sum(map(len, texts)) > c_compiler.LONG_PART else 1
     for number, text in enumerate(sorted(texts, key=lambda t: (len(t), t))):
@@ -206,7 +208,7 @@ def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
 
 
 def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
-    """The libraries of primitives. Missing primitives are compiled in parallel and cached. Those with the same flags share a
+    """The libraries of primitives. Missing primitives are compiled in parallel and cached. Primitives with the same flags share a
     library, because starting compiler and linker takes as long as compiling several small primitives."""
     there = {library: _is_there(library) for library in {p.library for p in primitives} - {""}}
     found = [p.library if there.get(p.library) else _made(p.key) for p in primitives]

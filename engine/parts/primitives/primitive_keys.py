@@ -29,11 +29,11 @@ PIECE, PIECE_SIZE = "piece", 5
 OUT = "out_"
 """Prefix of the outputs of a column primitive."""
 PIN_OUT, PIN_IN = "pin_out", "pin_in"
-"""Structures of the column operand ``reaction_arm``. They state whether the outboard or the inboard part is the pin."""
+"""The two structures of the column operand ``reaction_arm``: the outboard part is the pin, or the inboard part."""
 LATER_POINTS = frozenset(
     name for curve in (BY_SPEED, *EFFICIENCY_TABLES) for pair in curve[1:] for name in pair
 )  # fmt: skip
-"""Names of the numbers of a curve's points but the first, which already represents the curve in names."""
+"""Names of the numbers of a curve's points, except the first point. In C names, the first point already represents the curve."""
 KEPT = "kept"
 """Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}

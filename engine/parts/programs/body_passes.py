@@ -6,10 +6,10 @@ from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.parts.bytecode.body_and_joint_slots import ALONG, Allocate, BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.layout.load_operands import call_joining
-from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
+from trunnion.parts.primitives.primitive_cache import loop_joints_and_reactions, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE
 from trunnion.parts.programs.couplings import foot, light, piece, tied
-from trunnion.parts.programs.joint_forces import JointForces
+from trunnion.parts.programs.joint_signals_and_devices import JointForces
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint, Load, state_coordinates
 
 
@@ -88,7 +88,7 @@ class ScenePasses(JointForces):
     def _closed(self, program: Program, j: Joint, moving: list[BodySlots], allocate: Allocate, forces: bool) -> CutJointSlots:
         ground = "inb" if j.inb == GROUND else "out" if j.out == GROUND else ""
         bare = ("moving" if forces else "closed") if self.bare and not self.acts(j) and not j.friction else ""
-        primitive, nv, n = loop_joint.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
+        primitive, nv, n = loop_joints_and_reactions.cut(j.kind_name, ground, bare), j.kind.nv, j.kind.rows
         sizes = {"phi": n, "rate": n, "xi": n, "gin": 6 * n, "gout": 6 * n, "gat": 6 * n, "q": j.kind.nq, "v": nv, "bias": nv,
                  "win": 6 * nv, "wout": 6 * nv, "wat": 6 * nv, "pose": POSE, "point": 3}  # fmt: skip
         sizes |= {"inside": 1} if j.slot else {}
@@ -102,10 +102,11 @@ class ScenePasses(JointForces):
         slot = [j.slot.play, j.slot.length, *j.slot.mouths, j.slot.repeated] if j.slot else []
         slot += [j.curve.roller] if j.curve else []
         numbers = self.numbers([*j.inb_frame, *j.out_frame, *j.inb_point, *j.out_point, *wheels, *length, *middle, *slot])
+        bearing = loop_joints_and_reactions.bearing
         if j.curve:
-            ends[PIECE] = foot(self, program, j.curve, loop_joint.bearing(j.kind_name, ground), numbers=numbers, **ends)
+            ends[PIECE] = foot(self, program, j.curve, bearing(j.kind_name, ground), numbers=numbers, **ends)
         if j.profile:
-            ends[PIECE] = piece(self, program, j.profile, loop_joint.bearing(j.kind_name, ground), numbers=numbers, **ends)
+            ends[PIECE] = piece(self, program, j.profile, bearing(j.kind_name, ground), numbers=numbers, **ends)
         self.call(program, primitive, numbers=numbers, **ends, **blocks)
         made = CutJointSlots(j, blocks["q"], blocks["v"], blocks["pose"], blocks, self.zeros)
         if forces and self.acts(j):
@@ -126,7 +127,7 @@ class ScenePasses(JointForces):
             program.zero(out)
             program.call(Builtin.ADD_COLUMNS, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])
         else:
-            self.call(program, loop_joint.outboard(j.forward), N=N, pose=m.pose, out=out)
+            self.call(program, loop_joints_and_reactions.outboard(j.forward), N=N, pose=m.pose, out=out)
 
     @staticmethod
     def freedom_acceleration(j: Joint, k: int, m: BodySlots, qdd: Slot) -> Slot:
@@ -152,7 +153,7 @@ class ScenePasses(JointForces):
         m = moving[load.bodies[0]]
         self.call(
             program,
-            loads_and_scalars.load(load.acts_as, load.body_frame, "wrench"),
+            signals_loads_energies.load(load.acts_as, load.body_frame, "wrench"),
             out=m.force,
             **self.applied(program, load, m, allocate),
         )
@@ -180,7 +181,7 @@ class ScenePasses(JointForces):
         force is −η), plus the inertia force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
-        self.call(program, loads_and_scalars.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
+        self.call(program, signals_loads_energies.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)
         program.zero(devices)
         i, d = j.kind.coordinate_of(k), j.devices[k]
         self.device(program, d, "force", m.q.slice(i, 1) if i >= 0 else self.zeros, m.v.slice(k, 1), devices)
@@ -217,7 +218,7 @@ class ScenePasses(JointForces):
         program.zero(out)
         for i, m in enumerate(moving):
             numbers = self.inertial_numbers(i)
-            self.call(program, loads_and_scalars.energies(), numbers=numbers, g=self.gravity, motion=m.motion, out=out)
+            self.call(program, signals_loads_energies.energies(), numbers=numbers, g=self.gravity, motion=m.motion, out=out)
         potential = out.slice(1, 1)
         for j, m in zip(self.system.tree, moving, strict=True):
             self._spun(program, j, m, out.slice(0, 1))
@@ -245,7 +246,7 @@ class ScenePasses(JointForces):
         numbers, value, at = self.numbers(load.points[0] if load.points else (0.0, 0.0, 0.0)), allocate(3), None
         if load.kind == "field":
             at = program.scratch_slot(3)
-            self.call(program, loads_and_scalars.place(), numbers=numbers, motion=m.motion, out=at)
+            self.call(program, signals_loads_energies.place(), numbers=numbers, motion=m.motion, out=at)
         for k, s in enumerate(load.vector):
             found = self.value(program, s, allocate) if at is None or s is None else self.formula(program, s, allocate, at=at)
             program.copy(found, value.slice(k, 1))

@@ -15,7 +15,7 @@ from trunnion.parts.layout.load_operands import law_numbers
 from trunnion.parts.primitives.primitive_cache import force_laws
 from trunnion.parts.primitives.primitive_keys import PIN_IN, PIN_OUT
 from trunnion.parts.programs.body_passes import ScenePasses
-from trunnion.parts.programs.operands import element_operands, write_pin, write_span
+from trunnion.parts.programs.shared_operands import element_operands, write_pin, write_span
 from trunnion.runtime.abi.run_records import EXTRA
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, FrictionElement, Joint
 from trunnion.system.structure.friction_joint_indices import elements, everything
@@ -93,7 +93,7 @@ class ColumnOperands:
         return self._made[key]
 
     def numbers(self, key: Hashable, leaves: Leaves) -> Slot:
-        """The slot of this key for numbers of the scene, which the first request gathers."""
+        """The slot of this key for numbers of the scene. The first request writes the numbers into the slot."""
         if key not in self._made:
             self._made[key] = self.scene.numbers(leaves)
         return self._made[key]

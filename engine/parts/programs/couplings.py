@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from trunnion.parts.bytecode.body_and_joint_slots import ENDS, Allocate, BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
-from trunnion.parts.primitives.primitive_cache import loop_joint
+from trunnion.parts.primitives.primitive_cache import loop_joints_and_reactions
 from trunnion.parts.primitives.primitive_keys import PIECE_SIZE, POSE, Primitive
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.coupling_joint_data import FOOT, Curve, Profile
@@ -57,6 +57,6 @@ def tied(s: SceneTables, program: Program, j: Joint, moving: list[BodySlots], al
     ends = {name: moving[b].motion if b != GROUND else s.ground for name, b in zip(OF, j.ends, strict=True)}
     names = {**dict.fromkeys(("phi", "rate", "xi"), 1), **dict.fromkeys(ENDS, 6), **(GEARED if j.kind.nv else {})}
     blocks = {name: allocate(size) for name, size in names.items()}
-    primitive = loop_joint.tie(*(one.kind_name for one in both), j.kind_name)
+    primitive = loop_joints_and_reactions.tie(*(one.kind_name for one in both), j.kind_name)
     s.call(program, primitive, numbers=s.numbers([*leaves, j.mimic.ratio, j.mimic.offset]), q=q, v=v, **ends, **blocks)
     return CutJointSlots(j, s.zeros, moving[both[0].child].v.slice(0, 1), blocks.get("pose", s.zeros), blocks, s.zeros)

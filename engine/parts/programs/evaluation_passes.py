@@ -9,10 +9,10 @@ from trunnion.parts.bytecode.body_and_joint_slots import Allocate, BodySlots, Cu
 from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
 from trunnion.parts.layout.loop_matrix import LoopMatrix
 from trunnion.parts.layout.multiplier_maps_layout import Maps
-from trunnion.parts.primitives.primitive_cache import loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import signals_loads_energies
 from trunnion.parts.programs.body_passes import ScenePasses
-from trunnion.parts.programs.operands import lengths_of, write_pin, write_span
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
+from trunnion.parts.programs.shared_operands import lengths_of, write_pin, write_span
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element, any_sets, elements
 from trunnion.system.structure.loop_matrix_fill import coupled, fill, rows_by_loop
@@ -69,9 +69,9 @@ class EvaluationPasses:
     def write_inward(
         self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
     ) -> tuple[Slot, list[Slot]]:
-        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies; by default,
-        those of the scene. Returns y (nv), and the wrench on each body (6). y are the accelerations of the freedoms if the inboard
-        body has Ż = 0."""
+        """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies; by default, the
+        wrenches of the scene. Returns y (nv), and the wrench on each body (6). y are the accelerations of the freedoms if the
+        inboard body has Ż = 0."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
         handed = [program.scratch_slot(HANDED) for _ in range(n)]
@@ -138,7 +138,7 @@ class EvaluationPasses:
         """Write the components of f_c, m_c that a tree joint's law needs, from the reaction N. whole: as in ``pin_of_cut``."""
         j, pose = e.joint, self.moving[e.joint.child].pose
         if e.needs:
-            primitive = loads_and_scalars.pin(j.kind_name, j.forward, j.fit, e.needs)
+            primitive = signals_loads_energies.pin(j.kind_name, j.forward, j.fit, e.needs)
             self.scene.call(program, primitive, N=N, pose=pose, out=out, **lengths_of(self.scene, j))
         if whole:
             write_span(self.scene, program, j, e.needs, pose, out)

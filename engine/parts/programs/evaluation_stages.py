@@ -8,10 +8,10 @@ from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.evaluation_passes import EvaluationPasses
-from trunnion.parts.programs.force_columns import ForceColumns
-from trunnion.parts.programs.force_columns_sparse import SparseForceColumns
-from trunnion.parts.programs.operands import coordinate_rates, element_operands
-from trunnion.parts.programs.powers import write_powers
+from trunnion.parts.programs.mechanical_powers import write_powers
+from trunnion.parts.programs.multiplier_map_columns import ForceColumns
+from trunnion.parts.programs.multiplier_map_columns_sparse import SparseForceColumns
+from trunnion.parts.programs.shared_operands import coordinate_rates, element_operands
 from trunnion.system.structure.friction_joint_indices import Element
 
 

@@ -6,8 +6,8 @@ from trunnion.parts.bytecode.program import Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction, joint_devices
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.column_programs import ColumnPrograms
-from trunnion.parts.programs.operands import coordinate_rates, element_operands
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
+from trunnion.parts.programs.shared_operands import coordinate_rates, element_operands
 from trunnion.system.structure.bodies_and_joints import Device, state_coordinates
 from trunnion.system.structure.friction_joint_indices import Element, elements
 from trunnion.system.structure.loop_joints import rubbing_on_loops

@@ -116,7 +116,7 @@ class FrictionLoop(LoopPath):
     friction: CutJointFriction | None = None
 
     def meet(self, program: Program, other: FrictionLoop, matrix: LoopMatrix, S: Slot) -> None:
-        """Write the blocks of S between this loop and ``other``, which may be the same loop, if a body with freedoms is on both
+        """Write the blocks of S between this loop and ``other`` (which may be this loop) if a body with freedoms is on both
         paths."""
         shared = [run for run in self.runs(other) if run[2]]
         for one, two in ((self, other), (other, self)) if other is not self else ((self, self),):

@@ -7,8 +7,8 @@ from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, free_of
 from trunnion.parts.bytecode.program import NOWHERE, Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import friction
 from trunnion.parts.programs.evaluation_stages import EvaluationPrograms
-from trunnion.parts.programs.operands import coordinate_rates, lengths_of
 from trunnion.parts.programs.recursive_friction_loops import LoopFriction
+from trunnion.parts.programs.shared_operands import coordinate_rates, lengths_of
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.friction_joint_indices import Element
 
@@ -36,7 +36,7 @@ class RecursiveFriction:
         stepping.write_derivative(self.scene.program("derive"), self.qdd, self.Z)
 
     def _begin(self) -> None:
-        """Write motion and forces, like the start of stage 1, and then the rates."""
+        """Write motion and forces as at the start of stage 1, then the rates."""
         program = self.scene.program("begin")
         program.code += self.stepping.begun.code
         program.scratch = self.stepping.begun.scratch

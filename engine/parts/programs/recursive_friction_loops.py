@@ -68,8 +68,8 @@ class LoopFriction:
     # -- with the laws' derivatives -----------------------------------------------------------------------------------------
 
     def narrow(self, program: Program) -> None:
-        """Write columns, rows and the factors of S with the laws' derivatives. Among the pivots, those of bodies come first, then
-        those of elements, those of S, and the diagonal of S."""
+        """Write columns, rows and the factors of S with the laws' derivatives. The pivots of bodies come first, then the pivots of
+        elements, the pivots of S, and the diagonal of S."""
         count, dn, at = len(self.stepping.elements), {}, 0
         program.copy(self.scene.constant([1.0] * count), self.pivots)
         for e in self.stepping.elements:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
-from trunnion.parts.primitives.primitive_cache import loop_joint
+from trunnion.parts.primitives.primitive_cache import loop_joints_and_reactions
 from trunnion.parts.primitives.primitive_keys import sized
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
@@ -63,7 +63,7 @@ class ScaledReactions:
         own = sized(f.contact) if f and CONTACTS[f.contact].count else ()
         found = [(name, f.number(name)) for name, _ in (f.numbers if f else ()) if f and name in own]
         sizes, leaves, soft = tuple(name for name, _ in found), [x for _, x in found], j.stiffness is not None
-        primitive = loop_joint.sprung(j.kind_name, j.fit, sizes, soft, j.driven)
+        primitive = loop_joints_and_reactions.sprung(j.kind_name, j.fit, sizes, soft, j.driven)
         if j.name not in self._numbers:
             self._numbers[j.name] = self.scene.numbers([*leaves, *([j.stiffness] if j.stiffness is not None else [])])
         self.scene.call(program, primitive, ft=ft, pose=pose, numbers=self._numbers[j.name], arm=self._arms[j.name], out=out)
@@ -77,7 +77,7 @@ class ScaledReactions:
             if body == GROUND:
                 continue
             self.scene.call(
-                program, loop_joint.weighed(sign), ft=ft, point=point, motion=moving[body].motion,
+                program, loop_joints_and_reactions.weighed(sign), ft=ft, point=point, motion=moving[body].motion,
                 numbers=self.scene.inertial_numbers(body), spin=self.spin(body), out=out.slice(at, 6),
             )  # fmt: skip
             at += 6
@@ -120,7 +120,7 @@ class ScaledReactions:
         return out
 
     def _arm(self, j: Joint, points: dict[int, list[Leaves]]) -> Slot:
-        """Half length of the contacts of a joint without friction, m. points: those of its block, by body."""
+        """Half length of the contacts of a joint without friction, m. points: the joint points of its block, by body."""
         s, bodies = self.scene, [b for b in (j.out, j.inb) if b != GROUND]
         spins, masses, out = s.constant_slot(len(bodies)), s.constant_slot(len(bodies)), s.constant_slot(1)
         for k, b in enumerate(bodies):
@@ -128,7 +128,8 @@ class ScaledReactions:
             s.prepare.copy(s.inertial_numbers(b).slice(0, 1), masses.slice(k, 1))
         if id(points) not in self._sizes:
             self._sizes[id(points)] = self._size(points)
-        s.call(s.prepare, loop_joint.arm(len(bodies)), spin=spins, mass=masses, size=self._sizes[id(points)], out=out)
+        arm = loop_joints_and_reactions.arm(len(bodies))
+        s.call(s.prepare, arm, spin=spins, mass=masses, size=self._sizes[id(points)], out=out)
         return out
 
     def _size(self, points: dict[int, list[Leaves]]) -> Slot:

@@ -60,8 +60,8 @@ class StructureProbe:
         return [int(k) for k in np.flatnonzero(filled)]
 
     def coupled(self, active: list[int]) -> bool:
-        """Whether friction couples the multipliers of inactive rows to the other multipliers. The motion leaves those of inactive
-        rows undetermined (``redundancy.inactive_rows_couple``)."""
+        """Whether friction couples the multipliers of inactive rows to the other multipliers. The motion does not determine the
+        multipliers of inactive rows (``redundancy.inactive_rows_couple``)."""
         inactive = [k for k in range(self.maps.active) if k not in active]
         return bool(inactive) and any(self._couples(maps, turns, inactive) for maps, turns in self.made)
 

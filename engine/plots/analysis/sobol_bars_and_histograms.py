@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from trunnion.batch.sample_statistics.quantiles import Spread
+    from trunnion.batch.sample_statistics.quantiles_and_probabilities import Spread
     from trunnion.batch.sample_statistics.sobol_indices import Estimate, Indices
 
 MOST_PANELS, MOST_PAIRS = 12, 10

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from trunnion.basics.control_characters import visible
 from trunnion.basics.renamed_words import OUTCOMES
-from trunnion.basics.shown_text import visible
 from trunnion.service.api.documents.problem_documents import ProblemItem
 from trunnion.service.store.store_records import Job
 from trunnion.service.store.table_definitions import ENDED

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
-from trunnion.analysis.studies.case_rounds import ReportedCases
+from trunnion.analysis.studies.study_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.server_components import JobContents, Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller

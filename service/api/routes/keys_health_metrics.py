@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body
 from pydantic import Field
 from starlette.responses import PlainTextResponse, Response
 
-from trunnion.basics.shown_text import visible
+from trunnion.basics.control_characters import visible
 from trunnion.basics.version import version
 from trunnion.service.api.documents.job_document import rfc3339
 from trunnion.service.api.documents.problem_documents import Json, Refusal, content_schema, error_responses

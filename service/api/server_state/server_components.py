@@ -19,9 +19,9 @@ from typing import Any
 
 from fastapi import Request
 
-from trunnion.analysis.studies.case_rounds import StudyProgress
+from trunnion.analysis.studies.study_rounds import StudyProgress
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.batch.plan import Plan
+from trunnion.batch.plan_and_runner import Plan
 from trunnion.service.api.documents.job_document import job_document
 from trunnion.service.api.server_state.row_read_queue import ReadTurns
 from trunnion.service.basics.prometheus_metrics import Metrics

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.analysis.advice.model_ladder import Advice, _Ladder, advise
-from trunnion.analysis.advice.model_reduction import apply_form, friction_forms, frictional_joints, keep_friction, make_planar
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.advice.model_advice import Advice, _Ladder, advise
+from trunnion.analysis.advice.simplified_models import apply_form, friction_forms, frictional_joints, keep_friction, make_planar
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.reference_solution import Reference
 from trunnion.basics.problems import SceneError

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.analysis.sensitivities.output_derivatives import DifferentiatedRuns
+from trunnion.analysis.sensitivities.sensitivity import DifferentiatedRuns
 from trunnion.scene.library.model_folders import models_dir
 
 FOLDER = models_dir() / "friction_identification"

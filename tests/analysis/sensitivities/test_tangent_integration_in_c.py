@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.analysis.sensitivities import tangent_march
+from trunnion.analysis.sensitivities import tangent_integration
 
 ROUND_OFF = 1e-10
 """Allowed difference relative to the largest derivative: multipliers converge to 1e-13, and events amplify the difference."""
@@ -26,7 +26,7 @@ def test_c_and_python_find_the_same_multipliers_and_tangents(case: str, monkeypa
         return trunnion.sensitivity(scene, parameters, [column], until, until / 10, rtol=1e-8)
 
     in_c = made()
-    monkeypatch.setattr(tangent_march, "REGULAR", 2.0)  # no matrix is clearly regular
+    monkeypatch.setattr(tangent_integration, "REGULAR", 2.0)  # no matrix is clearly regular
     in_python = made()
     assert np.array_equal(in_c.values, in_python.values)
     assert [e.time for e in in_c.events] == [e.time for e in in_python.events]
@@ -36,7 +36,7 @@ def test_c_and_python_find_the_same_multipliers_and_tangents(case: str, monkeypa
 
 def test_c_needs_no_solution_of_python_in_these_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
-    monkeypatch.setattr(tangent_march.HostSolver, "solve", lambda self, *places: asked.append(1) or 0)
+    monkeypatch.setattr(tangent_integration.HostSolver, "solve", lambda self, *places: asked.append(1) or 0)
     for scene, parameters, column, until in CASES.values():
         trunnion.sensitivity(scene, parameters, [column], until, until / 10, rtol=1e-8)
     assert not asked

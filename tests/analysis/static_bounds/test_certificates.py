@@ -12,8 +12,8 @@ from trunnion import hold, scene_from_dict
 from trunnion.analysis.static_bounds.branch_and_bound import Search
 from trunnion.analysis.static_bounds.hold_check import CELLS
 from trunnion.analysis.static_bounds.linear_relaxation import Answer, Cell
-from trunnion.analysis.static_bounds.norm_program import Program, Row
 from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 
 def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:

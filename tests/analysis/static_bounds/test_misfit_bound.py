@@ -10,10 +10,10 @@ import trunnion
 from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.branch_and_bound import minimise
 from trunnion.analysis.static_bounds.equilibrium_equations import statics
-from trunnion.analysis.static_bounds.norm_program import Row
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
+from trunnion.analysis.static_bounds.sum_of_norms_program import Row
 from trunnion.scene.overrides import scene_given
 
 MISFIT = 2e-6

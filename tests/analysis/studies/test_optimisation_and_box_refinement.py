@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from trunnion.analysis.studies.box_refinement import BoxRefinement
-from trunnion.analysis.studies.case_rounds import CaseResults, Study, StudyProgress
 from trunnion.analysis.studies.evolution_strategy import Optimisation
+from trunnion.analysis.studies.study_rounds import CaseResults, Study, StudyProgress
 
 Of = Callable[[np.ndarray], dict[str, np.ndarray]]
 Fails = Callable[[np.ndarray], np.ndarray]

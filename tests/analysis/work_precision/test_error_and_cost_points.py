@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from trunnion.analysis.work_precision import benchmark_study
-from trunnion.analysis.work_precision.benchmark_runs import friction_variants, make_benchmark_model, time_repeats, with_law
+from trunnion.analysis.work_precision.benchmark_model import friction_variants, make_benchmark_model, time_repeats, with_law
 from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
 from trunnion.analysis.work_precision.error_cost_curves import group_into_curves
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure, make_error_measure

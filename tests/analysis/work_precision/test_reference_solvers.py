@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel, make_benchmark_model
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel, make_benchmark_model
 from trunnion.analysis.work_precision.benchmark_study import measure_work_precision
 from trunnion.analysis.work_precision.error_measure import make_error_measure
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant

@@ -1,1 +1,1 @@
-"""Other programs: how they treat joints, limits and friction. ``comparison_page`` writes ``NEIGHBOURS.md`` from these runs."""
+"""Other programs: how they treat joints, limits and friction. ``comparison_page`` writes ``OTHER_PROGRAMS.md`` from these runs."""

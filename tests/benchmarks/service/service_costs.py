@@ -17,7 +17,7 @@ from typing import Any
 import psutil
 
 from tests.service.http_servers import MU, ROOT, SMALL, Served, eventually
-from trunnion.batch.plan import Runner
+from trunnion.batch.plan_and_runner import Runner
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import JobRequest, plan_of_request
 

@@ -180,7 +180,7 @@ def of_many(store: WorkStore, job: str, pieces: int) -> dict[str, float]:
 def of_parts(cases: int) -> dict[str, float]:
     """Time of operations on a part of this many cases of 8.1 in a folder, s, and its bytes for each case."""
     from tests.benchmarks.speed.million_cases import KEEP, SAMPLE
-    from trunnion.batch.plan import Runner, plan
+    from trunnion.batch.plan_and_runner import Runner, plan
     from trunnion.scene.overrides import scene_given
     from trunnion.simulation.settings.run_settings import Run
 

@@ -18,7 +18,7 @@ from tests.benchmarks.speed.processor_time import clocked, pin
 from tests.scalable_mechanisms import revolute_chain
 from trunnion.kernel.c_code.code_generator import Output, Stage, emit
 from trunnion.kernel.compilation import c_compiler, library_cache
-from trunnion.kernel.units.unit_inputs import CONST, STATE, inputs
+from trunnion.kernel.units.generated_function_inputs import CONST, STATE, inputs
 from trunnion.recursion.inward_reduction import model
 from trunnion.recursion.outward_accelerations import outward
 from trunnion.recursion.symbolic_inputs import Symbols

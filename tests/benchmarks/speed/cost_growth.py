@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tests.scalable_mechanisms import n_four_bar, revolute_chain
-from trunnion.analysis.work_precision.benchmark_runs import exact_law, time_repeats
+from trunnion.analysis.work_precision.benchmark_model import exact_law, time_repeats
 from trunnion.analysis.work_precision.machine_description import describe_machine, pin_to_one_core
 from trunnion.basics.atomic_files import writing
 from trunnion.plots.style.palette import GRID, INK, color

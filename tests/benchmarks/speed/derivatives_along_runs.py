@@ -16,8 +16,8 @@ import numpy as np
 import trunnion
 from tests.benchmarks.speed.processor_time import pin
 from trunnion.analysis.fits.parameter_estimation import fit
-from trunnion.analysis.sensitivities.initial_derivatives import parameter_problems
-from trunnion.analysis.sensitivities.output_derivatives import sensitivity
+from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
+from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.scene.library.model_folders import model_folder
 from trunnion.scene.overrides import list_parameters, scene_given
 

@@ -14,7 +14,7 @@ import time
 from typing import Any
 
 from tests.benchmarks.speed.processor_time import pin
-from trunnion.batch.plan import Runner, plan
+from trunnion.batch.plan_and_runner import Runner, plan
 from trunnion.scene.overrides import scene_given
 from trunnion.simulation.settings.run_settings import Run
 

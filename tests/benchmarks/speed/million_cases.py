@@ -18,7 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 import psutil
 
 import trunnion
-from trunnion.batch.plan import Plan, Runner, plan
+from trunnion.batch.plan_and_runner import Plan, Runner, plan
 from trunnion.scene.overrides import scene_given
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.run_settings import Run

@@ -15,7 +15,7 @@ from tests.stability.entries.rest_and_dead_centres import MASS, SWING, TURNS
 from tests.stability.entries.rest_and_dead_centres import MU as MU_TABLE
 from tests.stability.gallery_entry import EDGE
 from tests.stability.scene_verdicts import bundled
-from trunnion.analysis.work_precision.benchmark_runs import make_benchmark_model
+from trunnion.analysis.work_precision.benchmark_model import make_benchmark_model
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant
 from trunnion.analysis.work_precision.reference_solvers.mujoco import Mujoco

@@ -17,7 +17,7 @@ from tests.stability.entries.self_tightening_brakes import ARM, GRIPS, MU, PRESS
 from tests.stability.entries.toggle_press import CHANGE
 from tests.stability.entries.wishbone_and_platform import lifted, platform
 from tests.stability.gallery_entry import EDGE
-from trunnion.analysis.work_precision.benchmark_runs import make_benchmark_model
+from trunnion.analysis.work_precision.benchmark_model import make_benchmark_model
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant
 from trunnion.analysis.work_precision.reference_solvers.mujoco import Mujoco

@@ -21,7 +21,7 @@ from tests.stability.entries.rest_and_dead_centres import MU as MU_TABLE
 from tests.stability.entries.rest_and_dead_centres import SWING, TURNS
 from tests.stability.gallery_entry import EDGE
 from tests.stability.scene_verdicts import bundled
-from trunnion.analysis.static_bounds.static_margin import hold
+from trunnion.analysis.static_bounds.start_pose_statics import hold
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings

@@ -14,7 +14,7 @@ from tests.engine.mechanisms.coulomb_scenes import arm, run
 from tests.reference.contact_and_friction.contact_roots import journal
 from tests.reference.contact_and_friction.friction_laws import Law
 from tests.reference.mechanics.rotation import rotation_about
-from trunnion.analysis.static_bounds.static_margin import hold
+from trunnion.analysis.static_bounds.start_pose_statics import hold
 from trunnion.scene.data_classes import scene as sm
 
 LENGTH, RADIUS, HALF, MU, WEIGHT = 0.3, 0.05, 0.1, 0.3, 9.81 * 2700.0 * 0.05**2 * 0.3

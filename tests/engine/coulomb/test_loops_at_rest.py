@@ -17,7 +17,7 @@ from tests.reference.contact_and_friction.sprung_toggle_press import CIRCLE, LIN
 from tests.reference.scenes.random_scenes import random_loop
 from tests.stability.entries.toggle_press import placed
 from tests.stability.scene_verdicts import holding
-from trunnion.analysis.static_bounds.static_margin import hold
+from trunnion.analysis.static_bounds.start_pose_statics import hold
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 import trunnion
-from trunnion.analysis.static_bounds.static_margin import hold
+from trunnion.analysis.static_bounds.start_pose_statics import hold
 from trunnion.cli import main
 from trunnion.scene import scene_from_dict
 from trunnion.scene.data_classes import scene as sm

@@ -153,7 +153,7 @@ def test_what_is_kept_of_a_part_is_what_writing_it_anew_gives(folder: Path, list
 def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process keeps its knowledge of parts as long as it lives; the cache keeps parts while they are used."""
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
-    asked = ("loads_and_scalars", "signal", "rate", True)
+    asked = ("signals_loads_energies", "signal", "rate", True)
     store.libraries([store.primitive(*asked)])
     met = store.primitive(*asked)
     assert met.library.startswith(str(tmp_path))
@@ -171,7 +171,7 @@ def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, m
 
 def test_missing_parts_are_compiled_together_once_and_each_is_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
-    asked = [("loads_and_scalars", "signal", kind, moves) for kind in ("ramp", "trapezoid") for moves in (False, True)]
+    asked = [("signals_loads_energies", "signal", kind, moves) for kind in ("ramp", "trapezoid") for moves in (False, True)]
     met = [store.primitive(*recipe) for recipe in asked]
     store.libraries(met[:3])
     assert len(list(tmp_path.glob("part-*"))) == 1

@@ -10,7 +10,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from tests.service.store.test_store_contract import submitted
-from trunnion.basics.shown_text import visible
+from trunnion.basics.control_characters import visible
 from trunnion.cli import main
 from trunnion.service.api.documents.job_document import job_document
 from trunnion.service.request_models.base_model_and_studies import PlainText, Tag

@@ -14,7 +14,7 @@ import pytest
 from tests.service.http_servers import MU, SMALL, InProcess, eventually
 from tests.service.store.single_chunks import cut
 from trunnion.basics.version import version
-from trunnion.batch.plan import Runner
+from trunnion.batch.plan_and_runner import Runner
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.job_leases import LeasedJobs

@@ -12,7 +12,7 @@ import pytest
 
 import trunnion
 from tests.service.http_servers import MU, SMALL, InProcess
-from trunnion.batch.plan import Runner
+from trunnion.batch.plan_and_runner import Runner
 from trunnion.service.api.documents.job_document import remaining_seconds
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs

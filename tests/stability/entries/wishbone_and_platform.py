@@ -15,7 +15,7 @@ from tests.reference import solve
 from tests.reference.states_from_columns import state_at
 from tests.stability.gallery_entry import Edge, Row
 from tests.stability.scene_verdicts import honest, ran
-from trunnion.analysis.static_bounds.static_margin import hold
+from trunnion.analysis.static_bounds.start_pose_statics import hold
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Link, Snapshot
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting
 from trunnion.system.structure.bodies_and_joints import GROUND
@@ -46,7 +46,7 @@ class Exudyn(ReferenceSolver):
         import sys
 
         sys.exudynFast = True  # type: ignore[attr-defined]  # selects the module without range checks
-        with redirect_stdout(StringIO()):  # hides the banner that the program prints
+        with redirect_stdout(StringIO()):  # this hides the banner that Exudyn prints
             import exudyn as exu
 
         exu.config.printToConsole = False
@@ -124,7 +124,7 @@ def _add_joint(system, link: Link, bodies: list) -> None:
 
 
 def _rows_at(rows: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """The sensor rows that belong to the sample times. Exudyn writes each at the end of the step that reaches the sample time."""
+    """The sensor rows that belong to the sample times. Exudyn writes a row at the end of the step that reaches its sample time."""
     nearest = np.abs(rows[:, 0][None, :] - times[:, None]).argmin(axis=1)
     if np.abs(rows[nearest, 0] - times).max() > 1e-6 * times[-1]:
         raise RuntimeError("its sensors were not written at the sample times")

@@ -1,11 +1,11 @@
-"""Pinocchio computes the accelerations: by its articulated-body algorithm, or by its constraint dynamics if there are loops. SciPy
-integrates."""
+"""Pinocchio computes the accelerations, and SciPy integrates them. Pinocchio uses its articulated-body algorithm or, for loops, its
+constraint dynamics."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Link, Snapshot
 from trunnion.analysis.work_precision.reference_solvers.scipy import integrate
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting

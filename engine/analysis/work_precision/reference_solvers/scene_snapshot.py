@@ -7,7 +7,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.importers.pose_matrices import of_quaternion
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_references import point_of
@@ -101,7 +101,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The mechanism at its start, in SI units. missing: parts of the scene that the snapshot cannot represent."""
+    """The mechanism at its start, in SI units. missing: names of the scene's parts that the snapshot cannot represent."""
 
     parts: tuple[Part, ...]
     links: tuple[Link, ...]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.closed_form_equations import EQUATIONS
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting

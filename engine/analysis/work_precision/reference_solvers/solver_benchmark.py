@@ -6,7 +6,7 @@ import math
 import time
 from typing import TYPE_CHECKING
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel, has_v_eps, time_repeats
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel, has_v_eps, time_repeats
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant, Measurement
 from trunnion.analysis.work_precision.reference_solvers.exudyn import Exudyn
 from trunnion.analysis.work_precision.reference_solvers.mujoco import Mujoco

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 12, 2))

@@ -8,11 +8,11 @@ import time
 import casadi as ca
 import numpy as np
 
-from trunnion.analysis.work_precision.benchmark_runs import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot
 from trunnion.analysis.work_precision.reference_solvers.solver_interface import ReferenceSolver, SceneNotSupported, Setting
+from trunnion.kernel.units.generated_function_inputs import active_rows, combination, qdot
 from trunnion.kernel.units.jacobian_unit import residuals
-from trunnion.kernel.units.unit_inputs import active_rows, combination, qdot
 from trunnion.recursion.complement_equation_terms import joint_rates, laws, numbers, reaction_rows, wrench
 from trunnion.recursion.inward_reduction import Model, model
 from trunnion.recursion.outward_accelerations import Accelerations, outward

@@ -23,7 +23,8 @@ REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
 OPENING = 1e-3
-"""Smaller multipliers, relative to the largest of the run, count as this size, because contacts open where all are 0."""
+"""The convergence of Newton's method is judged relative to the size of the multipliers, or to this multiple of the run's largest
+multiplier if that is larger. Where contacts open, all multipliers may be 0."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""
 _kept: dict[tuple[Any, ...], Sensitivities] = {}
@@ -52,7 +53,7 @@ class SensitivityUnit:
         self.width = self.ny + self.nz + self.np + 1
         self._by_each = np.zeros((self.nz, self.width))  # one unit seed for each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
-        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along _by_each
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None
         self.least = 1e-300
         self._places = tuple(map(address_of, (self.c, self.w, self.f)))
@@ -90,7 +91,7 @@ class SensitivityUnit:
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, self.least)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:  # over so small a step, the Jacobian is constant
+            if most <= 1e-13 * size or most < 1e-200:  # the Jacobian is constant over so small a step
                 return f - self.Rz @ step, z
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")
@@ -99,7 +100,7 @@ class SensitivityUnit:
         return f, z
 
     def keep_size(self, z: np.ndarray) -> None:
-        """Count multipliers far smaller than z, those of contacts that open, by the size of z."""
+        """From now on, judge convergence relative to at least OPENING times the largest multiplier in z."""
         self.least = max(self.least, OPENING * float(np.abs(z).max(initial=0.0)))
 
     def multiplier_derivatives(self) -> np.ndarray:
@@ -195,8 +196,8 @@ def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _functions(model: Model, chosen: list[Column]) -> Sensitivities:
-    """The unit's functions, which numerical code of the scene's parts evaluates. The last MOST_KEPT units are kept for later
-    requests, which often have the same structure; this is safe because units have no state."""
+    """The unit's functions, which the bytecode of the scene evaluates. The last MOST_KEPT units are kept, because later requests
+    often have the same structure. Units have no state, so several requests can use one."""
     system, parameters, quadratures, _ = model.kernel.structure
     key = (model.kernel.key, *(c.name for c in chosen))
     found = _kept.pop(key, None)

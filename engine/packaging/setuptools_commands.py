@@ -122,7 +122,7 @@ def build_libraries(target: Path) -> None:
 
 
 def platform_tag() -> str:
-    """Platform tag of the wheel: TRUNNION_PLATFORM, or that of this machine."""
+    """Platform tag of the wheel: TRUNNION_PLATFORM, or the tag of this machine."""
     source_package()
     from trunnion.kernel.compilation import c_compiler
 

@@ -1,5 +1,5 @@
-"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). Python finds the multipliers of states
-at which they have no clear solution. Events are left to the caller."""
+"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). Where the multipliers of a state have no clear
+solution in C, Python finds them. The caller treats events."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import REGULAR, SensitivityUnit
-from trunnion.analysis.sensitivities.initial_derivatives import InitialDerivatives
+from trunnion.analysis.sensitivities.derivatives_at_one_state import REGULAR, SensitivityUnit
+from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
@@ -23,7 +23,7 @@ HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 
 
 class Integrator(Protocol):
-    """The members of ``SensitivityIntegrator`` that the march uses."""
+    """The members of ``SensitivityIntegrator`` that ``TangentMarch`` uses."""
 
     unit: SensitivityUnit
     block: Block
@@ -140,8 +140,9 @@ class TangentMarch:
         return f, df.T, df[:, n : n + u.nz].T
 
     def cross(self, k: int, x: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, flow, after) at the end of step k: the unit's values just before an event, with external values x; their
-        derivatives by the parameters and by time along the motion; and the rates just after it, with external values x1."""
+        """(f, df, flow, after) at an event at the end of step k. f: the unit's values just before it, with external values x. df,
+        flow: derivatives of f by the parameters, and by time along the motion. after: the rates just after it, with external values
+        x1."""
         u, run, n = self.unit, self.run, self.unit.ny + self.unit.nquad
         f, df, flow, after = (np.zeros(size) for size in (u.n["values"], (self.m, u.n["values"]), u.n["values"], n))
         known = k + 1 < len(run.x) and self._marks[k + 1, 3]
@@ -171,6 +172,6 @@ def _row(a: np.ndarray, k: int) -> int:
 
 
 def _places(u: SensitivityUnit) -> np.ndarray:
-    """Index of each of the unit's multipliers among those of all rows and of friction."""
+    """For each multiplier of the unit, its index among the multipliers of all constraint rows and of friction."""
     rows = u.system.rows
     return np.array([*u.active[: u.na], *range(rows, rows + u.ne)], np.intc)

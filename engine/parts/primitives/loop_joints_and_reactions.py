@@ -11,9 +11,9 @@ import casadi as ca
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP
 from trunnion.elements.joints import REGISTRY
-from trunnion.elements.joints.cam_and_curve_followers import MIMIC
+from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
 from trunnion.kernel.interface.runtime_tables import MOTION
-from trunnion.kernel.units.body_scalars import unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import unpack_motion
 from trunnion.parts.bytecode.body_and_joint_slots import ENDS
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import BARE, PIECE, POSE, ParameterCounter, Primitive

@@ -8,7 +8,7 @@ from trunnion.kernel.interface.runtime_tables import GIVING
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.layout.load_operands import call_joining
-from trunnion.parts.primitives.primitive_cache import loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import signals_loads_energies
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import Joint
 
@@ -47,4 +47,4 @@ def write_powers(
         else:
             operands = s.applied(program, load, moving[load.bodies[0]], program.scratch_slot)
             out = damping if load.dissipates else loads
-            s.call(program, loads_and_scalars.load(load.acts_as, load.body_frame, "power"), out=out, **operands)
+            s.call(program, signals_loads_energies.load(load.acts_as, load.body_frame, "power"), out=out, **operands)

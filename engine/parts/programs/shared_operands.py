@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from trunnion.elements.contact.contact_element import OVERLAP, SPAN
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.primitives.primitive_cache import loads_and_scalars, loop_joint
+from trunnion.parts.primitives.primitive_cache import loop_joints_and_reactions, signals_loads_energies
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, Signal, state_coordinates
 from trunnion.system.structure.friction_joint_indices import Element
@@ -25,7 +25,7 @@ def element_operands(s: ScenePasses, program: Program, e: Element, *more: Leaf) 
 
 
 def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequence[Leaf]) -> Slot:
-    """Parameters of an element. Those that depend on time or on an input are evaluated
+    """Parameters of an element. Parameters that depend on time or on an input are evaluated
     (``recursion.complement_equation_terms``)."""
     fixed = s.numbers([*(0.0 if isinstance(x, Signal) else x for _, x in f.numbers), *more])
     if not f.varies:
@@ -37,13 +37,13 @@ def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequenc
             own = program.scratch_slot(1) if name == "mu_static" else out.slice(i, 1)
             s.call(
                 program,
-                loads_and_scalars.at_least(),
+                signals_loads_energies.at_least(),
                 value=s.value(program, x, program.scratch_slot),
                 least=s.zeros.slice(0, 1),
                 out=own,
             )
         if name == "mu_static":
-            s.call(program, loads_and_scalars.at_least(), value=own, least=out.slice(at["mu"], 1), out=out.slice(i, 1))
+            s.call(program, signals_loads_energies.at_least(), value=own, least=out.slice(at["mu"], 1), out=out.slice(i, 1))
         elif not isinstance(x, Signal):
             program.copy(own, out.slice(i, 1))
     program.copy(fixed.slice(len(f.numbers), len(more)), out.slice(len(f.numbers), len(more)))
@@ -59,13 +59,14 @@ def lengths_of(s: ScenePasses, j: Joint) -> dict[str, Slot]:
 def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], pose: Slot, out: Slot) -> None:
     """Write the span of an overlap into the reaction components, if they include a span."""
     if SPAN in needs:
-        s.call(program, loads_and_scalars.span(), pose=pose, out=out.slice(needs.index(SPAN), 1), **lengths_of(s, j))
+        s.call(program, signals_loads_energies.span(), pose=pose, out=out.slice(needs.index(SPAN), 1), **lengths_of(s, j))
 
 
 def write_pin(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], ft: Slot, pose: Slot, out: Slot) -> None:
     """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. Sets the span to 0."""
     if needs:
-        s.call(program, loop_joint.pin(j.kind_name, j.fit, tuple(needs)), ft=ft, pose=pose, out=out, **lengths_of(s, j))
+        pin = loop_joints_and_reactions.pin(j.kind_name, j.fit, tuple(needs))
+        s.call(program, pin, ft=ft, pose=pose, out=out, **lengths_of(s, j))
 
 
 def coordinate_rates(s: ScenePasses, program: Program, v: Slot, out: Slot) -> None:
@@ -82,7 +83,7 @@ def coordinate_rates(s: ScenePasses, program: Program, v: Slot, out: Slot) -> No
         if quaternion >= 0:
             at = j.q0 + states.index(quaternion)
             spin = own.slice(j.free.index(j.kind.nv - 3), 3)
-            s.call(program, loads_and_scalars.quaternion(), q=Slot(Space.Y, at, 4), spin=spin, out=out.slice(at, 4))
+            s.call(program, signals_loads_energies.quaternion(), q=Slot(Space.Y, at, 4), spin=spin, out=out.slice(at, 4))
     for at, rates in runs:
         if rates:
             program.call(Builtin.SELECT, [v, out.slice(at, len(rates))], [len(rates), *rates])

@@ -152,8 +152,8 @@ class Stopped(Exception):
 
 
 class Runner:
-    """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time. preparer: what another
-    runner of the plan has built already."""
+    """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time. preparer: the preparer of
+    another runner of this plan; both runners then share its built values."""
 
     def __init__(self, plan: Plan, preparer: Preparer | None = None):
         self.plan = plan

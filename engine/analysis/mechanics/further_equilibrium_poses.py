@@ -8,16 +8,18 @@ from itertools import product
 
 import numpy as np
 
-from trunnion.analysis.mechanics.mechanism_at_rest import Still
+from trunnion.analysis.mechanics.matrices_at_rest import Still
 from trunnion.basics.problems import SimulationError
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 ONE_FREEDOM, SEVERAL = tuple(np.linspace(-1.0, 1.0, 17)), (-0.5, 0.5, 1.0)
-"""Starts of Newton's method: changes of one coordinate, in half turns or lengths of the scene, with one or several coordinates."""
+"""Starts of Newton's method: changes of one coordinate, in half turns or lengths of the scene. The first tuple is for mechanisms
+with one coordinate, the second for those with several."""
 MOST = 8
 """Largest number of further poses of rest; a chain of n pendulums has 2ⁿ."""
 SAME = 1e-7
-"""Poses whose coordinates differ by less, rad or relative to the scene's length, are one. Newton's method ends within 1e-13."""
+"""Two poses count as the same if their coordinates differ by less than this, in rad or relative to the scene's length. Newton's
+method is accurate to 1e-13."""
 NEUTRAL = 1e-9
 """A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
 1e-13)."""
@@ -36,14 +38,14 @@ def kind_of(still: Still) -> tuple[str, bool]:
 
 def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
     """(coordinates (nq), kind) of further isolated poses of rest, at most MOST. Newton's method starts from the pose of ``still``,
-    and from each pose found, with one coordinate moved. None for mechanisms with ball joints, whose poses of rest are rarely
-    isolated, or with contacts that begin and end. ``still`` keeps its pose."""
+    and from each pose found, with one coordinate moved. Nothing is yielded for mechanisms with ball joints, whose poses of rest are
+    rarely isolated, or with contacts that begin and end. ``still`` keeps its pose."""
     system = still.system
     if system.unilateral or any(j.kind.quaternion >= 0 for j in system.tree) or not kind_of(still)[1]:
         return
     kinds = [j.kind.coordinates[c] for j in system.tree for c in state_coordinates(j)]
     turns, length, found = np.array(kinds) == "angle", still.model.built.numbers.length, [still.pose()]
-    for base in found:  # grows while it is read
+    for base in found:  # the loop also visits the poses that it appends
         for i, way in product(range(len(kinds)), ONE_FREEDOM if len(kinds) == 1 else SEVERAL):
             still.block.y[: system.nq] = base
             still.block.y[i] += way * (math.pi if turns[i] else length)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.sensitivities.directional_derivatives import SensitivityUnit
-from trunnion.analysis.sensitivities.initial_derivatives import differentiate_start, parameter_lines, table_entries
+from trunnion.analysis.sensitivities.derivatives_at_one_state import SensitivityUnit
+from trunnion.analysis.sensitivities.initial_data_derivatives import differentiate_start, parameter_lines, table_entries
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps
 from trunnion.analysis.sensitivities.variational_equation import EventShift, integrate_sensitivities
@@ -72,7 +72,7 @@ class Sensitivity:
         return [[_derivative_unit(u, p) for p in self.parameter_units] for u in self.units]
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers for JSON."""
+        """The data of this object as plain lists and numbers for JSON."""
         return {
             "time": self.time.tolist(), "outputs": list(self.names), "units": list(self.units),
             "parameters": list(self.parameters), "parameter_units": list(self.parameter_units),

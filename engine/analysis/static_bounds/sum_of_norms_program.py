@@ -73,7 +73,7 @@ class Program:
 
     @cached_property
     def stacked(self) -> tuple[np.ndarray, np.ndarray]:
-        """(the matrices V_j one below the other, first row of each)."""
+        """(the matrices V_j stacked, index of the first row of each)."""
         return np.vstack([np.zeros((0, self.width)), *self.terms]), np.cumsum([0, *(len(V) for V in self.terms)])[:-1]
 
     @cached_property
@@ -101,7 +101,8 @@ class Program:
         return np.sqrt(np.add.reduceat((V @ X) ** 2, first)) if len(first) else np.zeros(0)
 
     def slopes(self, X: np.ndarray) -> np.ndarray:
-        """The derivatives of the norms at X (terms × (d + 1)). For a norm that is zero: that of its first component."""
+        """The derivatives of the norms at X (terms × (d + 1)). If a norm is zero, its row is the derivative of its first
+        component."""
         V, first = self.stacked
         if not len(first):
             return np.zeros((0, self.width))

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trunnion.analysis.mechanics.mechanism_at_rest import Still, open_contacts
-from trunnion.analysis.static_bounds.static_margin import STILL, accelerating_joints, hold_drives
+from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts
+from trunnion.analysis.static_bounds.start_pose_statics import STILL, accelerating_joints, hold_drives
 from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
@@ -25,9 +25,11 @@ FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
 LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
 within three consecutive points."""
 TIPS = 1e-12
-"""As ``STILL``, of mechanisms with contacts that begin and end: where a contact opens, the acceleration begins with 0."""
+"""Replaces ``STILL`` for mechanisms with contacts that begin and end. The value is smaller, because the acceleration grows from 0
+where a contact opens."""
 EXACT, MOST_STEPS = 1e-14, 200
-"""The ends of bands are located to this distance, rad or relative to the scene's length, in at most so many steps."""
+"""EXACT: distance to which the ends of bands are located, rad or relative to the scene's length. MOST_STEPS: largest number of
+steps."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +111,8 @@ class BandSearch:
 
     def _excess(self, j: Joint, k: int, way: float) -> float:
         """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. A pose that
-        is impossible, or in which a freedom without friction accelerates, gives 1. Contacts that only push stay as they are at the
-        start, or if they cannot, are open."""
+        is impossible, or in which a freedom without friction accelerates, gives 1. Contacts that only push keep their state of the
+        start; if this is impossible, they are open."""
         q, numbers = self.at.copy(), self.built.numbers
         at = state_coordinates(j)
         if j.kind.coordinate_of(k) >= 0:

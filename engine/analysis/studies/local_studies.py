@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trunnion.analysis.studies.case_rounds import Study, StudyProgress, results_of
 from trunnion.analysis.studies.request import StudyRequest, make_study, set_values
+from trunnion.analysis.studies.study_rounds import Study, StudyProgress, results_of
 from trunnion.basics.interrupts import Unwanted, held, watched
 from trunnion.basics.optional_packages import brought
-from trunnion.batch.plan import Plan, Run, Runner, Stopped
+from trunnion.batch.plan_and_runner import Plan, Run, Runner, Stopped
 from trunnion.batch.sweep import Sweep
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Names, names_given

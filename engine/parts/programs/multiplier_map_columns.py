@@ -1,5 +1,5 @@
-"""Columns of the affine maps. The unit force of each multiplier is reduced inward, from its joint to the ground. An outward pass
-over the branch then computes accelerations and reactions.
+"""Columns of the affine maps: accelerations and reactions under a unit of each multiplier. The unit force of each multiplier is
+reduced inward, from its joint to the ground. An outward pass over the branch then computes accelerations and reactions.
 
 Every column uses the same calls per body, in shared scratch. The calls stand once in the program ``shared``: a column executes the
 range of each run of bodies. The results are copied into the maps."""
@@ -69,8 +69,8 @@ class ForceColumns:
         return ends[::-1]
 
     def _outward(self, branch: list[int]) -> tuple[int, int]:
-        """Write the outward pass over the bodies of a branch, and what it leaves in the slots of the column. Returns the start and
-        the length of these calls."""
+        """Write the outward pass over the bodies of a branch, and the calls that fill the slots of the column from its results.
+        Returns the start and the length of these calls."""
         s, one, start = self.stepping, Program(), len(self.shared.code)
         for i in branch if s.asked else ():
             j, parent = self.system.tree[i], self.parents[i]

@@ -10,8 +10,8 @@ import numpy as np
 
 from trunnion.analysis.mechanics.linearization import state_names
 from trunnion.analysis.static_bounds.equilibrium_equations import mass_matrix
-from trunnion.analysis.static_bounds.kernel_probe import Probe
-from trunnion.analysis.static_bounds.static_margin import hold_drives
+from trunnion.analysis.static_bounds.kernel_function_calls import Probe
+from trunnion.analysis.static_bounds.start_pose_statics import hold_drives
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.execution.failure_diagnosis import diagnose
@@ -146,7 +146,7 @@ class Still:
                 except SimulationError:
                     if not self.system.unilateral:
                         raise
-                    return False  # parts of an open contact are inside each other
+                    return False  # the parts of an open contact penetrate each other
                 return bool(np.abs(self.accelerations()).max(initial=0.0) < 1e-9 * max(scale, 1e-300)) or nq == 0
             last = size
         return False

@@ -1,5 +1,5 @@
-"""The rule for text of one user that others see in terminals and pages: no control characters, no line separators, and no
-characters that change the direction of writing."""
+"""Characters that are not allowed in text that one user writes and others see in terminals and pages. They are control characters,
+line separators, and characters that change the direction of writing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import re
 HIDDEN = r"\u0000-\u001f\u007f-\u009f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """The excluded characters, as a class of regular expressions."""
 PLAIN = rf"^[^{HIDDEN}]*$"
-"""The pattern of a text that obeys the rule."""
+"""The pattern of a text without excluded characters."""
 _HIDDEN = re.compile(f"[{HIDDEN}]")
 
 

@@ -103,15 +103,15 @@ def dependent_paths(following: DependentNumbers | None, name: str) -> list[str]:
 
 
 def _following(scene: Scene, names: Sequence[str]) -> DependentNumbers | None:
-    """The numbers of the scene that depend on its parameters; None if no name is that of a parameter."""
+    """The numbers of the scene that depend on its parameters; None if none of the names is the name of a parameter."""
     return DependentNumbers(scene) if any(map(parameter, names)) else None
 
 
 def differentiate_start(
     model: Model, lines: Sequence[ParameterLine], entries: Mapping[str, int], tick: Tick
 ) -> InitialDerivatives:
-    """Derivatives of the initial data by the numbers of ``lines``. entries: those of ``table_entries``. Afterwards the block is
-    assembled again with the scene's own values."""
+    """Derivatives of the initial data by the numbers of ``lines``. entries: the result of ``table_entries``. Afterwards the block
+    is assembled again with the scene's own values."""
     columns = []
     for line in lines:
         tick()
@@ -122,7 +122,7 @@ def differentiate_start(
 
 
 def parameter_lines(scene: Scene, parameters: Sequence[str]) -> list[ParameterLine]:
-    """A line for each of these parameters, which have no problems (``parameter_problems``)."""
+    """A line for each of these parameters. ``parameter_problems`` must find no problems in them."""
     following = _following(scene, parameters)
     return [ParameterLine(scene, name, following) for name in parameters]
 

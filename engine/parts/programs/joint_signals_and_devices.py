@@ -8,7 +8,7 @@ from trunnion.parts.bytecode.body_and_joint_slots import Allocate
 from trunnion.parts.bytecode.program import Program, Slot, Space
 from trunnion.parts.layout.load_operands import acts
 from trunnion.parts.layout.scene_tables import SceneTables
-from trunnion.parts.primitives.primitive_cache import force_laws, joint_devices, loads_and_scalars
+from trunnion.parts.primitives.primitive_cache import force_laws, joint_devices, signals_loads_energies
 from trunnion.parts.primitives.primitive_keys import Primitive
 from trunnion.scene.signals.time_formulas import computed
 from trunnion.system.structure.bodies_and_joints import Device, Joint, Latch, Signal
@@ -31,12 +31,12 @@ class JointForces(SceneTables):
         out = allocate(3 if moves else 1)
         if s.of is not None:
             u = self._signal(program, s.of, program.scratch_slot, False)
-            self.call(program, loads_and_scalars.limit(), numbers=self.numbers(s.leaves), u=u.slice(0, 1), out=out)
+            self.call(program, signals_loads_energies.limit(), numbers=self.numbers(s.leaves), u=u.slice(0, 1), out=out)
             return out
         given = {"u": Slot(Space.X, self.system.external.table(s.index), 1)} if s.kind == "through" else {}
         self.call(
             program,
-            loads_and_scalars.signal(s.kind, moves),
+            signals_loads_energies.signal(s.kind, moves),
             numbers=self.numbers(s.leaves),
             x=Slot(Space.X, 0, 2),
             out=out,
@@ -59,10 +59,10 @@ class JointForces(SceneTables):
             if at is not None:
                 return at.slice(which[0], 1)
             x = Slot(Space.X, 0, 2)
-            return x.slice(0, 1) if order == 1 else call(loads_and_scalars.time(), x=x)
+            return x.slice(0, 1) if order == 1 else call(signals_loads_energies.time(), x=x)
 
         def operation(what: str, *given: Slot) -> Slot:
-            return call(loads_and_scalars.operation(what, order), **dict(zip("ab", given, strict=False)))
+            return call(signals_loads_energies.operation(what, order), **dict(zip("ab", given, strict=False)))
 
         found, out = computed(s.formula, number, variable, operation), allocate(order)
         program.copy(found, out)

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from trunnion.basics.problems import SceneError
-from trunnion.batch.preparation.entry_formulas import entries_of, total_mass
+from trunnion.batch.preparation.parameter_formulas import entries_of, total_mass
 from trunnion.scene.overrides import apply
 from trunnion.system.construction.system_builder import Built
 
@@ -52,7 +52,7 @@ class Placing:
         low, high = distinct.min(axis=0), distinct.max(axis=0)
         if self.known is None or not ((self.box[0] <= low) & (high <= self.box[1])).all():
             met = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
-            if not self._learn(met, distinct[:0]):  # the known entries, at the new ends
+            if not self._learn(met, distinct[:0]):  # test the way that is known, at the new ends of the range
                 every = np.array([np.fmin(met[0], self.ends[0]), np.fmax(met[1], self.ends[1])])
                 if not self._learn(every, distinct):
                     self.ends = np.full_like(self.ends, np.nan)
@@ -60,8 +60,8 @@ class Placing:
         return (self.known[0], self.known[1](distinct)) if self.known else None
 
     def _learn(self, box: np.ndarray, values: np.ndarray) -> bool:
-        """Whether a way finds the entries for values (n × paths) and the ends of a box (2 × paths). Without values, only the way
-        that found the entries before is tried."""
+        """Whether a way of ``self.ways`` finds the entries for values (n × paths) and the ends of a box (2 × paths). Without
+        values, only the way that found the entries before is tried."""
         tried = np.unique(np.vstack([box, values]), axis=0)
         for way in self.ways if len(values) else self.ways[: self.known is not None]:
             if known := way(tried):

@@ -11,7 +11,7 @@ import numpy as np
 
 from trunnion.analysis.advice.device_cautions import device_cautions
 from trunnion.analysis.advice.friction_influence import FrictionInfluence, rank_influences
-from trunnion.analysis.advice.model_reduction import (
+from trunnion.analysis.advice.simplified_models import (
     FrictionForm,
     apply_form,
     friction_forms,
@@ -19,7 +19,7 @@ from trunnion.analysis.advice.model_reduction import (
     keep_friction,
     make_planar,
 )
-from trunnion.analysis.work_precision.benchmark_runs import (
+from trunnion.analysis.work_precision.benchmark_model import (
     MOST_STEPS,
     BenchmarkModel,
     estimate_integration_error,
@@ -43,8 +43,8 @@ RTOLS = tuple(10.0**-k for k in range(2, 13))
 SURE = 30.0
 """A rung is excluded without a run if its predicted error exceeds the requested error by this factor."""
 TOO_SLOW = 10.0
-"""A method counts as slower if its time exceeds the best time by this factor. A smaller factor may come from other work of the
-machine."""
+"""A method counts as slower if its time exceeds the best time by this factor. Other work of the machine may cause smaller
+differences."""
 
 
 @dataclass(frozen=True)

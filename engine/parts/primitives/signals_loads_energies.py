@@ -13,7 +13,7 @@ from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.joint_kind import quaternion_rate
 from trunnion.kernel.interface.runtime_tables import MOTION
-from trunnion.kernel.units.body_scalars import unpack_motion
+from trunnion.kernel.units.motion_and_inertia_packing import unpack_motion
 from trunnion.parts.primitives.primitive_from_expressions import expression_primitive
 from trunnion.parts.primitives.primitive_keys import POSE, ParameterCounter, Primitive
 from trunnion.parts.primitives.primitive_symbols import PrimitiveSymbols, a_body
@@ -29,7 +29,8 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS} | {label: count for kind in SIGNALS.values() for label, count in kind.labels.items()}
-"""Number of parameters of a signal, by kind. A table has no parameters; those of limits and expressions are other primitives'."""
+"""Number of parameters of a signal, by kind. A table has no parameters. The primitives ``limit`` and ``operation`` have the
+parameters of limits and expressions."""
 
 
 class Timed(PrimitiveSymbols):

@@ -1,8 +1,9 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
 The interval of a quantile lies between two order statistics. Their ranks alone determine the confidence, whatever the distribution
-is. The interval of a probability is that of Clopper and Pearson. A case without a value counts as the smallest value for the lower
-end of an interval, and as the largest value for the upper end. Therefore the intervals are valid whatever value such a case has.
+is. Clopper and Pearson's formula gives the interval of a probability. A case without a value counts as the smallest value for the
+lower end of an interval, and as the largest value for the upper end. Therefore the intervals are valid whatever value such a case
+has.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class Spread:
     note: str
 
     def document(self) -> dict[str, Any]:
-        """The same data as plain lists and numbers."""
+        """The data of this object as plain lists and numbers."""
         plain = {n: getattr(self, n) for n in ("of", "unit", "cases", "missing", "note")} | {"confidence": CONFIDENCE}
         quantiles = [{"probability": p, **asdict(e)} for p, e in self.quantiles]
         return plain | {"quantiles": quantiles, "above": [{"bound": b, **asdict(e)} for b, e in self.above]}

@@ -1,7 +1,7 @@
 """Formulas for entries of flat rows, from a body's density or mass, gravity, or the start angle of a ball.
 
 Each formula repeats the floating-point operations by which a scene is built. A formula is tested on some of the values. It is used
-only if all bits agree with the built scenes (``parameter_entries``).
+only if all bits agree with the built scenes (``parameters_without_scene_builds``).
 """
 
 from __future__ import annotations
