@@ -38,8 +38,8 @@ static int tr_check_missed_contacts(tr_sim *s);
 /* Longest step while a contact is open: error control of a part at rest would not notice a part that passes within one step. */
 static double tr_longest_open_step(const tr_sim *s);
 
-/* Whether a contact pulls at the present solution, because forces have jumped. */
-static int tr_has_contact_to_decide(const tr_sim *s);
+/* Whether a contact pulls at the present solution, because forces have jumped, or an open one has begun to enter the other part. */
+static int tr_has_contact_to_decide(tr_sim *s);
 
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
  * status, or TR_WAITS. */

@@ -10,6 +10,7 @@
 #define OPEN_PART 0.03125 /* × the period of a drive, load or rotation: a gap closes and opens again in a larger part of it */
 #define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step is a contact that was missed */
 #define FLIGHT_STEP 2.0 /* × the flight after an impact: largest next step; the dense output of a long step misses a short flight */
+#define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step at which a landing inside is found */
 #define CHOICES_MOST 60 /* largest number of changes in a decision */
 #define SETS_OF_MOST 6  /* contacts at rest: with more, not all sets are tried */
 
@@ -63,7 +64,8 @@ static int tr_try_contacts(tr_sim *s, const char *closed, const char *rests, con
   return code;
 }
 
-/* Try all sets of the contacts at rest at the state `y`, first those with few open contacts. Returns whether one satisfies all conditions. */
+/* Try all sets of the contacts at rest at the state `y`, first those with few open contacts. Returns whether one satisfies all
+ * conditions. */
 static int tr_try_all_contact_sets(tr_sim *s, const double *y, const char *rests, const tr_mode *modes) {
   const int n = s->k->nunilateral;
   char closed[n + 1];
@@ -82,21 +84,34 @@ static int tr_try_all_contact_sets(tr_sim *s, const double *y, const char *rests
   return 0;
 }
 
+/* Largest rate of a gap at rest, m/s. */
+static double tr_still_speed(const tr_sim *s, const tr_met *met) {
+  double most = tr_speed_unit(s);
+  for (int c = 0; c < s->k->nunilateral; ++c) most = fmax(most, fabs(met[c].approach));
+  return STILL * most;
+}
+
 /* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. Returns a status. */
 static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
   const int n = s->k->nunilateral;
   tr_mode modes[s->k->nsliders + 1];
   char closed[n + 1], rests[n + 1];
-  double still = tr_speed_unit(s), old[tr_state_width(s)];
+  const double still = tr_still_speed(s, met);
+  double old[tr_state_width(s)];
   int code = TR_OK, worst = 0;
   tr_save_modes(s, modes), memcpy(old, TR_A(s, y), sizeof old);
-  for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
-  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && (met[c].ends || fabs(met[c].rate) <= STILL * still);
+  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && (met[c].ends || fabs(met[c].rate) <= still);
   for (int it = 0; it < CHOICES_MOST && code == TR_OK; ++it) {
     if ((code = tr_try_contacts(s, closed, rests, modes, &worst)) == TR_OK && worst < 0) return TR_OK;
     if (code == TR_OK) closed[worst] = !closed[worst];
   }
   return tr_try_all_contact_sets(s, old, rests, modes) ? TR_OK : code == TR_OK ? TR_FAIL_MODES : code;
+}
+
+/* Whether a gap counts as closed. A landing that was missed may have passed by up to PENETRATED. */
+static int tr_is_gap_closed(const tr_sim *s, double gap) {
+  const double unit = fmax(s->set.length, 1.0);
+  return gap <= TOUCHES * unit && gap >= -PENETRATED * unit;
 }
 
 /* Set the rates of the gaps, and which contacts touch and approach, at the state `y`. Returns whether any contact approaches. */
@@ -107,7 +122,7 @@ static int tr_meet(tr_sim *s, tr_met *met) {
   tr_set_time(s, s->clock.t);
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < n; ++c) {
-    met[c].touches = !tr_is_contact_away(s, c) && (!tr_is_contact_open(s, c) || fabs(gap[c]) <= TOUCHES * fmax(s->set.length, 1.0));
+    met[c].touches = !tr_is_contact_away(s, c) && (!tr_is_contact_open(s, c) || tr_is_gap_closed(s, gap[c]));
     met[c].rate = rate[c], met[c].approach = met[c].touches && rate[c] < -STILL * tr_speed_unit(s) ? rate[c] : 0.0;
     hits |= met[c].approach < 0.0;
   }
@@ -120,17 +135,18 @@ static int tr_mark_ends(tr_sim *s, tr_met *met, int impact) {
   int any = 0;
   for (int c = 0; c < s->k->nunilateral && impact; ++c) {
     const double back = -tr_gap_acceleration(s, c, 1), v = met[c].rate;
-    if (met[c].ends || !met[c].touches || !tr_is_contact_open(s, c) || !(v > 0.0 && v * v < 2.0 * back * REST_GAP * s->set.length)) continue;
+    if (met[c].ends || !met[c].touches || !tr_is_contact_open(s, c) || !(v > tr_still_speed(s, met) && v * v < 2.0 * back * REST_GAP * s->set.length)) continue;
     any = met[c].ends = 1, met[c].flight = 2.0 * v / back, tr_touch_of(s, c)->now = v;
   }
   return any;
 }
 
-/* Limit the next step to a multiple of the shortest flight that follows an impact. */
-static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met) {
-  for (int c = 0; c < s->k->nunilateral; ++c) {
+/* Limit the next step by the flights that follow an impact. In the step, each contact falls by at least LOCATED. */
+static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met, int impact) {
+  for (int c = 0; c < s->k->nunilateral && impact && s->set.hfixed <= 0.0; ++c) {
     const double back = -tr_gap_acceleration(s, c, 1), v = met[c].rate;
-    if (s->set.hfixed <= 0.0 && met[c].approach < 0.0 && tr_is_contact_open(s, c) && v > 0.0 && back > 0.0) s->step.h = fmin(s->step.h, FLIGHT_STEP * 2.0 * v / back);
+    if (!(met[c].touches && tr_is_contact_open(s, c) && v > 0.0 && back > 0.0)) continue;
+    s->step.h = fmin(s->step.h, fmax(FLIGHT_STEP * 2.0 * v / back, sqrt(2.0 * LOCATED / back)));
   }
 }
 
@@ -195,6 +211,7 @@ static int tr_decide_contacts(tr_sim *s) {
   const int n = s->k->nunilateral;
   double *y = TR_A(s, y), old[tr_state_width(s)], depth[s->k->nstops + 1], e[s->k->nstops + 1];
   const double energy = tr_audit_energy(s);
+  int hits = 0;
   tr_met met[n + 1];
   tr_mode modes[s->k->nsliders + 1];
   tr_save_modes(s, modes), memcpy(old, y, sizeof old);
@@ -210,7 +227,8 @@ static int tr_decide_contacts(tr_sim *s) {
     if (s->k->sets) tr_set_row_kinds(s);
     return code;
   }
-  tr_limit_step_by_flights(s, met);
+  for (int c = 0; c < n; ++c) hits |= met[c].approach < 0.0;
+  tr_limit_step_by_flights(s, met, hits);
   tr_log_contacts(s, met);
   tr_log_mode_changes(s, s->clock.t, modes, 0);
   tr_audit_allow_change(s, energy);
@@ -271,8 +289,12 @@ static double tr_longest_open_step(const tr_sim *s) {
   return open && pace > 0.0 ? OPEN_PART / pace : INFINITY;
 }
 
-static int tr_has_contact_to_decide(const tr_sim *s) {
+static int tr_has_contact_to_decide(tr_sim *s) {
+  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+  int any = 0;
+  if (s->k->nunilateral) tr_set_time(s, s->clock.t), tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < s->k->nunilateral; ++c)
-    if (!tr_is_contact_open(s, c) && tr_normal_force(s, c) < -LIFTS * TOL_LIFT * tr_force_unit(s)) return 1;
-  return 0;
+    if (!tr_is_contact_open(s, c)) any |= tr_normal_force(s, c) < -LIFTS * TOL_LIFT * tr_force_unit(s);
+    else if (!tr_is_contact_away(s, c) && !tr_is_contact_unloaded(s, c)) any |= gap[c] < 0.0 && rate[c] < -STILL * tr_speed_unit(s);
+  return any;
 }

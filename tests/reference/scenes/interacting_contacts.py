@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from tests.reference.scenes.crossed_linkages import ORIGIN, point
-from tests.reference.scenes.crossed_parts import Draft
+from tests.reference.scenes.interacting_linkages import ORIGIN, point
+from tests.reference.scenes.interacting_scene_draft import Draft
 
 WEIGHT = [0.0, -9.81, 0.0]
 
@@ -122,8 +122,8 @@ def pulled_boxes(rng: Generator) -> dict[str, Any]:
         d.block("slide", at)
         d.join("guide", "prismatic", "ground", "slide", at, d.guide(2.0), {"effort": d.sudden(10, until, " N")}, axis="x")
         d.forces["cord"] = {"type": "spring_damper", "stiffness": d.of(50, 500), "damping": d.of(0, 5), "length": d.of(0.2, 0.3),
-                            "between": [{"body": "slide", "point": [0, 0, 0]},
-                                        {"body": "box", "point": [-half, d.of(-0.5, 1) * high, 0]}]}  # fmt: skip
+                            "between": ["slide.o", "box.grip"]}
+        d.bodies["box"]["points"] = {"grip": [-half, d.of(-0.5, 1) * high, 0]}
     return d.scene(until)
 
 
