@@ -179,7 +179,7 @@ static void tr_set_modes_by_rates(tr_sim *s, const tr_met *met, int impact) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_has_other_rates(s, met, impact, i)) continue;
     if (tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
-    else if (tr_is_stuck(s, i)) tr_mode_of(s, i)->flag = TR_SLIPS;
+    else if (tr_mode_flag(tr_mode_of(s, i)) == TR_STUCK) tr_mode_of(s, i)->flag = TR_SLIPS;
     tr_freeze_direction(s, i);
   }
 }

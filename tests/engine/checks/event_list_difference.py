@@ -22,10 +22,14 @@ UNLOCATED = "separation"
 these steps."""
 
 
-def times(r: Result) -> dict[tuple[str, int, str], list[float]]:
-    """Times of the events of each kind of each joint, s."""
+def times(r: Result, may: float = 0.0) -> dict[tuple[str, int, str], list[float]]:
+    """Times of the events of each kind of each joint, s. Without impacts less than ``may`` before their contact rests: how many of
+    these there are depends on round-off."""
+    rests = [(e.joint, e.part, e.time) for e in r.events if e.kind == "contact_rests"]
     found: dict[tuple[str, int, str], list[float]] = defaultdict(list)
     for e in sorted((e for e in r.events if e.kind != UNLOCATED), key=lambda e: e.time):
+        if e.kind == "contact_closed" and any(e.joint == j and e.part == p and 0.0 <= t - e.time <= may for j, p, t in rests):
+            continue
         found[e.joint, e.part, e.kind].append(e.time)
     return found
 
@@ -33,7 +37,7 @@ def times(r: Result) -> dict[tuple[str, int, str], list[float]]:
 def differences(r: Result, exact: Result, may: float) -> Iterator[tuple[float, str]]:
     """Differences between two lists of events of one kind of one joint. Times may differ by ``may``, s; events closer to each other
     than this may have another order."""
-    run, other = times(r), times(exact)
+    run, other = times(r, may), times(exact, may)
     for what in run.keys() | other.keys():
         name = f"{what[2]} of {what[0]}[{what[1]}]"
         for one, same in zip_longest(run[what], other[what]):

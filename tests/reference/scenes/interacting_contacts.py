@@ -57,8 +57,8 @@ def dropped_levers(rng: Generator) -> dict[str, Any]:
 
 
 def lifting_tappets(rng: Generator) -> dict[str, Any]:
-    """A cam pushes a tappet in a guide that rubs, against a spring; the tappet lifts off and lands. Stops, a hook, a rocker behind a
-    rod, and a motor, a torque or a rate that begins suddenly."""
+    """A cam pushes a tappet in a guide that rubs, against a spring; the tappet lifts off and lands. There are stops, a hook, a
+    rocker behind a rod, and a motor, a torque or a rate that begins suddenly."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     angles = np.linspace(0.0, 2 * np.pi, 13)
     lift = d.of(0.004, 0.01)
@@ -128,8 +128,8 @@ def pulled_boxes(rng: Generator) -> dict[str, Any]:
 
 
 def slotted_wheels(rng: Generator) -> dict[str, Any]:
-    """The pin of a crank enters the slots of a Geneva wheel. Brake, freewheel, spring or friction at the wheel; a motor, a torque or
-    a gear unit turns the crank."""
+    """The pin of a crank enters the slots of a Geneva wheel. A brake, a freewheel, a spring or friction acts on the wheel; a motor,
+    a torque or a constant rate turns the crank."""
     d, until = Draft(rng), float(rng.uniform(0.3, 0.6))
     slots = int(rng.integers(4, 7))
     apart, half = 0.1, math.pi / slots
@@ -154,21 +154,24 @@ def slotted_wheels(rng: Generator) -> dict[str, Any]:
     slot: dict[str, Any] = {"type": "pin_in_slot", "axis": "z", "reference": "x"}
     spot = float(np.hypot(*(pin - point(apart, 0)))) / 2
     slot |= {"inboard": {"body": "wheel", "point": [0, 0, 0]}, "outboard": {"body": "crank", "point": [spot, 0, 0]}}
-    slot |= {"curve": {"points": [[0.2 * apart, 0.0], [long, 0.0]]}, "slot": {"play": d.of(1e-4, 1e-3), "mouth": "end", "repeated": slots}}
+    slot |= {"curve": {"points": [[0.2 * apart, 0.0], [long, 0.0]]}}
+    slot |= {"slot": {"play": d.of(1e-4, 1e-3), "mouth": "end", "repeated": slots}}
     slot |= {"friction": {"mu": d.of(0.03, 0.2)}} if d.chance(0.5) else {}
     d.joints["pin"] = slot | {"unilateral": {"starts": "open"} | ({"restitution": d.of(0.1, 0.6)} if d.chance(0.3) else {})}
     return d.scene(until)
 
 
 def braked_wheels(rng: Generator) -> dict[str, Any]:
-    """A wheel in a swing arm rolls or slips on a track. A brake, a motor or a gear unit acts at its hub; the arm's slide has stops
-    and friction."""
+    """A wheel in a swing arm rolls or slips on a track. A brake, a motor or a torque acts at its hub; the arm's slide has stops and
+    friction."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     radius, drop = d.of(0.04, 0.08), d.of(-0.02, 0.05)
     d.block("carriage", [0.0, radius + 0.1, 0.0], mass=d.of(0.5, 2))
     more = [d.stops(1e4, 0.1, 0.1)] if d.chance(0.4) else []
-    d.join("rail", "prismatic", "ground", "carriage", [0.0, radius + 0.1, 0.0], d.guide(1.0) if d.chance(0.5) else {},
-           {"effort": d.sudden(5, until, " N")} if d.chance(0.4) else {}, *more, {"start": {"qd": d.of(-1, 1)}}, axis="x")  # fmt: skip
+    rubs = d.guide(1.0) if d.chance(0.5) else {}
+    pushed = {"effort": d.sudden(5, until, " N")} if d.chance(0.4) else {}
+    d.join("rail", "prismatic", "ground", "carriage", [0.0, radius + 0.1, 0.0], rubs, pushed, *more, {"start": {"qd": d.of(-1, 1)}},
+           axis="x")  # fmt: skip
     hub = point(0.12, radius + max(drop, 0.0))
     d.bar("arm", point(0, radius + 0.1), hub)
     press = [{"spring": {"stiffness": d.of(5, 40), "rest": -d.of(0.1, 0.5)}}] if d.chance(0.6) else []
@@ -176,8 +179,10 @@ def braked_wheels(rng: Generator) -> dict[str, Any]:
     d.wheel("wheel", radius, [float(hub[0]), float(hub[1]), 0.0])
     d.bodies["wheel"]["center"] = [0.0, 0.0, 0.0]
     way = int(rng.integers(3))
-    acts = ([d.brake(0.5, until), {"start": {"qd": d.of(-15, 15)}}], [d.pin(0.02), {"effort": d.sudden(0.8, until)}],
-            [{"motor": {"stall": d.of(0.5, 2), "no_load": d.of(10, 40), "signal": d.sudden(1.0, until, "")}}, d.pin(0.02)])[way]  # fmt: skip
+    braked = [d.brake(0.5, until), {"start": {"qd": d.of(-15, 15)}}]
+    turned = [d.pin(0.02), {"effort": d.sudden(0.8, until)}]
+    driven = [{"motor": {"stall": d.of(0.5, 2), "no_load": d.of(10, 40), "signal": d.sudden(1.0, until, "")}}, d.pin(0.02)]
+    acts = (braked, turned, driven)[way]
     d.join("hub", "revolute", "arm", "wheel", [float(hub[0]), float(hub[1]), 0.0], *acts)
     wavy = d.chance(0.4)
     x = np.linspace(3.0, -3.0, 61)

@@ -8,6 +8,7 @@ from typing import Any
 
 from numpy.random import Generator
 
+from tests.reference.scenes import interacting_contacts as contacts
 from tests.reference.scenes import interacting_gear_units as drives
 from tests.reference.scenes import interacting_linkages as linkages
 from tests.reference.scenes import interacting_rods_loads_rotors as fields
@@ -28,11 +29,18 @@ FAMILIES: dict[str, Callable[[Generator], dict[str, Any]]] = {
     )
 }  # fmt: skip
 """The function that draws a scene of each family."""
+CONTACTS: dict[str, Callable[[Generator], dict[str, Any]]] = {
+    f.__name__: f
+    for f in (
+        contacts.dropped_levers, contacts.lifting_tappets, contacts.pulled_boxes, contacts.slotted_wheels, contacts.braked_wheels,
+    )
+}  # fmt: skip
+"""Families with contacts that begin and end, which time stepping and lanes refuse."""
 
 
 def crossed_dict(family: str, seed: int) -> dict[str, Any]:
     """A random scene of a family, as in a scene file. It depends only on family and seed."""
-    return FAMILIES[family](stream("crossed", family, seed)) | {"name": f"{family}_{seed}"}
+    return (FAMILIES | CONTACTS)[family](stream("crossed", family, seed)) | {"name": f"{family}_{seed}"}
 
 
 def crossed(family: str, seed: int) -> Scene:

@@ -39,6 +39,7 @@ WRONG = {
     "a pin_in_slot needs the play of its slot": PIN.replace(", slot: {play: 1 mm}", ""),
     "the walls of a pin_in_slot only push": PIN.replace(", unilateral: {}", ""),
     "0 slots": PIN.replace("1 mm", "1 mm, repeated: 0"),
+    "the curve leaves its sector of 360°/60": PIN.replace("1 mm", "1 mm, repeated: 60"),
     "a closed curve has no end for a mouth": PIN.replace("1 mm", "1 mm, mouth: end").replace("0]]", "0]], closed: true"),
     "m is a point_on_curve joint; a joint that follows": GOOD.replace(", curve", ", mimic: {joint: on_b}, curve"),
 }
