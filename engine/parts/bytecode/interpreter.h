@@ -22,6 +22,7 @@ static inline void execute(const tr_scene *s, const tr_program *program, double 
   double *a[MOST_OPERANDS];
   for (const int *code = program->code, *end = code + program->length; code < end;) {
     const int operands = code[1], numbers = code[2], *at = code + 3, *how = at + 2 * operands;
+    _Pragma("clang loop unroll_count(4)")
     for (int i = 0; i < operands; ++i) a[i] = base[at[2 * i]] + at[2 * i + 1];
     s->op[code[0]](a, how);
     code = how + numbers;

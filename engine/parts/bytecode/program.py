@@ -157,7 +157,8 @@ class Program:
             self.call(Builtin.COPY, [source, out], [out.size])
 
     def merged(self) -> list[int]:
-        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are one call."""
+        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are one call. The same holds
+        for products with equidistant rows or columns."""
         out: list[int] = []
         last: list[int] = []
         code, first = self.code.tolist(), 0
@@ -166,7 +167,7 @@ class Program:
         while first < len(code):
             call = code[first : first + 3 + 2 * code[first + 1] + code[first + 2]]
             first += len(call)
-            both = _joined(last, call) if call[0] in JOINED else []
+            both = _joined(last, call) if call[0] in JOINED else _in_rows(last, call)
             if both:
                 del out[-len(last) :]
             last = both or call
@@ -185,3 +186,20 @@ def _joined(a: list[int], b: list[int]) -> list[int]:
         if all(at + low[-1] == other for at, other in zip(low[4:-1:2], high[4:-1:2], strict=True)):
             return [*low[:-1], low[-1] + high[-1]]
     return []
+
+
+def _in_rows(a: list[int], b: list[int]) -> list[int]:
+    """One call that does the work of a call and of a following ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. Empty if their rows or
+    columns are not equidistant. The sums and their order are the same."""
+    dot = b[0] == Builtin.ADD_DOT
+    several = int(Builtin.ADD_ROW_DOTS if dot else Builtin.ADD_STRIDED_COLUMNS)
+    if not a or a[0] not in (b[0], several) or b[0] not in (Builtin.ADD_DOT, Builtin.ADD_COLUMNS) or b[-1] != 1:
+        return []
+    moved = [y - x for x, y in zip(a[4:9:2], b[4:9:2], strict=True)]
+    count, stride, out = (a[10], a[11], a[-1]) if a[0] == several else (1, moved[0], moved[2])
+    if a[3:9:2] != b[3:9:2] or a[9] != b[9] or (a[0] == b[0] and a[-1] != 1) or min(stride, out if dot else 1) <= 0:
+        return []
+    if moved != [count * stride, 0, count * out] if dot else moved != [count * stride, count, 0]:
+        return []
+    numbers = [b[9], count + 1, stride, *([out] if dot else [])]
+    return [several, 3, len(numbers), *a[3:9], *numbers]

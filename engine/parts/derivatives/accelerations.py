@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from trunnion.kernel.interface.runtime_tables import HANDED, MOTION
-from trunnion.parts.bytecode.body_and_joint_slots import ALONG, BodySlots, CutJointSlots, free_of
+from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.layout.scene_tables import SceneTables
@@ -77,29 +77,15 @@ class AccelerationTangents:
         for c in self.closed:
             for b, g in c.ends:
                 if b != GROUND:
-                    self.add_wrenches(c, g, self.scene.force_on(self.program, b, self.moving, self.program.scratch_slot))
-
-    def add_wrenches(self, c: CutJointSlots, g: str, out: Slot) -> None:
-        """Add to ``out`` the wrenches g that a cut joint's multipliers and friction (−η) cause."""
-        for k in range(c.joint.kind.rows):
-            if c.joint.rows + k in self.rows:
-                z = Slot(Space.Z, self.rows[c.joint.rows + k], 1)
-                self.program.call(Builtin.ADD_COLUMNS, [c.row(g, k), z, out], [6, 1])
-        if c.joint.friction and g in ALONG:
-            self.program.call(Builtin.ADD_COLUMNS, [c.blocks[ALONG[g]], self._against(c.joint), out], [6, c.joint.kind.nv])
-
-    def _against(self, j: Joint) -> Slot:
-        """Minus the friction multipliers η of a joint."""
-        out = self.program.scratch_slot(j.kind.nv)
-        self.program.call(Builtin.SCALE, [self.scene.eta(j), self.scene.against, out], [j.kind.nv])
-        return out
+                    out = self.scene.force_on(self.program, b, self.moving, self.program.scratch_slot)
+                    self.scene.add_wrenches(self.program, c, g, self.rows, out, 1)
 
     def _effort(self, j: Joint, m: BodySlots) -> Slot:
         """Forces along all freedoms of a tree joint. They come from devices, friction, and rows of light freedoms."""
         light = [c for c in self.system.light_rows_of(j) if c.rows in self.rows]
         if not j.friction and not light:
             return m.effort
-        out = self._against(j) if j.friction else self.program.scratch_slot(j.kind.nv)
+        out = self.scene.times(self.program, self.scene.eta(j), -1) if j.friction else self.program.scratch_slot(j.kind.nv)
         if not j.friction:
             self.program.zero(out)
         if self.scene.acts(j):

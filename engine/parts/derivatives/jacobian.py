@@ -119,7 +119,7 @@ class JacobianProgram(AccelerationTangents):
         m = self.motion(j)
         self.scene.outboard_wrench(self.program, j, m, self.scene.zeros if j.cut else self.N[j.child], out)
         if isinstance(m, CutJointSlots):
-            self.add_wrenches(m, "gat", out)
+            self.scene.add_wrenches(self.program, m, "gat", self.rows, out, 1)
         return out
 
     def _components(self, e: Element) -> Slot:

@@ -204,14 +204,18 @@ class ScenePasses(JointForces):
         j = c.joint
         for k in range(j.kind.rows):
             if j.rows + k in rows:
-                z = Slot(Space.Z, rows[j.rows + k], 1)
-                for i in range(6):
-                    program.call(Builtin.ADD_DOT, [c.row(g, k).slice(i, 1), z, out.slice(i, 1)], [1, sign])
-        for k in range(j.kind.nv if j.friction and g in ALONG else 0):
-            for i in range(6):
-                program.call(
-                    Builtin.ADD_DOT, [c.row(ALONG[g], k).slice(i, 1), self.eta(j).slice(k, 1), out.slice(i, 1)], [1, -sign]
-                )
+                z = self.times(program, Slot(Space.Z, rows[j.rows + k], 1), sign)
+                program.call(Builtin.ADD_COLUMNS, [c.row(g, k), z, out], [6, 1])
+        if j.friction and g in ALONG:
+            program.call(Builtin.ADD_COLUMNS, [c.blocks[ALONG[g]], self.times(program, self.eta(j), -sign), out], [6, j.kind.nv])
+
+    def times(self, program: Program, numbers: Slot, sign: int) -> Slot:
+        """Slot of ``sign`` (1 or −1) times these numbers."""
+        if sign > 0:
+            return numbers
+        out = program.scratch_slot(numbers.size)
+        program.call(Builtin.SCALE, [numbers, self.against, out], [numbers.size])
+        return out
 
     def energies(self, program: Program, moving: list[BodySlots], closed: list[CutJointSlots], out: Slot) -> None:
         """Write kinetic and potential energy."""

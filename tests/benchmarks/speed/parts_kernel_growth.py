@@ -1,5 +1,6 @@
 """Growth of costs with the size N = 8 … 256, parts kernel, processor time of one core: chains and trees, ideal, sliding and
-sticking; loops in a plane and in space, ideal and with friction. ``-o DIR`` writes the figures and their chart."""
+sticking; loops in a plane and in space, ideal and with friction. Steps are timed inside the runtime's loop of steps. ``-o DIR``
+writes the figures and their chart."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from mmap import PAGESIZE
 from pathlib import Path
 
 from tests.benchmarks.speed.cost_growth import Family, Size
-from tests.benchmarks.speed.processor_time import pin
+from tests.benchmarks.speed.processor_time import inside_advance, pin
 from tests.scalable_mechanisms import n_four_bar, revolute_chain
 from trunnion import load_scene
 from trunnion.analysis.work_precision.machine_description import describe_machine
@@ -83,12 +84,14 @@ def scenes() -> Iterator[tuple[str, Callable[[int], sm.Scene]]]:
     yield "spatial slider-cranks, friction", lambda n: with_friction(side_by_side(n), 0.02)
 
 
-def seconds(model: Model, until: float, every: float, settings: Settings) -> tuple[float, int]:
-    """Processor time of a run, and its number of evaluations."""
+def seconds(model: Model, until: float, every: float, settings: Settings, taken: Callable[[], float]) -> tuple[float, float, int]:
+    """Processor time of a run inside and outside its loop of steps, and its number of evaluations."""
+    taken()
     began = time.process_time()
     result = run(model, until, every, settings)
+    whole, inside = time.process_time() - began, taken()
     assert result.outcome.ok, result.outcome
-    return time.process_time() - began, result.stats.rhs_evaluations
+    return inside, whole - inside, result.stats.rhs_evaluations
 
 
 def resident(block: Block) -> float:
@@ -101,28 +104,37 @@ def resident(block: Block) -> float:
     return float(sum(u & 1 for u in used) * PAGESIZE)
 
 
-def costs(scene: sm.Scene) -> dict[str, tuple[float, float]]:
-    """Minimum and median of each cost: evaluation at fixed steps and at the program's own steps, start, row, s; memory, bytes."""
+def costs(scene: sm.Scene, clock: Callable[[], float]) -> dict[str, tuple[float, float]]:
+    """Minimum and median of each cost: evaluation and step at fixed steps, evaluation at the program's own steps, projection of a
+    step, start, row, s; memory, bytes. With friction, a run without projection differs by less than its noise."""
     few, rows = Model(scene, (f"{next(iter(scene.bodies))}.position*",), "parts"), Model(scene, ("*.q[*]",), "parts")
-    fixed, own = Settings(method="rk5", step=STEP), OWN_FRICTION if any(j.friction for j in scene.joints.values()) else OWN
-    runs = {"start": (few, STEP, STEP, fixed), "fixed": (few, (STEPS + 1) * STEP, (STEPS + 1) * STEP, fixed),
-            "own": (few, own, own, Settings(rtol=1e-8)), "bare": (rows, STEPS * STEP, STEPS * STEP, fixed),
-            "rows": (rows, STEPS * STEP, STEP / 20, fixed)}  # fmt: skip
-    taken: dict[str, list[float]] = {n: [] for n in runs}
+    rubs = any(j.friction for j in scene.joints.values())
+    fixed, own = Settings(method="rk5", step=STEP), OWN_FRICTION if rubs else OWN
+    end = (STEPS + 1) * STEP
+    runs = {"start": (few, STEP, STEP, fixed), "fixed": (few, end, end, fixed), "own": (few, own, own, Settings(rtol=1e-8)),
+            "open": (few, end, end, replace(fixed, project=False)),
+            "bare": (rows, STEPS * STEP, STEPS * STEP, fixed), "rows": (rows, STEPS * STEP, STEP / 20, fixed)}  # fmt: skip
+    inside: dict[str, list[float]] = {n: [] for n in runs}
+    starts: list[float] = []
     counts: dict[str, int] = {}
     for _ in range(TIMES):
         for name, (model, until, every, settings) in runs.items():
-            took, counts[name] = seconds(model, until, every, settings)
-            taken[name].append(took)
+            took, outside, counts[name] = seconds(model, until, every, settings, clock)
+            inside[name].append(took)
+            starts += [outside] if name == "start" else []
 
-    def both(value: Callable[[Callable[[list[float]], float]], float]) -> tuple[float, float]:
-        return value(min), value(statistics.median)
+    def both(more: str, less: str, count: int) -> tuple[float, float]:
+        """Minimum and median of the time of one of `count` units, by which two runs differ."""
+        least, middle = ((of(inside[more]) - of(inside[less])) / count for of in (min, statistics.median))
+        return least, middle
 
     return {
-        "evaluation, fixed steps": both(lambda of: (of(taken["fixed"]) - of(taken["start"])) / (counts["fixed"] - counts["start"])),
-        "evaluation, own steps": both(lambda of: (of(taken["own"]) - of(taken["start"])) / max(1, counts["own"] - counts["start"])),
-        "start": both(lambda of: of(taken["start"])),
-        "row of all coordinates": both(lambda of: (of(taken["rows"]) - of(taken["bare"])) / (20 * STEPS - 1)),
+        "evaluation, fixed steps": both("fixed", "start", counts["fixed"] - counts["start"]),
+        "evaluation, own steps": both("own", "start", max(1, counts["own"] - counts["start"])),
+        "step, fixed": both("fixed", "start", STEPS),
+        **({"projection of a step": both("fixed", "open", STEPS + 1)} if few.block.kernel.sizes["active"] and not rubs else {}),
+        "start": (min(starts), statistics.median(starts)),
+        "row of all coordinates": both("rows", "bare", 20 * STEPS - 1),
         "memory, bytes": (resident(few.block),) * 2,
     }
 
@@ -164,13 +176,14 @@ def main() -> None:
     parser.add_argument("--only", default="")
     given = parser.parse_args()
     pin()
+    clock = inside_advance()
     families: list[Family] = []
     for name, make in scenes():
         if given.only not in name:
             continue
         found: dict[str, list[Size]] = {}
         for n in (n for n in SIZES if n <= given.largest):
-            for what, (low, middle) in costs(make(n)).items():
+            for what, (low, middle) in costs(make(n), clock).items():
                 found.setdefault(what, []).append(Size(n, low, middle, math.nan))
         for what, sizes in found.items():
             families.append(Family(name, what, tuple(sizes)))

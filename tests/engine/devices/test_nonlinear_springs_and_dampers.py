@@ -147,7 +147,7 @@ def test_the_derivatives_of_a_run_are_those_of_differences_and_a_sweep_is_its_ru
     found = trunnion.sensitivity(scene, names, ["rail.q[1]"], 0.5, 0.5, rtol=1e-10)
     for name in names:
         value, h = next(p.value for p in list_parameters(scene) if p.path == name), 1e-4
-        q = [simulate(scene, 0.5, 0.5, 1e-12, overrides={name: value + s * h})["rail.q[1]"][-1] for s in (-1, 1)]
+        q = [simulate(scene, 0.5, 0.5, 1e-13, overrides={name: value + s * h})["rail.q[1]"][-1] for s in (-1, 1)]
         assert found.derivatives[-1, 0, names.index(name)] == pytest.approx((q[1] - q[0]) / (2 * h), rel=1e-4, abs=1e-8)
     table = trunnion.sweep(scene, {names[0]: [0.1, 1.0]}, until=0.2, reductions=["final:rail.q[1]"])
     single = [simulate(scene, until=0.2, overrides={names[0]: c})["rail.q[1]"][-1] for c in (0.1, 1.0)]

@@ -28,6 +28,36 @@ def random_program(rng: np.random.Generator) -> Program:
     return program
 
 
+def random_products(rng: np.random.Generator) -> Program:
+    """Dot products, and sums of single columns, of which many have equidistant rows, numbers and results."""
+    program = Program()
+    for _ in range(12):
+        spaces, first = rng.integers(0, 3, 3), rng.integers(0, 8, 3)
+        rows, numbers, out = (Slot(ARRAYS[i], int(a), 2) for i, a in zip(spaces, first, strict=True))
+        dot, sign, steps = bool(rng.random() < 0.5), int(rng.choice([1, 1, 1, -1])), rng.integers(-1, 4, 2)
+        for k in range(int(rng.integers(1, 5))):
+            row = rows._replace(at=abs(rows.at + k * int(steps[0])))
+            if dot:
+                program.call(Builtin.ADD_DOT, [row, numbers, out._replace(at=abs(out.at + k * int(steps[1])), size=1)], [2, sign])
+            else:
+                program.call(Builtin.ADD_COLUMNS, [row, numbers._replace(at=numbers.at + k, size=1), out], [2, 1])
+    return program
+
+
+def added(out: dict[int, list[float]], call: list[int]) -> None:
+    """Execute a call that adds products, number by number."""
+    (a, i), (b, j), (to, at), n, count = call[3:5], call[5:7], call[7:9], call[9], call[10]
+    if call[0] in (Builtin.ADD_DOT, Builtin.ADD_ROW_DOTS):
+        count, sign, stride, step = (1, count, 0, 0) if call[0] == Builtin.ADD_DOT else (count, 1, *call[11:])
+        for k in range(count):
+            out[to][at + k * step] += sign * sum(out[a][i + k * stride + q] * out[b][j + q] for q in range(n))
+        return
+    stride = n if call[0] == Builtin.ADD_COLUMNS else call[11]
+    for k in range(count):
+        for q in range(n):
+            out[to][at + q] += out[a][i + k * stride + q] * out[b][j + k]
+
+
 def executed(code: list[int], arrays: dict[int, list[float]]) -> dict[int, list[float]]:
     """The arrays after the calls of a program have run."""
     out = {space: [*numbers] for space, numbers in arrays.items()}
@@ -35,8 +65,11 @@ def executed(code: list[int], arrays: dict[int, list[float]]) -> dict[int, list[
         operands, numbers = code[1], code[2]
         spots, size = code[3 : 3 + 2 * operands], code[3 + 2 * operands]
         space, at = spots[-2:]
-        new = [0.0] * size if code[0] == Builtin.ZERO else out[spots[0]][spots[1] : spots[1] + size]
-        out[space][at : at + size] = new
+        if code[0] in (Builtin.ZERO, Builtin.COPY):
+            new = [0.0] * size if code[0] == Builtin.ZERO else out[spots[0]][spots[1] : spots[1] + size]
+            out[space][at : at + size] = new
+        else:
+            added(out, list(code[: 3 + 2 * operands + numbers]))
         code = code[3 + 2 * operands + numbers :]
     return out
 
@@ -47,6 +80,16 @@ def test_merged_calls_write_the_same_numbers(seed: int) -> None:
     program = random_program(rng)
     arrays = {int(s): rng.random(30).tolist() for s in ARRAYS}
     merged = program.merged()
+    assert executed(merged, arrays) == executed(program.code, arrays)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_products_with_equidistant_rows_are_one_call_with_the_same_sums(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    program = random_products(rng)
+    arrays = {int(s): rng.random(60).tolist() for s in ARRAYS}
+    merged = program.merged()
+    assert len(merged) < len(program.code)
     assert executed(merged, arrays) == executed(program.code, arrays)
 
 
