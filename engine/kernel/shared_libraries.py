@@ -47,15 +47,14 @@ lanes takes as long as the unit itself, and the data of rows are on the stacks o
 @lru_cache(maxsize=1)
 def sources_key() -> str:
     """Digest of all Python sources that influence generated code."""
-    files = sorted(f for folder in SHAPING for f in (ENGINE / folder).rglob("*.py"))
-    return library_cache.digest(*(f.read_bytes() for f in files))
+    return library_cache.digest_of_files(ENGINE, SHAPING, (".py",))
 
 
 @lru_cache(maxsize=1)
 def runtime_key(machine: c_compiler.Machine | None = None) -> str:
     """Digest of the runtime's C sources, of the Python sources that generate its headers, and of the compiler for a machine."""
-    files = sorted(f for pattern in ("*.[ch]", "*.py") for f in RUNTIME.rglob(pattern))
-    return library_cache.digest(*(f.read_bytes() for f in files), *c_compiler.toolchain(machine))
+    sources = library_cache.digest_of_files(ENGINE, ["runtime"], (".c", ".h", ".py"))
+    return library_cache.digest(sources, *c_compiler.toolchain(machine))
 
 
 @lru_cache(maxsize=1)
