@@ -13,12 +13,12 @@ import logging
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from trunnion.basics.interrupts import heed, held
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.compilation import prebuilt_libraries as built
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path as FilePath
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.composition.whole_scene import compose
 from trunnion.scene.data_classes.scene import Scene

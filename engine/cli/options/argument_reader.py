@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trunnion.basics.atomic_files import destination_problems
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 
 if TYPE_CHECKING:

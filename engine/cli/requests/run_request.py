@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.interrupts import held
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem
 from trunnion.cli.options.argument_reader import PICTURES, TABLES, ArgumentReader
 from trunnion.cli.output.exit_codes import DONE, FAILED, print_json

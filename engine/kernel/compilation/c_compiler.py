@@ -14,11 +14,12 @@ import sysconfig
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import remedy, there
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.compilation import compiler_processes

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.file_format.yaml_events import Unreadable, events
 from trunnion.scene.file_format.yaml_scalars import plain, whole_text
 from trunnion.scene.findings.findings_and_paths import Finding, Path

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.bodies import Turn
 from trunnion.scene.data_classes.scene import Body, Direction, Joint, Scene, Side

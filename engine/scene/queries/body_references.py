@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.scene import (
     Bushing,
     Direction,
