@@ -25,6 +25,12 @@ class Marker:
     def __init__(self, *given: Any, **named: Any):
         self.given, self.named = given, named
 
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and vars(other) == vars(self)
+
+    def __hash__(self) -> int:
+        return hash((self.name, *self.given))
+
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         import pydantic
 
@@ -53,7 +59,7 @@ class Before(Marker):
     name = "BeforeValidator"
 
 
-class Exactly:
+class Exactly(Marker):
     """Marks a type whose values are not converted from other types."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
