@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.units.quantities import Length, Number
 
-STRICT = {"extra": "forbid", "defer_build": True}
+STRICT: Any = {"extra": "forbid", "defer_build": True}
 
 
 class Marker:
