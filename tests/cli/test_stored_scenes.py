@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -21,8 +19,6 @@ schema: 1
 bodies: {arm: {box: [0.6 m, 40 mm, 40 mm], density: 7800}}
 joints: {pivot: {type: revolute, axis: z, inboard: ground, outboard: arm, friction: {mu: 0.12, radius: 8 mm, half_length: 15 mm}}}
 """
-MOST_MODULES = 620
-"""Modules of a warm ``simulate``, a third of them numpy's; with pydantic and the reader of scenes there are 750."""
 
 
 @pytest.fixture
@@ -103,13 +99,3 @@ def test_a_stored_scene_repeats_the_notes_about_deprecated_words(tmp_path: Path,
         told.append(notes)
     assert told[0] == told[1] != []
     assert len(read) == 1
-
-
-def test_a_warm_run_imports_only_what_it_uses(tmp_path: Path) -> None:
-    run = "import sys\nfrom trunnion.cli import main\nmain(['simulate', 'simple_pendulum'])\nprint(*sys.modules)"
-    for _ in range(2):
-        done = subprocess.run([sys.executable, "-c", run], cwd=tmp_path, check=True, capture_output=True, text=True)
-    modules = done.stdout.splitlines()[-1].split()
-    roots = {m.partition(".")[0] for m in modules}
-    assert not roots & {"pydantic", "pydantic_core", "yaml", "casadi", "pandas", "pyarrow", "scipy", "matplotlib", "rich"}
-    assert len(modules) <= MOST_MODULES, len(modules)
