@@ -79,20 +79,22 @@ def main() -> None:
     given = asked.parse_args()
     pythons = [p for p in (given.than, sys.executable) if p]
     found: dict[tuple[str, str], list[float]] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "chain.yaml"
-        file.write_text(scene_to_yaml(tests.scalable_mechanisms.revolute_chain(500)))
-        rows = commands(str(model_folder("friction_identification") / "measured.csv"))
-        several = {"500 bodies: reading, model": ["-c", LARGE, str(file)], "run() of a ready pendulum; C": ["-c", READY]}
-        chosen = {r: w for r, w in (rows | several).items() if not given.only or r in given.only}
-        for n in range(given.rounds + 1):  # the first round fills caches
-            for row, words in chosen.items():
-                for python in pythons:
-                    seconds, text = spent(python, words)
-                    for i, s in enumerate(map(float, text.split()) if row in several else [seconds]):
-                        found.setdefault((python, f"{row} {i}"), []).extend([s] * (n > 0))
-    for (python, row), times in found.items():
-        print(f"{row:45s} {min(times) * 1e3:9.3f} ({statistics.median(times) * 1e3:.3f}) ms  {python}")
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "chain.yaml"
+            file.write_text(scene_to_yaml(tests.scalable_mechanisms.revolute_chain(500)))
+            rows = commands(str(model_folder("friction_identification") / "measured.csv"))
+            several = {"500 bodies: reading, model": ["-c", LARGE, str(file)], "run() of a ready pendulum; C": ["-c", READY]}
+            chosen = {r: w for r, w in (rows | several).items() if not given.only or r in given.only}
+            for n in range(given.rounds + 1):  # the first round fills caches
+                for row, words in chosen.items():
+                    for python in pythons:
+                        seconds, text = spent(python, words)
+                        for i, s in enumerate(map(float, text.split()) if row in several else [seconds]):
+                            found.setdefault((python, f"{row} {i}"), []).extend([s] * (n > 0))
+    finally:  # also after Ctrl-C
+        for (python, row), times in ((k, t) for k, t in found.items() if t):
+            print(f"{row:45s} {min(times) * 1e3:9.3f} ({statistics.median(times) * 1e3:.3f}) ms  {python}")
 
 
 if __name__ == "__main__":
