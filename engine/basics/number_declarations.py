@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from typing import Any
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 ZERO_BELOW = 1e-100

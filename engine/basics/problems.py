@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 LONGEST_WHERE = 300
 """Largest number of characters of a problem's place in a message."""

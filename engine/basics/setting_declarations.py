@@ -7,8 +7,9 @@ an entry here, and code that uses the setting.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
 
 RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")

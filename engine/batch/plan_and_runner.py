@@ -4,7 +4,7 @@ on any machine."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from trunnion.basics.interrupts import Unwanted
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import current_paths
 from trunnion.batch.cases.grids_and_samples import Cases, grid, listed, sampled

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import writing
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan_and_runner import Plan

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -28,6 +28,7 @@ class DeclaredCommand(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words after translating renamed options."""
         known = {o for p in self.params for o in (*p.opts, *p.secondary_opts)}
+        take_as_given(self.get_params(ctx))
         return super().parse_args(ctx, current_options(args, known))
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
@@ -38,6 +39,23 @@ class DeclaredCommand(TyperCommand):
             if shown:
                 with formatter.section(title):
                     formatter.write_dl([(spelling(p), meaning(p)) for p in shown])
+
+
+class AsGiven:
+    """Stands for the conversion of text to text and of flags to flags, for which typer imports pydantic."""
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The value of an argument or option: a list if it is repeatable, None if it is not given."""
+        return list(value or ()) if param.multiple else value
+
+
+def take_as_given(parameters: Sequence[Any]) -> None:
+    """Let arguments and options keep their words where the values are text, and flags their values. Earlier versions of typer have
+    no such conversion."""
+    for p in parameters:
+        kind = getattr(getattr(p, "type_descriptor", None), "annotation", None)
+        if kind in (str, list[str]) or (kind is bool and not p.envvar):
+            p.get_runtime_param = AsGiven
 
 
 def spelling(p: Any) -> str:

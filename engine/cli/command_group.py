@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.cli.command_declaration import click_command
+from trunnion.cli.command_declaration import click_command, take_as_given
 from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 
 HELP = "Compute how a mechanism moves, and its friction, contact points and normal forces."
@@ -41,6 +41,11 @@ class CommandGroup(TyperGroup):
         ``--help``."""
         full = self.prefix + name
         return GROUPS[full] if full in GROUPS else str(function_of(full).__doc__)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words before the command's name."""
+        take_as_given(self.get_params(ctx))
+        return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """(name of the command, the command, the words after its name). SceneError for an unknown command."""

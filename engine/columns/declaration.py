@@ -8,9 +8,9 @@ from __future__ import annotations
 import inspect
 import string
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY, Bound
 from trunnion.columns.operands import Operand
 from trunnion.columns.subjects import Subject, SubjectType

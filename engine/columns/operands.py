@@ -5,9 +5,9 @@ Both kernels provide every operand. ``kernel.units.column_operand_expressions`` 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi.run_records import EXTRA
 
 if TYPE_CHECKING:

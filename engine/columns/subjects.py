@@ -4,9 +4,9 @@ units."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.joints import JointKind
 from trunnion.system.structure.bodies_and_joints import Body, Joint, Load, System

@@ -17,10 +17,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from pathlib import Path
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.xml_reader import Element, Findings, is_zero
 
 FATES = ("taken", "noted", "refused", "irrelevant")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.pose_matrices import Pose
 from trunnion.scene.queries.packed_surfaces import packed
 

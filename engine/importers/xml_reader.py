@@ -4,10 +4,11 @@ definitions, and therefore entities, and limits the numbers of bytes, elements a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from xml.parsers import expat
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 
 LARGEST = 20_000_000

@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.c_code.code_generator import MATH
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.interface.runtime_tables import coordinate_kinds, element_table, row_kinds, unilateral_table

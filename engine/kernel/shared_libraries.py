@@ -13,12 +13,12 @@ import logging
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from trunnion.basics.interrupts import heed, held
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.compilation import prebuilt_libraries as built
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
@@ -48,15 +48,14 @@ lanes takes as long as the unit itself, and each case holds the data of rows on 
 @lru_cache(maxsize=1)
 def sources_key() -> str:
     """Digest of all Python sources that influence generated code."""
-    files = sorted(f for folder in SHAPING for f in (ENGINE / folder).rglob("*.py"))
-    return library_cache.digest(*(f.read_bytes() for f in files))
+    return library_cache.digest_of_files(ENGINE, SHAPING, (".py",))
 
 
 @lru_cache(maxsize=1)
 def runtime_key(machine: c_compiler.Machine | None = None) -> str:
     """Digest of the runtime's C sources, of the Python sources that generate its headers, and of the compiler for a machine."""
-    files = sorted(f for pattern in ("*.[ch]", "*.py") for f in RUNTIME.rglob(pattern))
-    return library_cache.digest(*(f.read_bytes() for f in files), *c_compiler.toolchain(machine))
+    sources = library_cache.digest_of_files(ENGINE, ["runtime"], (".c", ".h", ".py"))
+    return library_cache.digest(sources, *c_compiler.toolchain(machine))
 
 
 @lru_cache(maxsize=1)

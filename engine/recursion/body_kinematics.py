@@ -7,11 +7,11 @@ part relative to the inboard part."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import Axis
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross, matrix, vector, zeros

@@ -7,10 +7,9 @@ not matter."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints.joint_kind import to_quaternion
 from trunnion.recursion.body_kinematics import Motion, motions_of, point_motion
 from trunnion.recursion.symbolic_inputs import Symbols

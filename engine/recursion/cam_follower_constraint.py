@@ -5,10 +5,9 @@ k·(v_out − v_in), where v_out and v_in are the velocities of the parts at the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross

@@ -6,10 +6,10 @@ freedoms, and the friction law with its parameters."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import Wrench
 from trunnion.elements.contact.contact_element import COMPONENTS, SPAN
 from trunnion.elements.friction import REGISTRY as LAWS

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import wraps
 from typing import Any, TypeVar
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.recursion.body_kinematics import Motion
 from trunnion.recursion.vector_algebra import SX, cross, zeros
 from trunnion.system.structure.bodies_and_joints import Joint

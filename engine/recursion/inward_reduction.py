@@ -7,12 +7,13 @@ and "Cut joints"."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import casadi as ca
 
 from trunnion.basics.interrupts import heed
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.recursion import cut_joint_constraints as cutting
 from trunnion.recursion.body_kinematics import Motion, Step, motions_of, walk
 from trunnion.recursion.masses_and_forces import (

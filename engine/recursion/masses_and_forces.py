@@ -5,10 +5,10 @@ Gravity is modelled as an acceleration −g of the ground (Ż_0). This saves a f
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.recursion import latch_forces
 from trunnion.recursion.body_kinematics import Motion, Step, motions_of, point_motion
 from trunnion.recursion.bushing_forces import bushing, wrenches_of

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from trunnion.basics.interrupts import heed
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.masses_and_forces import ground_acceleration
 from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, solve_spd, zeros

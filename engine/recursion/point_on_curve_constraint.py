@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.recursion.cam_follower_constraint import Touch
 from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
 from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity

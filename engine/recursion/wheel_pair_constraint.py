@@ -6,10 +6,11 @@ pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in�
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints.wheel_pairs import Sizes, phase, side
 from trunnion.recursion.cut_joint_frames_and_rows import NOTHING, Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols

@@ -7,10 +7,10 @@ a × u. In the plane of a and a × u, its flank has the normal k = cos γ a − 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints.wheel_pairs import side
 from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.vector_algebra import SX, cross

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.scene.checks import checked
 from trunnion.scene.data_classes.scene import Scene

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem
 from trunnion.basics.renamed_words import current_paths
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, shape, unit_at

@@ -6,24 +6,22 @@ The functions ``source_of_…`` read data. ``scene_of`` then applies composition
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import field
 from pathlib import Path as FilePath
 from typing import Any
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.lazy_data_classes import dataclass
+from trunnion.basics.problems import SceneError
 from trunnion.scene.composition.whole_scene import compose
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_evaluation import MEND_FIRST, evaluate
-from trunnion.scene.file_format.yaml_reader import LARGEST, read
+from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.findings.findings_and_paths import Finding, Path, error_of
-from trunnion.scene.library.model_folders import SCENE_FILE, bundled_names, model_file
+from trunnion.scene.library.model_folders import SCENE_FILE
+from trunnion.scene.library.scene_files import content_of, scene_file
 from trunnion.scene.plain_data_changes import set_values
 from trunnion.scene.validation import build, plain_copy
-
-SUFFIXES = (".yaml", ".yml", ".json")
-MOST_NAMED = 5
-"""Largest number of files that a hint lists."""
 
 
 @dataclass
@@ -56,40 +54,14 @@ def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
 
 def source_of_file(source: str | os.PathLike[str]) -> Source:
     """The content of a scene file; ``source`` as for ``load_scene``. SceneError when the file cannot be read as scene data."""
-    path = _file(source)
-    try:
-        with path.open("rb") as f:
-            content = f.read(LARGEST + 1)  # one byte above the limit is enough for the reader to detect a file that is too large
-    except OSError as e:
-        raise SceneError([Problem("scene", f"cannot read the file: {e.strerror or e}", "", str(path))]) from e
+    path = scene_file(source)
+    return source_of_content(content_of(path), path)
+
+
+def source_of_content(content: bytes, path: FilePath) -> Source:
+    """The data in the bytes of a scene file."""
     name = path.parent.name if path.name == SCENE_FILE else path.stem
     return source_of_text(content, str(path), path.suffix.lower() == ".json", name, path.parent)
-
-
-def _file(source: str | os.PathLike[str]) -> FilePath:
-    """The scene file for ``source``: an existing file or folder, else a bundled model. SceneError when there is none."""
-    text = os.fspath(source)
-    path = FilePath(text)
-    try:
-        if path.is_dir() and (path / SCENE_FILE).is_file():
-            return path / SCENE_FILE
-        if path.exists() and not path.is_dir():
-            return path
-        others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
-    except (OSError, ValueError):  # not a valid file name
-        others = None
-    if others is not None and text not in bundled_names():
-        raise SceneError([_no_scene_in(path, others, text)])
-    if path.suffix.lower() in SUFFIXES or len(path.parts) > 1:
-        raise SceneError([Problem("scene", "there is no such file", "", text[:200])])
-    return model_file(text)
-
-
-def _no_scene_in(folder: FilePath, others: Sequence[FilePath], text: str) -> Problem:
-    """The problem of a folder without scene.yaml; ``others`` are its other scene files."""
-    shown = ", ".join(map(str, others[:MOST_NAMED]))
-    hint = f"give the file itself: {shown}" if others else f"`trunnion new {folder.name}` writes a scene folder"
-    return Problem("scene", f"the folder has no {SCENE_FILE}", hint, text[:200])
 
 
 def scene_from_text(

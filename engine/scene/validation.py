@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cache, cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter, ValidationError
-
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.joints import FREE, REGISTRY, REVOLUTE
 from trunnion.scene.checks import findings
@@ -18,6 +17,9 @@ from trunnion.scene.file_format.yaml_scalars import whole_text
 from trunnion.scene.findings.findings_and_paths import CONNECTIONS, Finding, Path
 from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.validation_messages import findings_of
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 ROUNDS = 12
 """Largest number of attempts to remove invalid parts; after these there is no scene."""
@@ -72,11 +74,15 @@ class Built:
 
 @cache
 def _adapter() -> TypeAdapter[Scene]:
+    from pydantic import TypeAdapter
+
     return TypeAdapter(Scene)
 
 
 def build(data: Any) -> Built:
     """Validate plain data; when there are mistakes, validate again without the invalid parts."""
+    from pydantic import ValidationError
+
     try:
         return Built(_adapter().validate_python(data))
     except ValidationError as e:

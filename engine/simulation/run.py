@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from trunnion.scene.overrides import Given, scene_given
+from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.execution.run_loop import OneRun, Progress
 from trunnion.simulation.execution.runnable_model import Model, pattern_problems
@@ -16,7 +16,12 @@ from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.request_checks import check_settings
 from trunnion.simulation.settings.run_settings import Run, described, settings_given
 
-__all__ = ["Model", "pattern_problems", "run", "simulate"]
+if TYPE_CHECKING:
+    from trunnion.scene.overrides import Given
+
+__all__ = ["Model", "pattern_problems", "run", "run_checked", "simulate"]
+ASKED = ("until", "every", "rtol", "method", "step", "kernel", "max_steps")
+"""Settings of a run."""
 
 
 @described("trunnion.simulate")
@@ -53,9 +58,22 @@ def simulate(
     Raises:
         SceneError: for wrong input.
     """
-    loaded = scene_given(scene, overrides)
+    from trunnion.scene.overrides import scene_given  # readers and checks, which a checked scene does not need
+
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step, "kernel": kernel, "max_steps": max_steps}
-    chosen = settings_given("trunnion.simulate", asked)
+    return run_checked(scene_given(scene, overrides), asked, outputs, progress, certify, accuracy)
+
+
+def run_checked(
+    loaded: Scene,
+    asked: Mapping[str, Any],
+    outputs: Names | None = None,
+    progress: Progress | None = None,
+    certify: bool = False,
+    accuracy: Amount | None = None,
+) -> Result:
+    """``simulate`` for a checked scene. asked: settings of the run by name; the other settings have their defaults."""
+    chosen = settings_given("trunnion.simulate", dict.fromkeys(ASKED) | dict(asked))
     fixed = chosen.pop("step") or 0.0
     own = Run(**chosen)
     end, spacing, tolerance = own.of(loaded)
@@ -67,7 +85,7 @@ def simulate(
     if certify or accuracy is not None:
         from trunnion.simulation.global_error.tolerance_search import ErrorRequest, run_with_error
 
-        request = ErrorRequest(end, spacing, settings, accuracy, rtol is not None)
+        request = ErrorRequest(end, spacing, settings, accuracy, asked.get("rtol") is not None)
         return run_with_error(loaded, patterns, own.kernel, request, progress)
     return OneRun(Model(loaded, patterns, own.kernel), end, spacing, settings, progress).result()
 

@@ -3,12 +3,11 @@ becomes zero."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from trunnion.analysis.work_precision.benchmark_model import exact_law
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.friction import twin_of
 from trunnion.elements.joints import REVOLUTE, SPHERICAL
 from trunnion.scene.data_classes.field_types import AxisName

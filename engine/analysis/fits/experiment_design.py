@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.fits.parameter_estimation import Fit
 from trunnion.analysis.sensitivities.sensitivity import sensitivity
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.overrides import apply
 from trunnion.scene.units.python_arguments import Amounts, Names, names_given

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trunnion.analysis.fits.request import FitRequest, answer_fit, combine_answers
 from trunnion.basics.arrow_columns import field
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.plan_and_runner import Plan, Stopped

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 NULL_THRESHOLD = {True: 1e-5, False: 1e-3}
 """A singular value counts as zero if it is below this multiple of the largest singular value. The first multiple applies to exact

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.simulation.results.csv_and_parquet import finite
 
 if TYPE_CHECKING:

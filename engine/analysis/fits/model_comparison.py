@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from trunnion.analysis.fits.information_criteria import Criteria
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.parameter_estimation import Fit, fit, make_objective
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from trunnion.analysis.fits.measurements import CurveComparison, MeasuredRun, cu
 from trunnion.analysis.fits.model_curves import ModelCurves, start_values
 from trunnion.analysis.fits.profile_likelihood import BetterFitFound, Interval, Profiles, threshold
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_values
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, list_parameters, scene_given

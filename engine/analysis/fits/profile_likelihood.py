@@ -8,12 +8,12 @@ models that are linear in their parameters, this distribution is exact, and the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.fits.least_squares_objective import Objective
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.simulation.results.csv_and_parquet import finite

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import Any
 
@@ -18,6 +18,7 @@ from trunnion.analysis.fits.parameter_estimation import fit
 from trunnion.analysis.fits.result_reader import read_criteria
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply

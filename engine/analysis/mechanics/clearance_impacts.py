@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.mechanics.joint_clearances import directions, frame_of, free_mobility, plays_of, restricted, rotation_at
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.clearance import Play

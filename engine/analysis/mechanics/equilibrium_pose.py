@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from trunnion.analysis.mechanics.friction_rest_ranges import Band, BandSearch
 from trunnion.analysis.mechanics.further_equilibrium_poses import kind_of, other_rests
 from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts
 from trunnion.analysis.static_bounds.start_pose_statics import STILL, accelerating_joints, hold_drives
 from trunnion.analysis.studies.root_bracket import bracketed_root
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import Model

@@ -5,12 +5,12 @@ from __future__ import annotations
 import ctypes
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import Status
 from trunnion.scene.overrides import Given, scene_given

@@ -4,7 +4,6 @@ held."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
 from trunnion.analysis.mechanics.friction_rest_ranges import copy_latches
 from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.mechanics.rows_inside_steps import with_rows_inside_steps
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import ContactElement, Place
 from trunnion.elements.joints import REGISTRY

@@ -8,12 +8,12 @@ recorded. Each is a step of negligible length. Its multipliers are the impulses 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from trunnion.analysis.sensitivities.derivatives_at_one_state import SensitivityUnit
 from trunnion.analysis.sensitivities.step_record import RecordedStep
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import PairState
 from trunnion.system.structure.external_value_layout import INSIDE

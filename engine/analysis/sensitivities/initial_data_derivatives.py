@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 
 from trunnion.analysis.sensitivities.step_record import Tick
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene

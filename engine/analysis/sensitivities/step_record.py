@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import EventKind
 from trunnion.runtime.integrators import RK8

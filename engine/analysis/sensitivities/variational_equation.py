@@ -9,7 +9,6 @@ law cause no jump. A release causes a jump only if static friction exceeds slidi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from trunnion.analysis.sensitivities.impact_tangents import ImpactTangents
 from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import RecordedStep, StepRecord, Tick
 from trunnion.analysis.sensitivities.tangent_integration import TangentMarch
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import PairState
 from trunnion.simulation.runtime_interface.simulation_block import Block

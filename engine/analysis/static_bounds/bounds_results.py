@@ -4,10 +4,10 @@ begins."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
+from trunnion.basics.lazy_data_classes import dataclass
 
 
 @dataclass(frozen=True)

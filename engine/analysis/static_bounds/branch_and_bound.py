@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Answer, Cell, Relaxation
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.sum_of_norms_program import FAR, Program
+from trunnion.basics.lazy_data_classes import dataclass
 
 CLOSE = 1e-9
 """A search ends if the gap between the attained and the certified value, relative to the value and to the loads, is below this

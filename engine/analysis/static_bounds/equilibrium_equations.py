@@ -7,13 +7,12 @@ the mass matrix gives the force equations E x + E_p p + e = 0, where p are the l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from trunnion.analysis.static_bounds.kernel_function_calls import Probe
 from trunnion.analysis.static_bounds.start_pose_statics import hold_drives, start_at_rest
 from trunnion.analysis.static_bounds.statics_scene import Load, pose_columns, release_drives
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import SPAN
 from trunnion.elements.contact.registry import pairs_at_rest

@@ -7,13 +7,13 @@ All forces are relative to a scale of the loads.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.sum_of_norms_program import Across, Program, Row, term_index
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.static_friction_capacity import Norm, Pair
 
 RANK = 1e-9

@@ -8,12 +8,12 @@ opening of the cone.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_program import Failed, LinearProgram
 from trunnion.analysis.static_bounds.sum_of_norms_program import FAR, Program, Row
+from trunnion.basics.lazy_data_classes import dataclass
 
 FEASIBLE = 1e-9
 """Largest violation of a row, relative to the loads, at which a state counts as attained."""

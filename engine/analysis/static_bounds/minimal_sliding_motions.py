@@ -8,12 +8,12 @@ allows one of these elementary motions to begin.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.equilibrium_space import RANK
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.static_friction_capacity import Pair
 
 MOST = 400

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.search_budget import Effort
 from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
 
 NEVER = 1e-7

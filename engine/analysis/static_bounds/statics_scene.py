@@ -3,11 +3,12 @@ efforts are then parameters of one kernel."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.parts.layout.signal_evaluation import value

@@ -7,10 +7,12 @@ quotient objective/normal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 FAR = 1e4
 """Limit of the amounts of open directions, in multiples of the loads. Amounts near this limit count as unbounded."""

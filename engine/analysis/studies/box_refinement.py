@@ -9,13 +9,13 @@ when the boxes with different outcomes or curvature are narrower than the tolera
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from trunnion.analysis.studies.study_rounds import REVISION, CaseResults, Rounds, Study
+from trunnion.basics.lazy_data_classes import dataclass
 
 GRID = 1 << 40
 """Number of grid intervals of each range. Places of cases are integers on this grid. Therefore equal places give bitwise equal

@@ -13,7 +13,6 @@ result jumps across the target there.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 from math import inf, isfinite, log, sqrt
 from typing import Any
 
@@ -21,6 +20,7 @@ import numpy as np
 
 from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.analysis.studies.study_rounds import REVISION, CaseResults, Rounds, Study
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.cases.sample_points import latin
 
 STARTS = 2

@@ -6,13 +6,13 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trunnion.analysis.studies.request import StudyRequest, make_study, set_values
 from trunnion.analysis.studies.study_rounds import Study, StudyProgress, results_of
 from trunnion.basics.interrupts import Unwanted, held, watched
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.batch.plan_and_runner import Plan, Run, Runner, Stopped
 from trunnion.batch.sweep import Sweep

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import inf, isfinite
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from trunnion.analysis.studies.box_refinement import OUTCOME, BoxRefinement
 from trunnion.analysis.studies.evolution_strategy import GOALS, Optimisation
 from trunnion.analysis.studies.study_rounds import REVISION, Study, study_cases
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import ranges
 from trunnion.batch.cases.quantity_reader import number_at

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.cases.grids_and_samples import Cases
 
 if TYPE_CHECKING:

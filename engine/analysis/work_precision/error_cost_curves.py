@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from trunnion.analysis.work_precision.measurement_points import ENGINE, Measurement
 from trunnion.analysis.work_precision.request_and_results import WorkPrecision
+from trunnion.basics.lazy_data_classes import dataclass
 
 USABLE = 0.1
 """Runs with a relative error above this value are not compared in time."""

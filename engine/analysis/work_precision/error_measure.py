@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column, columns, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.system.construction.system_builder import build

@@ -5,10 +5,11 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 
 from trunnion.basics.atomic_files import writing
+from trunnion.basics.lazy_data_classes import dataclass
 
 ENGINE = "trunnion"
 """Name of the engine in the list of programs."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel, methods
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators import REGISTRY, Impulses
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.machine_description import describe_machine
 from trunnion.analysis.work_precision.measurement_points import ENGINE, FrictionVariant, Measurement
 from trunnion.analysis.work_precision.reference_solution import Reference
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.scene import Scene
 
 Progress = Callable[[str, int, int], None]

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import exp, isfinite, log, sqrt
 from statistics import NormalDist
 from typing import Any
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 WRITTEN = re.compile(r"^\s*([a-z]+)\s*\(([^()]*)\)\s*$")
 BELOW_ONE = 1.0 - 2.0**-53

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.batch.cases.distributions import BELOW_ONE, spread_of
 from trunnion.batch.cases.quantity_reader import Reader

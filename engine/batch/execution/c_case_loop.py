@@ -6,11 +6,11 @@ import ctypes
 import time
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 
 import numpy as np
 
 from trunnion.basics.interrupts import Unwanted
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.execution.batch_memory import CaseBlocks
 from trunnion.batch.execution.cancellation_and_time_limit import CALL_SECONDS, Tick
 from trunnion.batch.execution.lane_batch import ensemble_of

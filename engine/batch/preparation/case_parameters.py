@@ -11,13 +11,14 @@ is also built for each case with another structure.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from threading import Lock
 
 import numpy as np
 
 from trunnion.basics.interrupts import heed
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError
 from trunnion.batch.preparation.dependent_parameters import Followers
 from trunnion.batch.preparation.parameter_formulas import total_mass

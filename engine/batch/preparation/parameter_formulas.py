@@ -7,10 +7,11 @@ only if all bits agree with the built scenes (``parameters_without_scene_builds`
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.joints import AxisAngle
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path

@@ -6,11 +6,13 @@ Tables are processed one by one and are not stored.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import inf
 from typing import Any
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 MOST_BINS = 200
 """Largest number of bins along an axis."""

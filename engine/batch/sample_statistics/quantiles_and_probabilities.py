@@ -9,12 +9,13 @@ has.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.batch.sample_statistics.sobol_indices import CONFIDENCE, Estimate
 

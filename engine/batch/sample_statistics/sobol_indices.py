@@ -18,12 +18,13 @@ scramble are evenly spread and not independent.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.sample_points import REPLICATES

@@ -8,9 +8,9 @@ prefix ``error:`` means the global error of a reduction.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import MOST_WILD, is_wild
 from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.basics.renamed_words import EVENTS, current

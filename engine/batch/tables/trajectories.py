@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ import numpy as np
 
 from trunnion.basics import arrow_columns
 from trunnion.basics.arrow_columns import field
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem
 from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.simulation.run import pattern_problems

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trunnion.basics.atomic_files import destination_problems
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 
 if TYPE_CHECKING:
@@ -94,10 +95,10 @@ class ArgumentReader:
 
     def assignments(self, texts: Sequence[str]) -> dict[str, Any]:
         """{path: value} of the valid PATH=VALUE words of ``--set``."""
-        from trunnion.scene.overrides import parse_assignment
-
         out: dict[str, Any] = {}
         for text in texts:
+            from trunnion.scene.overrides import parse_assignment
+
             parsed = self.attempt(partial(parse_assignment, text), "--set")
             if parsed is None:
                 continue
@@ -124,16 +125,17 @@ class ArgumentReader:
         self, word: str | None, context: Context, changes: Sequence[str], law: str | None = None, massless: bool = False
     ) -> Scene | None:
         """The scene that the command line names, changed by ``--set`` and ``--law``. massless: bodies need no masses."""
-        from trunnion.scene.overrides import apply, law_changes
-        from trunnion.scene.scene_loader import load_scene
+        from trunnion.cli.options.stored_scenes import stored_scene
 
         source, values = self.scene_word(word, context), self.assignments(changes)
-        scene = self.attempt(partial(load_scene, source, massless)) if source is not None else None
-        if scene is not None and law is not None:
+        scene = self.attempt(partial(stored_scene, source, massless)) if source is not None else None
+        if scene is None or (law is None and not values):
+            return scene
+        from trunnion.scene.overrides import apply, law_changes
+
+        if law is not None:
             scene = self.attempt(partial(apply, scene, law_changes(scene, law)), "--law") or scene
-        if scene is not None and values:
-            scene = self.attempt(partial(apply, scene, values), "--set") or scene
-        return scene
+        return self.attempt(partial(apply, scene, values), "--set") or scene
 
     def scene_word(self, first: str | None, context: Context) -> str | None:
         """The scene among the words that click does not recognise. An unknown option, several scenes or no scene is a mistake."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.cli.options import completion
 
 if TYPE_CHECKING:

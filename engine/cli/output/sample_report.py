@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.output.printed_output import plain, table
 

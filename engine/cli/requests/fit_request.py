@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.cli.options import completion
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import repeatable

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.interrupts import held
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem
 from trunnion.cli.options.argument_reader import PICTURES, TABLES, ArgumentReader
 from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, print_json
@@ -70,7 +70,7 @@ def run_and_report(request: RunRequest, as_json: bool) -> int:
 def simulated(request: RunRequest) -> Result:
     """Run the request with a progress bar. An animation adds the columns that it needs."""
     from trunnion.cli.output.progress_bars import ProgressBar
-    from trunnion.simulation.run import simulate
+    from trunnion.simulation.run import run_checked
 
     patterns = [p for p in request.patterns if p != "time"]
     if "animation" in request.files and "*" not in patterns:
@@ -78,7 +78,9 @@ def simulated(request: RunRequest) -> Result:
 
         patterns += needed(request.scene)
     with ProgressBar(request.scene.name) as bar:
-        return simulate(request.scene, outputs=patterns, progress=bar.show_time, **request.arguments)
+        asked = dict(request.arguments)
+        error = {name: asked.pop(name) for name in ("certify", "accuracy") if name in asked}
+        return run_checked(request.scene, asked, patterns, bar.show_time, **error)
 
 
 def write_files(result: Result, request: RunRequest) -> tuple[dict[str, str], list[Problem]]:

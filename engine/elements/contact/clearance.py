@@ -4,8 +4,9 @@ Directions are e1, e2, e3 of the inboard joint frame, and for a universal joint 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 
 @dataclass(frozen=True)

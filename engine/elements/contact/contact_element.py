@@ -7,10 +7,10 @@ is in the docstring of that class."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import Number, checked_numbers
 from trunnion.elements.contact.clearance import Play
 from trunnion.elements.friction import Law

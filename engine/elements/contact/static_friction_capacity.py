@@ -7,9 +7,10 @@ sleeve is a sum of absolute values, which depends on the sense of friction. Each
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 
 @dataclass(frozen=True)

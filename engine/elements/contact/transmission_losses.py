@@ -6,10 +6,10 @@ where the power flows to the outboard part, and c = c_b where the outboard part 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.contact_element import TINY, Contact, ContactElement, Hold, Size, Wrench
 from trunnion.elements.contact.journal import HALF_ROOT
 from trunnion.elements.friction import Law

@@ -7,10 +7,11 @@ at the surface is the difference of both tensions. It does not depend on other f
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound
 from trunnion.elements.contact.contact_element import ContactElement, Hold, Size, Wrench, signum
 from trunnion.elements.friction import Law

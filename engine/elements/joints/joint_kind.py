@@ -6,8 +6,9 @@ sequence and a namespace with ``sin`` and ``cos``, and returns a 3×3 nested lis
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 Scalar = Any
 Rotation = Callable[[Sequence[Scalar], Any], list[list[Scalar]]]

@@ -7,9 +7,10 @@ whole number of teeth."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints.joint_kind import E1, E2, JointKind, Rolls, angle_about_e1, slide, turn
 
 Scalar = Any

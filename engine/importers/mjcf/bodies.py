@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, Names, Tie, floats
 from trunnion.importers.mass_matrix import mass_matrix
 from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn

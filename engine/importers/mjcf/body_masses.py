@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers import visual_shapes
 from trunnion.importers.intermediate_linkage import tensor
 from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError
 from trunnion.importers.pose_matrices import Pose, about, least_turn, of_quaternion, pose
 from trunnion.importers.schema_coverage import schema

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.importers.intermediate_linkage import Linkage
 from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.pose_matrices import Pose
 
 WAYS = ("legacy", "exact", "convex")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose, rpy
 from trunnion.importers.xml_reader import Element, Findings
 

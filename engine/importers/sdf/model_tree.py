@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError
 from trunnion.importers.schema_coverage import schema
 from trunnion.importers.sdf.frames import OWN, WORLD, Frames

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import casadi as ca
 
 from trunnion.basics.interrupts import heed
+from trunnion.basics.lazy_data_classes import dataclass
 
 COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR}
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}

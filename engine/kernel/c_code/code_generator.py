@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
 from trunnion.basics.interrupts import heed
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 
 SX = ca.SX

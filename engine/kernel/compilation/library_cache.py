@@ -12,7 +12,7 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -59,6 +59,29 @@ def digest(*parts: str | bytes) -> str:
         h.update(len(data).to_bytes(8, "little"))
         h.update(data)
     return h.hexdigest()[:32]
+
+
+def digest_of_files(root: Path, folders: Sequence[str], suffixes: tuple[str, ...]) -> str:
+    """Digest of the content of all files with these suffixes in folders below ``root``, as ``digest`` of each file in the order of
+    paths. The result is stored by name, size, number and times of every file, so that unchanged files are not read again."""
+    files = [e for folder in folders for e in _files(os.path.join(root, folder), suffixes)]
+    found = sorted((e.path.split(os.sep), e.path, e.stat()) for e in files)  # by parts: the same order on every platform
+    state = ((path, s.st_size, s.st_ino, s.st_mtime_ns, s.st_ctime_ns) for _, path, s in found)
+
+    def make(folder: Path) -> None:
+        (folder / "digest").write_text(digest(*(Path(path).read_bytes() for _, path, _ in found)))
+
+    return (entry(f"sources-{digest(repr([*state]))}", make)[0] / "digest").read_text()
+
+
+def _files(folder: str, suffixes: tuple[str, ...]) -> Iterator[os.DirEntry[str]]:
+    """The files with these suffixes in a folder and the folders below it."""
+    with os.scandir(folder) as entries:
+        for e in entries:
+            if e.is_dir():
+                yield from _files(e.path, suffixes)
+            elif e.name.endswith(suffixes):
+                yield e
 
 
 def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:

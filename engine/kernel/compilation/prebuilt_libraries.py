@@ -21,8 +21,7 @@ are not used."""
 @lru_cache(maxsize=1)
 def sources() -> str:
     """Digest of all sources of libraries. It does not depend on the compiler."""
-    files = sorted(f for folder in SOURCES for pattern in ("*.py", "*.[ch]") for f in (ENGINE / folder).rglob(pattern))
-    return library_cache.digest(*(f.read_bytes() for f in files))
+    return library_cache.digest_of_files(ENGINE, SOURCES, (".py", ".c", ".h"))
 
 
 def level() -> str:

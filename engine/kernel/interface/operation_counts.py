@@ -4,8 +4,8 @@ sizes. They measure the cost of bounded steps independently of the machine."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi.header_constants import number
 
 

@@ -4,8 +4,8 @@ library."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import matcher
 from trunnion.basics.number_declarations import ANY, Bound
 from trunnion.basics.renamed_words import current_column, current_pattern

@@ -9,11 +9,10 @@ to compile. Large systems therefore get a directional derivative in two stages: 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from trunnion.basics.interrupts import heed
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.c_code.code_generator import Input, Output, Stage, emit
 from trunnion.kernel.units.generated_function_inputs import CONST, PREPARE, STATE, Multipliers, combination, inputs, state_rates
 from trunnion.recursion.complement_equation_terms import acceleration_rows, joint_rates, laws, numbers, reaction_rows, wrench

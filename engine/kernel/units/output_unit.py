@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.columns.kinds.contact import WATCHED
 from trunnion.columns.registry import CONTACT
 from trunnion.kernel.c_code.code_generator import Input, Output, emit

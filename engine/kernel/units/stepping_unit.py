@@ -12,10 +12,9 @@ set-valued pairs. Stage 1 writes one block, "maps", of column-major matrices (``
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.c_code.code_generator import Code, Output, Stage, emit
 from trunnion.kernel.interface.runtime_tables import GIVING
 from trunnion.kernel.units.generated_function_inputs import CONST, PARAMETERS, STATE, Multipliers, combination, inputs, state_rates

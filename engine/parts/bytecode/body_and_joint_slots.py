@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.bytecode.program import Slot
 from trunnion.system.structure.bodies_and_joints import Joint
 

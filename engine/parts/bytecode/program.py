@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from typing import NamedTuple
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 
 class Space(IntEnum):

@@ -7,8 +7,9 @@ contiguous numbers that every call uses together. A call whose input cells are a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.bytecode.program import BUILTINS, Builtin, Program, Slot, Space
 from trunnion.parts.layout.scene_tables import SceneTables
 from trunnion.parts.primitives.primitive_cache import primitive_derivatives

@@ -4,8 +4,8 @@ sensitivity unit differentiates with respect to parameters, too."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.parts.bytecode.program import Builtin, Slot, Space

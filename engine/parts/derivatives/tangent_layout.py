@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.bytecode.program import LANES, Builtin, Slot, Space
 from trunnion.parts.derivatives.forward_mode import Directions, SlotSet, TangentCall
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.columns.registry import REGISTRY
 from trunnion.kernel.compilation import library_cache
 from trunnion.kernel.interface.output_columns import Column

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.derivatives.tangent_layout import TangentTables
 from trunnion.parts.layout.scene_tables import SceneTables
 from trunnion.runtime.abi.record_definition import Record

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.bytecode.program import Slot, Space
 from trunnion.parts.layout.loop_matrix import LoopMatrix
 

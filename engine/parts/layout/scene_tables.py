@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.bytecode.program import BUILTINS, Builtin, Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import body_step
 from trunnion.parts.primitives.primitive_keys import BodyKey, FrictionKey, Primitive, rubbing

@@ -122,8 +122,8 @@ def primitives_key() -> str:
 @lru_cache(maxsize=1)
 def texts_key() -> str:
     """Digest of everything that influences the C text of primitives: sources and symbolic library."""
-    sources = [f.read_bytes() for f in sorted(FOLDER.rglob("*.py"))]
-    return library_cache.digest(sources_key(), *sources, c_compiler.version_of("casadi"))
+    sources = library_cache.digest_of_files(FOLDER, ["."], (".py",))
+    return library_cache.digest(sources_key(), sources, c_compiler.version_of("casadi"))
 
 
 def compiled_interpreter(machine: c_compiler.Machine | None = None) -> Path:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.c_code.code_generator import Input, Output, Stage, emit
 from trunnion.parts.primitives.primitive_keys import Primitive
 from trunnion.recursion.vector_algebra import SX

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.gear_unit import EFFICIENCY_TABLES

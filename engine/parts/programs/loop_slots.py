@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.parts.bytecode.body_and_joint_slots import Allocate, CutJointSlots
 from trunnion.parts.bytecode.program import Builtin, Program, Slot
 from trunnion.parts.layout.loop_matrix import LoopMatrix

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.plots.style.palette import COLORS, EVENT, GRID, INK
 from trunnion.plots.style.panels_and_labels import shorten_paths, with_unit
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.plots.geometry.meshes import Mesh
 
 LIGHT = np.array([-0.35, 0.75, 0.6]) / np.linalg.norm([-0.35, 0.75, 0.6])

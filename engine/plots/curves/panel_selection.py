@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import ContactElement
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.plots.curves.angle_curves import broken, rotation_vector

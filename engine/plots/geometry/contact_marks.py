@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.contact_element import Place
 from trunnion.simulation.results.result import Result
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.plots.geometry.meshes import Mesh, cylinder, placed, ring

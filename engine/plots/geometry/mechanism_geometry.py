@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement
 from trunnion.elements.contact.contact_element import OVERLAP

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 ROUND = 20
 """Sides of a cylinder, meridians of a sphere."""

@@ -9,10 +9,11 @@ from __future__ import annotations
 import ctypes
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

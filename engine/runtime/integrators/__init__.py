@@ -1,8 +1,8 @@
 """Integration methods as data. A new method requires one file and one line in ``REGISTRY``. The schema, settings, help, statistics,
 the C runtime, FMUs and charts use this registry."""
 
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators.impulse_method import MOREAU, Impulses
 from trunnion.runtime.integrators.rk5 import RK5
 from trunnion.runtime.integrators.rk8 import RK8

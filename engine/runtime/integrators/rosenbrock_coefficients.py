@@ -10,8 +10,8 @@ Dense output: y(θ) = (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, Matrix, carried
 
 ROUND_OFF = 1e-11

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, carried
 
 Rows = Sequence[Sequence[float]]

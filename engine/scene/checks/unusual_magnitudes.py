@@ -4,8 +4,8 @@ mistakes."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import matcher
 from trunnion.basics.problems import MOST
 from trunnion.scene.data_classes.scene import Scene

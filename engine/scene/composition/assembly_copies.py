@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.composition.part_placement import AXES, Move, move_about, shift_by
 from trunnion.scene.composition.source_lines import Level
 from trunnion.scene.expressions.expression_arithmetic import Term, is_number, source, three, times

@@ -7,9 +7,10 @@ from typing import Any
 
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
 from trunnion.scene.composition.source_lines import Level, copy_of
-from trunnion.scene.file_format.yaml_reader import LARGEST, Document, read
+from trunnion.scene.file_format.yaml_reader import Document, read
 from trunnion.scene.findings.findings_and_paths import Finding, Line, Path
 from trunnion.scene.findings.name_suggestions import shown
+from trunnion.scene.library.scene_files import LARGEST
 
 SUFFIXES = (".yaml", ".yml", ".json")
 DEEPEST = 20

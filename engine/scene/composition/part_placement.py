@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY, JointKind
 from trunnion.scene.expressions.expression_arithmetic import Term, is_number, known, plus, three, times
 from trunnion.scene.findings.findings_and_paths import Path

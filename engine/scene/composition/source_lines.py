@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path as FilePath
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.file_format.yaml_reader import MOST
 from trunnion.scene.findings.findings_and_paths import Finding, Line, Path, line_of
 

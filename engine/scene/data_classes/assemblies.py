@@ -6,8 +6,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.bodies import Body, Ground, Orientation
 from trunnion.scene.data_classes.field_types import GROUP, SCALAR, STRICT, Position, either
 from trunnion.scene.data_classes.joints import Joint
@@ -17,7 +16,7 @@ from trunnion.scene.units.numbers_with_units import Angle, Number
 AxisLetter = Literal["x", "y", "z"]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Mirror:
     """Two copies: the assembly and its mirror image."""
 
@@ -27,7 +26,7 @@ class Mirror:
     """A point of the mirror plane."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Rotate:
     """Copies around an axis."""
 
@@ -41,7 +40,7 @@ class Rotate:
     """A point of the axis."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Line:
     """Copies in a row."""
 
@@ -51,7 +50,7 @@ class Line:
     """Displacement from each copy to the next."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Copies:
     """How an assembly is repeated: exactly one of mirror, rotate, line. Copies are numbered from 1; {i} stands for the number."""
 
@@ -65,7 +64,7 @@ class Copies:
     """Copies in a row."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Part:
     """The contents of an assembly, in a file or below ``use``. A name that the part does not define refers to the enclosing
     scene."""
@@ -90,7 +89,7 @@ class Part:
     """Assemblies inside this one."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Assembly:
     """Parts that belong together, from a file or a group of keys. They may be placed, copied and given parameter values."""
 

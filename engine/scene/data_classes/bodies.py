@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import POSITIVE
 from trunnion.scene.data_classes.field_types import GROUP, LIST, STRICT, AxisName, Direction, Position, Vector, either
 from trunnion.scene.units.numbers_with_units import Angle, Density, Extent, Inertia, Length, Mass, Per
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Cylinder:
     """A solid cylinder."""
 
@@ -24,7 +23,7 @@ class Cylinder:
     """Body axis that is parallel to the cylinder's axis."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Turn:
     """A rotation of a body about the origin of its frame. With ``angle``, it is about an axis of the world. With ``towards``, it is
     the smallest rotation that aligns an axis of the body with a direction of the world."""
@@ -42,7 +41,7 @@ Orientation = Annotated[
 ]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class AxialInertia:
     """Inertia about one axis of a body only, as of a rotor or flywheel on a light shaft. It includes the gyroscopic torque when the
     axis turns. A rotation about any other axis moves no inertia."""
@@ -58,7 +57,7 @@ Inertias = Annotated[
 ]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Body:
     """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
 
@@ -100,7 +99,7 @@ class Body:
     leaves open follow from them."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Ground:
     """The fixed world, of which only the named points matter."""
 

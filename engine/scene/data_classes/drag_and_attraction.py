@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.units.numbers_with_units import Density, Per
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Drag:
     """Drag in a medium at rest: ½ · density · coefficient · area · v², opposite to the velocity v of a point, at this point."""
 
@@ -27,7 +26,7 @@ class Drag:
     """Density of the medium, such as 1.2 kg/m^3 for air."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class PointGravity:
     """Attraction of a body's mass centre by a point: gm · mass / r², with the distance r. The opposite force acts on the point's
     body."""

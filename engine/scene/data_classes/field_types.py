@@ -7,14 +7,63 @@ mistakes are reported for this type only.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, is_dataclass
+from dataclasses import is_dataclass
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import ConfigDict, Discriminator, Tag
-
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.units.numbers_with_units import Length, Number
 
-STRICT = ConfigDict(extra="forbid", defer_build=True)
+STRICT: Any = {"extra": "forbid", "defer_build": True}
+
+
+class Marker:
+    """Marks a type with an annotation of pydantic, which is imported when a scene is validated."""
+
+    name = ""
+    """Name of the annotation's class."""
+
+    def __init__(self, *given: Any, **named: Any):
+        self.given, self.named = given, named
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and vars(other) == vars(self)
+
+    def __hash__(self) -> int:
+        return hash((self.name, *self.given))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        import pydantic
+
+        return getattr(pydantic, self.name)(*self.given, **self.named).__get_pydantic_core_schema__(source, handler)
+
+
+class Tag(Marker):
+    """Marks one form of a value by the name that the discriminator returns."""
+
+    name = "Tag"
+
+    def __init__(self, tag: str):
+        super().__init__(tag)
+        self.tag = tag
+
+
+class Discriminator(Marker):
+    """Marks forms of a value: a function of the value returns the tag of its form."""
+
+    name = "Discriminator"
+
+
+class Before(Marker):
+    """Marks a type with a function that a value passes before validation."""
+
+    name = "BeforeValidator"
+
+
+class Exactly(Marker):
+    """Marks a type whose values are not converted from other types."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return handler(source) | {"strict": True}
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.position_formulas import separate
 from trunnion.scene.units.numbers_with_units import Number
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class PlaceFormula:
     """A smooth formula of the position x, y, z of a point in the world, such as "-2 N/m*x*exp(-(y/0.1 m)^2)", with numbers, units
     and parameters. In a scene, the text alone is enough."""
@@ -28,7 +27,7 @@ class PlaceFormula:
     """Separates the constant parts of the formula."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Field:
     """A force on a point of a body by formulas of its position. It has no potential energy: its work counts as that of loads."""
 

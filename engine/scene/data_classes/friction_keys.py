@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Tag
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import POSITIVE, Number
 from trunnion.elements.contact import GIVEN, element_of, sizes
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY as JOINTS
-from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Field, either
+from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Field, Tag, either
 from trunnion.scene.data_classes.signals import VARYING_FORMS, ByLoad, BySpeed, FromInput, Signal, load_or
 from trunnion.scene.units.dimension_names import QUANTITIES
 from trunnion.scene.units.numbers_with_units import Per
@@ -25,7 +23,7 @@ else:
 
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Wear:
     """Rate of wear by Archard's law: volume = k · normal force · sliding distance."""
 

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Strict
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import Bound
-from trunnion.scene.data_classes.field_types import STRICT
+from trunnion.scene.data_classes.field_types import STRICT, Before, Exactly
 from trunnion.scene.units.numbers_with_units import Angle, AnyUnit, Extent, Length, Number
 from trunnion.scene.units.unit_parser import UnitError
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Profile:
     """The profile of a cam: the follower's distance from the cam axis as a cubic spline over the angle, seen from the cam. It
     is periodic if the angles cover a full turn. For a cam, the distance is that of the follower's point (the centre of its
@@ -33,19 +31,19 @@ def _planar(point: Any) -> Any:
     return point
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Curve:
     """A curve in a plane of the inboard part: the cubic spline through points, parametrised by chord length. It must not cross
     itself. Two points give a straight slot. Beyond its ends an open curve continues straight; end stops act at the ends."""
 
-    points: tuple[Annotated[tuple[Length, Length], BeforeValidator(_planar)], ...]
+    points: tuple[Annotated[tuple[Length, Length], Before(_planar)], ...]
     """Coordinates along e2 and e3 of the inboard frame, relative to the inboard point. At least two points; a closed curve
     needs three."""
-    closed: Annotated[bool, Strict()] = False
+    closed: Annotated[bool, Exactly()] = False
     """Whether the curve continues from the last point to the first."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Slot:
     """Walls of a slot along a curve. They touch the pin where its centre is ``play`` from the curve, and join in a half circle
     around each end of an open curve, unless there is a mouth."""
@@ -54,11 +52,11 @@ class Slot:
     """Largest distance of the pin's centre from the curve: half the difference of the diameters of slot and pin."""
     mouth: Literal["start", "end", "both"] | None = None
     """Ends of the curve at which the slot is open, so that the pin leaves and enters. Default: none."""
-    repeated: Annotated[int, Strict()] = 1
+    repeated: Annotated[int, Exactly()] = 1
     """Number of equal slots, evenly around e1 at the inboard point. The curve is that of the slot around e2."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Mimic:
     """A constraint between two joints with one freedom each: q = ratio · (q of the leading joint) + offset."""
 

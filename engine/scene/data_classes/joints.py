@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from pydantic import Strict, Tag
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import POSITIVE, Bound, Order
 from trunnion.elements.friction import DEFAULT
 from trunnion.elements.friction import numbers as law_numbers
 from trunnion.elements.joints import REGISTRY
-from trunnion.scene.data_classes.field_types import GROUP, LIST, SCALAR, STRICT, Direction, PointOf, Says, either, with_fields
+from trunnion.scene.data_classes.field_types import (
+    GROUP,
+    LIST,
+    SCALAR,
+    STRICT,
+    Direction,
+    Exactly,
+    PointOf,
+    Says,
+    Tag,
+    either,
+    with_fields,
+)
 from trunnion.scene.data_classes.friction_keys import LawName, Wear, of_joints, of_scene
 from trunnion.scene.data_classes.joint_couplings import Curve, Mimic, Profile, Slot
 from trunnion.scene.data_classes.signals import Drive, FromInput, Latch, Load, Motor, Signal, load_or
@@ -20,7 +30,7 @@ from trunnion.scene.force_laws.registry import REGISTRY as LAWS
 from trunnion.scene.units.numbers_with_units import Angle, AnyUnit, Extent, NotNegative, Number, Per, Positive
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Side:
     """One side of a joint: a body, the joint definition point and the joint frame, in that body's frame. e1 is along ``axis``, e2
     points towards ``reference``, and e3 = e1 x e2. At q = 0 the frames of the two sides coincide."""
@@ -38,7 +48,7 @@ class Side:
 NormalForce = Literal["exact", "adams"]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 @with_fields(of_joints())
 class Friction:
     """The frictional contact of a joint: geometry of the pin, and the law between pin and bearing."""
@@ -54,7 +64,7 @@ class Friction:
         def __getattr__(self, name: str) -> Any: ...
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 @with_fields(of_scene())
 class FrictionDefaults:
     """Default values for frictional joints without values of their own."""
@@ -69,7 +79,7 @@ class FrictionDefaults:
         def __getattr__(self, name: str) -> Any: ...
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class AxisAngle:
     """A rotation as an axis in the inboard joint frame and an angle."""
 
@@ -86,7 +96,7 @@ Coordinates = Annotated[
 Rates = Annotated[Annotated[Number, SCALAR] | Annotated[tuple[Number, ...], LIST], either("a number or a list of numbers")]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Start:
     """Start values of a joint. The condition that loops are closed determines values that are not given. Given values are changed
     as little as possible, and a note reports each change. ``use`` makes the values of a joint exact, or a guess."""
@@ -100,7 +110,7 @@ class Start:
     loops cannot be closed otherwise. guess: the search for closed loops begins at the values, and may change them freely."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 @with_fields([(law.key, law.data | None, None, law.text) for law in LAWS.values() if law.data])
 class Nonlinear:
     """Nonlinear springs and dampers along a freedom, or along the line between two points; their forces add up."""
@@ -110,7 +120,7 @@ class Nonlinear:
         def __init__(self, **given: Any) -> None: ...
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Spring:
     """A torque or force of -stiffness (q - rest) along one freedom of a joint."""
 
@@ -127,7 +137,7 @@ ORDERS = {
 """{field of a joint: pairs of the field's numbers}. The first number of a pair must be below the second."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class EndStops:
     """Compliant end stops (Hunt and Crossley): force = stiffness * depth * (1 + damping * rate of depth), never negative."""
 
@@ -173,7 +183,7 @@ Efforts = Annotated[
 ]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Joint:
     """A joint between two parts.
 
@@ -210,7 +220,7 @@ class Joint:
     lead_angle: Annotated[float, Per("rad", Bound(-1.5, 1.5, advice="a lead angle is at most 85 deg"))] | None = None
     """Lead angle of a worm at its pitch circle; negative for a left-handed thread. ``teeth`` are the threads of the worm, then the
     teeth of its wheel; ``module`` is the axial module of the worm."""
-    internal: Annotated[bool, Strict()] = False
+    internal: Annotated[bool, Exactly()] = False
     """Whether the larger of two gears has its teeth inside."""
     profile: Profile | None = None
     """The profile of a cam. The inboard part carries the cam; its axis is the joint's e1."""
@@ -230,7 +240,7 @@ class Joint:
     opposite senses."""
     length: Extent | None = None
     """Length of a rod; default: the distance of its two points in the poses of the placed bodies."""
-    crossed: Annotated[bool, Strict()] = False
+    crossed: Annotated[bool, Exactly()] = False
     """Whether a belt is crossed, so that its pulleys turn in opposite directions."""
     stiffness: Annotated[float, Per("N/m", POSITIVE)] | None = None
     """Radial stiffness of each contact, default 1e8 N/m. The stiffness decides how frictional joints of redundant loops share the
@@ -260,7 +270,7 @@ class Joint:
     """Force or torque along the freedoms, on the outboard part."""
     motor: GroupPerFreedom[Motor] | None = None
     """Motors along the freedoms, with a linear torque-speed characteristic."""
-    cut: Annotated[bool, Strict()] | None = None
+    cut: Annotated[bool, Exactly()] | None = None
     """Whether a closed loop is opened at this joint: true or false; default: the program chooses the joints to open."""
     at: PointOf | None = None
     """Position of a joint between placed bodies: a point in the world, or "body.point"; default: the point that a side names."""

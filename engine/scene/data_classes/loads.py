@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import Discriminator, Tag
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE
 from trunnion.scene.data_classes.drag_and_attraction import Drag, PointGravity
-from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, either
+from trunnion.scene.data_classes.field_types import LIST, SCALAR, STRICT, Direction, Discriminator, Tag, either
 from trunnion.scene.data_classes.force_field import Field
 from trunnion.scene.data_classes.joints import Nonlinear
 from trunnion.scene.data_classes.signals import LoadVector
 from trunnion.scene.units.numbers_with_units import Damping, Number, Per, Stiffness, Time
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Force:
     """A force at a point of a body."""
 
@@ -30,7 +28,7 @@ class Force:
     """Frame whose axes the components refer to."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Torque:
     """A torque on a body."""
 
@@ -44,7 +42,7 @@ class Torque:
     """Frame whose axes the components refer to."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class SpringDamper:
     """Spring and damper along the line between two points."""
 
@@ -78,7 +76,7 @@ else:
     DampedAlong, SlowedAlong = _three("N*s/m", "a damping"), _three("N*m*s/rad", "a rotational damping")
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Bushing:
     """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. Its forces
     and torques are 0 when the points and axes of both parts coincide."""
@@ -122,7 +120,7 @@ Applied = Annotated[
 ]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Input:
     """A named external input, whose value is given from outside during a run."""
 

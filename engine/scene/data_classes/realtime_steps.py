@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.units.numbers_with_units import Duration, Per
@@ -14,7 +13,7 @@ EVENTS, EVALUATIONS, ITERATIONS = Bound(0.0, 1e3), Bound(1.0, 1e6), Bound(1.0, 1
 """Allowed values of the bounds on the work in a step."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class RealTime:
     """Fixed steps for real time, with bounds on their work. If a step would exceed a bound, a fallback finishes the step,
     and the run reports this."""

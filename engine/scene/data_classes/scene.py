@@ -8,8 +8,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.setting_declarations import RTOL
 from trunnion.runtime.integrators import METHODS
 from trunnion.scene.data_classes.assemblies import Assembly
@@ -61,7 +60,7 @@ else:
     """The registered integration methods."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Simulation:
     """Default settings of a run."""
 
@@ -79,7 +78,7 @@ class Simulation:
     """Fixed steps with bounded work; default: step size control by the tolerance."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Scene:
     """A mechanism: bodies, joints, loads."""
 

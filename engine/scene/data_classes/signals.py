@@ -5,17 +5,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Discriminator, Strict, Tag
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import POSITIVE, Bound
-from trunnion.scene.data_classes.field_types import SCALAR, STRICT, Field, with_fields
+from trunnion.scene.data_classes.field_types import SCALAR, STRICT, Discriminator, Exactly, Field, Tag, with_fields
 from trunnion.scene.signals.limit import Limit
 from trunnion.scene.signals.registry import DRIVES, LOADS, REGISTRY
 from trunnion.scene.units.numbers_with_units import AnyUnit, NotNegative, Number, Per, Positive
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class InputCurve:
     """A smooth function of an input, monotone between any two values. Beyond its ends it is constant."""
 
@@ -25,7 +23,7 @@ class InputCurve:
     """One value for each entry of ``at``."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class FromInput:
     """A number that equals a named external input of the scene, or is a function of the input."""
 
@@ -35,7 +33,7 @@ class FromInput:
     """A function of the input, for example the coefficient of friction over the temperature."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class BySpeed:
     """A measured coefficient of friction over the sliding speed: a smooth curve, monotone between any two values. Beyond the
     last speed it is constant."""
@@ -46,7 +44,7 @@ class BySpeed:
     """One coefficient for each speed."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class ByLoad:
     """An efficiency over the torque or over the speed of the output shaft: a smooth curve, monotone between any two values. Beyond
     its ends it is constant."""
@@ -63,7 +61,7 @@ def _kinds(keys: tuple[str, ...]) -> list[Field]:
     return [(key, REGISTRY[key].data | None, None, REGISTRY[key].text) for key in keys]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 @with_fields(_kinds(DRIVES))
 class Drive:
     """Prescribed motion of one joint coordinate, by exactly one of these kinds. The required effort is an output."""
@@ -76,7 +74,7 @@ class Drive:
         def __init__(self, *given: Any, **by_key: Any): ...
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 @with_fields(_kinds(LOADS))
 class Signal:
     """A load that changes with time, by exactly one of these kinds (a constant load is written as a plain number)."""
@@ -117,7 +115,7 @@ Load = Annotated[
 LoadVector = tuple[Load, Load, Load]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Motor:
     """A motor with a linear torque-speed characteristic: torque (or force) = stall (signal − rate/no_load)."""
 
@@ -130,7 +128,7 @@ class Motor:
     brakes."""
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Latch:
     """A hook that falls behind a passing part and then holds the part like an end stop. No force is needed to make the hook
     fall."""
@@ -149,6 +147,6 @@ class Latch:
     """Force or torque at which the hook releases; default: no limit."""
     pitch: Positive | None = None
     """Distance between the teeth of a ratchet, m or rad. The pawl falls behind each passing tooth; the first tooth is ``at``."""
-    down: Annotated[bool, Strict()] = False
+    down: Annotated[bool, Exactly()] = False
     """true: the hook is down at the start, even if the part presses into the hook (a ratchet: on its first tooth). false: the hook
     is down only if the part is already on the kept side."""

@@ -24,6 +24,7 @@ NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("
 def hints(cls: type) -> dict[str, Any]:
     """The annotations of a scene class by field name, with unions and unit markers. Most come from pydantic, which has evaluated
     them; to evaluate them again takes ten times as long."""
+    fields(cls)  # a class is made at its first use
     known = {n: (f.annotation, *f.metadata) for n, f in vars(cls).get("__pydantic_fields__", {}).items()}
     if not known or any(isinstance(a, ForwardRef) for a, *_ in known.values()):
         return get_type_hints(cls, include_extras=True)

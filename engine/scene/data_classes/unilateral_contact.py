@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.units.numbers_with_units import Per
@@ -13,7 +12,7 @@ from trunnion.scene.units.numbers_with_units import Per
 RESTITUTION = Bound(0.0, 0.999, advice="0: the parts do not bounce; 0.999: they hardly lose speed")
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Unilateral:
     """A joint whose constraint only pushes. The contact opens where the normal force would pull, and closes again with an impact
     where the gap becomes 0. The outboard part is free on the side towards which the normal of the joint points."""

@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cache
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
 from trunnion.scene.units.unit_parser import ALIASES, NONE, UNITS, Dimension, UnitError, parse
 

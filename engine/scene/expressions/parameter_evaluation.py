@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.force_field import COMPONENTS
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, shape, unit_at
 from trunnion.scene.expressions.formula_parser import RESERVED, WHATEVER, Formula, parse_formula

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.file_format.yaml_events import Unreadable, events
 from trunnion.scene.file_format.yaml_scalars import plain, whole_text
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import shown
+from trunnion.scene.library.scene_files import LARGEST
 
-LARGEST = 5_000_000
-"""Largest size of a file in bytes."""
 DEEPEST = 50
 """Largest number of nesting levels."""
 MOST = 200_000

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 LISTED = 12
 """Largest number of names in a hint."""

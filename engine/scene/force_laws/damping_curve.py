@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.monotone_curves import KNOTS, straight_beyond
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
@@ -14,7 +13,7 @@ from trunnion.scene.force_laws.declaration import ForceLaw, faults_of_points, po
 from trunnion.scene.units.numbers_with_units import Number
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class DampingCurve:
     """A damper by points of its characteristic. The curve through the points has no kink, is monotone between any two of them, and
     continues straight beyond its ends. If the first speed is 0, both directions have the same curve."""

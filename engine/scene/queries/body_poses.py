@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.bodies import Turn
 from trunnion.scene.data_classes.scene import Body, Direction, Joint, Scene, Side
-from trunnion.scene.queries.body_references import GROUND, axes_of, body_of, named_point, point_of, points_of, split
+from trunnion.scene.queries.body_references import GROUND, axes_of, body_of, named_point, own_axes, point_of, points_of, split
 
 Triple = tuple[float, float, float]
 Rotation = tuple[Triple, Triple, Triple]
@@ -185,14 +185,12 @@ def place_of(scene: Scene, j: Joint, poses: tuple[Pose, Pose]) -> Triple:
 
 
 def _found(scene: Scene, j: Joint, side: str | Side, pose: Pose, spot: Triple | None, poses: tuple[Pose, Pose]) -> JointSide:
-    own = side if isinstance(side, Side) else Side("")
     point = point_of(scene, side)[1] if has_own_point(side) or spot is None else pose.local(spot)
     axis, reference = j.axis, j.reference
     if any(p.rotation != UPRIGHT for p in poses):
         axis, reference = _common(j)
         axis, reference = pose.turned_back(vector(axis)), pose.turned_back(vector(reference))
-    axis = axis if own.axis is None else own.axis
-    return JointSide(body_of(side), point, _path(side), axis, reference if own.reference is None else own.reference)
+    return JointSide(body_of(side), point, _path(side), *own_axes(side, axis, reference))
 
 
 def _common(j: Joint) -> tuple[Direction, Direction]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.scene import (
     Bushing,
     Direction,
@@ -63,8 +63,14 @@ def point_of(scene: Scene, side: str | Side) -> tuple[str, tuple[float, float, f
 
 def axes_of(j: Joint, side: str | Side) -> tuple[Direction | None, Direction | None]:
     """(axis, reference) of a joint side: its own, else the joint's."""
-    own = side if isinstance(side, Side) else Side("")
-    return (j.axis if own.axis is None else own.axis), (j.reference if own.reference is None else own.reference)
+    return own_axes(side, j.axis, j.reference)
+
+
+def own_axes(side: str | Side, axis: Direction | None, reference: Direction | None) -> tuple[Direction | None, Direction | None]:
+    """(axis, reference) of a joint side: its own, else those given."""
+    if isinstance(side, str):
+        return axis, reference
+    return (axis if side.axis is None else side.axis), (reference if side.reference is None else side.reference)
 
 
 def references(scene: Scene) -> Iterator[Reference]:

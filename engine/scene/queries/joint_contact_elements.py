@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 from trunnion.basics.number_declarations import Number
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement, element_of
@@ -15,7 +13,7 @@ from trunnion.scene.data_classes.joints import Friction, Joint
 
 def named(f: Friction) -> set[str]:
     """The names of the keys that a joint's friction gives."""
-    return {x.name for x in fields(f) if getattr(f, x.name) is not None}
+    return {name for name, value in vars(f).items() if value is not None}
 
 
 def sizes_given(f: Friction, element: ContactElement) -> dict[str, float]:

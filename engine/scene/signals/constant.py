@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import SignalKind, Triple
 from trunnion.scene.units.numbers_with_units import Number
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Constant:
     """Constant rate of a drive: q = start + rate t."""
 

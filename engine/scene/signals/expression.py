@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import SignalKind, Triple, sampled_times
@@ -18,7 +17,7 @@ from trunnion.scene.units.numbers_with_units import Number, Quantity
 from trunnion.scene.units.unit_parser import UnitError
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Expression:
     """A smooth formula of the time t, such as "2 N*sin(2*pi*3 Hz*t)*exp(-t/0.5 s)", with numbers, units and parameters. In a scene,
     the text alone is enough: ``expression: "…"``."""

@@ -6,16 +6,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import Corner, SignalKind, Triple
 from trunnion.scene.units.numbers_with_units import Angle, Number, Per
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Harmonic:
     """A sine: offset + amplitude sin(2 pi frequency t + phase)."""
 

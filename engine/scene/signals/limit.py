@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import SignalKind
 from trunnion.scene.units.numbers_with_units import Number
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Limit:
     """Limits of a signal: a value beyond a limit counts as this limit. Steps end where the signal passes a limit."""
 

@@ -3,7 +3,7 @@ duration (0 to 1)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from trunnion.basics.lazy_data_classes import dataclass
 
 Polynomial = tuple[float, ...]
 """Coefficients of powers of u − (knot where the piece begins), the constant first."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import Corner, SignalKind, Triple
@@ -15,7 +14,7 @@ from trunnion.scene.signals.motion_profiles import MOVES, PROFILES, derivative
 from trunnion.scene.units.numbers_with_units import Number, Per, Time
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Move:
     """A motion of a drive from rest to rest: q = ``start`` until ``begin``, and q = ``end`` from ``begin + duration`` on."""
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import Corner, SignalKind
@@ -15,7 +14,7 @@ from trunnion.scene.signals.step import NO_JUMP
 from trunnion.scene.units.numbers_with_units import Duration, Number, Time
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Pulse:
     """A rectangular pulse from ``begin`` to ``begin + duration``, once or with a period."""
 

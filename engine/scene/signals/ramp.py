@@ -6,16 +6,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import Corner, SignalKind, Triple, interpolated
 from trunnion.scene.units.numbers_with_units import Duration, Number, Time
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Ramp:
     """A linear change from ``start`` to ``end`` between ``begin`` and ``begin + duration``. For a load, the value changes; for a
     drive, the rate (with q = origin at t = 0)."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.declaration import Corner, SignalKind
 from trunnion.scene.units.numbers_with_units import Number, Time
@@ -18,7 +17,7 @@ NO_JUMP = (
 )
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Step:
     """A jump from ``start`` to ``end`` at the time ``begin``."""
 

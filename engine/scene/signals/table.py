@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Literal
 
-from pydantic.dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.signals.declaration import Corner, SignalKind, interpolated
@@ -16,7 +15,7 @@ from trunnion.scene.units.numbers_with_units import Number, Time
 Interpolation = Literal["natural", "clamped", "monotone", "linear"]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Table:
     """A curve through values at given times. Outside the table, drives continue at constant rate and loads keep their value."""
 

@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic.dataclasses import dataclass
-
 from trunnion.basics.lazy_casadi import SX, ca
+from trunnion.basics.lazy_data_classes import validated
 from trunnion.basics.number_declarations import NOT_NEGATIVE, Bound
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
@@ -18,7 +17,7 @@ from trunnion.scene.units.numbers_with_units import Duration, Number, Per, Time
 Slope = Annotated[float, Per("s", Bound(0.0, open=True, advice="for a jump, use pulse"))]
 
 
-@dataclass(frozen=True, config=STRICT)
+@validated(frozen=True, config=STRICT)
 class Trapezoid:
     """A linear rise from ``base`` to ``peak``, a constant value, and a linear fall back to ``base``, once or with a period. For a
     load, the value changes; for a drive, the rate (with q = origin at t = 0)."""

@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from numbers import Real
 from typing import Annotated, Any
 
-from pydantic_core import core_schema
-
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
 from trunnion.scene.findings.name_suggestions import shown
 from trunnion.scene.units.dimension_names import QUANTITIES, described, fits
@@ -126,7 +124,9 @@ class AnyUnit:
         """Validate a value as a number of any dimension."""
         return number(value)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
         return core_schema.no_info_plain_validator_function(self)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from functools import lru_cache
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.findings.name_suggestions import closest, shown
 
 Dimension = tuple[int, int, int, int, int]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.scene import Side
 from trunnion.scene.queries.body_poses import vector
 from trunnion.simulation.execution.failure_diagnosis import loop_joints

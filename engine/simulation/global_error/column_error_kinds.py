@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.system.construction.start_values_and_scales import Numbers
 

@@ -3,11 +3,12 @@ evaluations."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.simulation.execution.run_loop import OneRun, Progress
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.result import Result

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.simulation.results.event import Event
 
 REPORTED = ("separation", "contact_jump")

@@ -3,10 +3,11 @@ error."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.scene.data_classes.scene import Scene

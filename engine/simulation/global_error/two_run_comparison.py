@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.execution.run_loop import OneRun, Progress

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi import Law, Status, Verdict
 from trunnion.runtime.abi.run_records import JUDGEMENT
 from trunnion.simulation.results.outcome import Outcome, from_status

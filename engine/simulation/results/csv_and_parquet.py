@@ -14,7 +14,7 @@ import json
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ import orjson
 
 from trunnion.basics import arrow_columns
 from trunnion.basics.atomic_files import writing
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ZERO_BELOW
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError

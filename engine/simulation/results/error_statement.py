@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import inf
 from typing import Any
 
 import numpy as np
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 REASONS = {
     "": "",

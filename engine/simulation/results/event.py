@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import nan
+
+from trunnion.basics.lazy_data_classes import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators import AUTO
 from trunnion.simulation.results.redundant_reactions import Redundancy
 from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names

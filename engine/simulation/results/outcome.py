@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.friction import DEFAULT, twin_of
 from trunnion.runtime.abi import Status
 from trunnion.runtime.integrators import AUTO, METHODS

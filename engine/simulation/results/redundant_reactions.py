@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 SHARE = 1e-6

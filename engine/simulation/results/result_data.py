@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.results.audit import Audit
 from trunnion.simulation.results.error_statement import Certainty

@@ -8,11 +8,11 @@ import struct
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.shared_libraries import Kernel
 from trunnion.runtime.abi import Array, Breaks, Status

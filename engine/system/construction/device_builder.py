@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.monotone_curves import filled
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.queries.body_references import body_of

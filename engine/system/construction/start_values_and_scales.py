@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import poses_of, sides_of
 from trunnion.scene.queries.loads_and_signals import signals

@@ -3,8 +3,9 @@ tables, scales)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.joints import REGISTRY

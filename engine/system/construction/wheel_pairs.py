@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric

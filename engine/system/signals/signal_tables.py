@@ -9,11 +9,11 @@ HERMITE: a piecewise cubic that is monotone wherever the values are, stored as v
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi import TableKind
 from trunnion.runtime.abi.run_records import INPUT, KNOTS
 from trunnion.scene.data_classes import scene as sm

@@ -4,9 +4,10 @@ kernel's key."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY, TIES, JointKind
 from trunnion.system.structure.coupling_joint_data import Curve, LightFreedom, Mimic, Profile, Slot, Unilateral, Wheels

@@ -3,9 +3,9 @@ and freedoms that follow another freedom."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.system.structure.parameter_table import Leaf
 
 

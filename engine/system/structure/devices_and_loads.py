@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.system.structure.parameter_table import Leaf, Leaves
 
 

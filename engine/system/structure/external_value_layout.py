@@ -11,10 +11,9 @@ x has another size. """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.abi import run_records
 
 TIMES = run_records.MOMENT.numbers

@@ -3,8 +3,7 @@ the reaction that the contact forms need, and offsets of the joint's values. Thi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement
 from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP, SPAN

@@ -4,9 +4,9 @@ of the joints to the ground share a body. The minimum-degree order keeps the fac
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.system.structure.bodies_and_joints import Joint, System, way_to_ground
 
 MANY_ROWS = 16

@@ -8,8 +8,8 @@ and every scalar field, is a run-time parameter. A zero whose path matches a ``t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import matcher
 
 

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from tests.scene.valid_scene import VALID, problems_in
 from trunnion.basics.problems import SceneError
 from trunnion.scene import load_scene, scene_from_text
-from trunnion.scene.file_format.yaml_reader import LARGEST, read
+from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.file_format.yaml_writer import yaml_text
+from trunnion.scene.library.scene_files import LARGEST
 
 
 def test_plain_scalars_follow_yaml_1_2():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeGuard
 
 import numpy as np
 
 from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
+from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.pose_matrices import of_quaternion
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_references import point_of

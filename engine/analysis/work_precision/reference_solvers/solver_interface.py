@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import ClassVar
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.reference_solvers.scene_snapshot import Snapshot
+from trunnion.basics.lazy_data_classes import dataclass
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 12, 2))
 

@@ -1,0 +1,87 @@
+"""``dataclass`` as in the standard library, and ``validated`` as in pydantic, but a class is made at its first use.
+
+The decorators compile six methods of each class, which took a third of a command's start, and most classes have no instance in a
+run. Here, the first call of one of these methods or the first request for the fields lets the true decorator make the class. An
+instance that is unpickled uses none of them, so that a stored scene needs neither validation nor pydantic. Classes with an own
+``__init__``, ``__eq__``, ``__setattr__`` or slots are made at once."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from typing import TYPE_CHECKING, Any
+
+_LOCK = threading.RLock()
+METHODS = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
+"""Methods that make the class, then go on with its method of this name."""
+FACTS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
+"""Attributes that make the class when they are read."""
+AT_ONCE = {"__init__", "__eq__", "__setattr__", "__slots__"}
+
+
+class _Fact:
+    """Stands for an attribute of a class until the class is made."""
+
+    def __init__(self, owner: type, options: dict[str, Any], name: str):
+        self.owner, self.options, self.name = owner, options, name
+
+    def __get__(self, instance: Any, cls: type) -> Any:
+        _make(self.owner, self.options)
+        return getattr(cls, self.name)
+
+
+def _method(owner: type, options: dict[str, Any], name: str) -> Any:
+    """Stands for a method of a class until the class is made."""
+
+    def first(self: Any, *given: Any, **named: Any) -> Any:
+        _make(owner, options)
+        made = getattr(owner, name)
+        if made is None:
+            raise TypeError(f"unhashable type: {owner.__name__!r}")
+        return made(self, *given, **named)
+
+    setattr(first, _MARK, True)
+    return first
+
+
+_MARK = "_until_made"
+
+
+def _make(owner: type, options: dict[str, Any]) -> None:
+    """Let the true decorator make the class, once."""
+    with _LOCK:
+        if not isinstance(vars(owner).get(FACTS[0]), _Fact):
+            return
+        for name in [n for n, value in vars(owner).items() if isinstance(value, _Fact) or hasattr(value, _MARK)]:
+            delattr(owner, name)
+        _decorated(owner, options)
+
+
+def _decorated(cls: type, options: dict[str, Any]) -> Any:
+    if "config" not in options:
+        return dataclasses.dataclass(**options)(cls)
+    from pydantic.dataclasses import dataclass as by_pydantic
+
+    return by_pydantic(**options)(cls)
+
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass as dataclass
+
+    from pydantic.dataclasses import dataclass as validated
+else:
+
+    def dataclass(cls: type | None = None, **options: Any) -> Any:
+        """The decorator of the standard library, or with ``config`` that of pydantic, which makes the class at its first use."""
+        if cls is None:
+            return lambda cls: dataclass(cls, **options)
+        if AT_ONCE & vars(cls).keys() or "slots" in options:
+            return _decorated(cls, options)
+        for name in METHODS:
+            if name not in vars(cls):
+                setattr(cls, name, _method(cls, options, name))
+        for name in FACTS:
+            setattr(cls, name, _Fact(cls, options, name))
+        return cls
+
+    validated = dataclass

@@ -1,0 +1,120 @@
+"""Data classes that are made at their first use do what those of the standard library and of pydantic do."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+import re
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import field, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from trunnion.basics import lazy_data_classes
+from trunnion.basics.lazy_data_classes import METHODS, dataclass, validated
+
+ENGINE = Path(lazy_data_classes.__file__).parents[1]
+
+
+def family(decorator: Any) -> tuple[type, type, type]:
+    """A frozen class, one that inherits from it, and one that is not frozen."""
+
+    @decorator(frozen=True)
+    class Rod:
+        length: float
+        ends: tuple[str, ...] = ("a", "b")
+        notes: dict[str, int] = field(default_factory=dict, compare=False)
+
+    @decorator(frozen=True, kw_only=True)
+    class Tube(Rod):
+        bore: float = 0.5
+
+    @decorator
+    class Load:
+        size: float = 1.0
+
+    return Rod, Tube, Load
+
+
+def outcome(work: Any) -> Any:
+    """The text of what ``work`` returns, or the type and text of what it raises."""
+    try:
+        return re.sub(r"family\.<locals>\.|0x\w+", "", repr(work()))
+    except Exception as e:  # noqa: BLE001
+        return type(e), str(e).replace("family.<locals>.", "")
+
+
+USES: dict[str, Any] = {
+    "repr": lambda rod, tube, load: (rod(2.0), tube(2.0, bore=1.0), load()),
+    "equal": lambda rod, tube, load: (rod(1) == rod(1), rod(1) == rod(2), rod(1) == tube(1), load(2) == load(2), load() != load()),
+    "hash": lambda rod, tube, load: hash(rod(1.0)) == hash(rod(1.0)),
+    "unhashable": lambda rod, tube, load: hash(load()),
+    "frozen": lambda rod, tube, load: setattr(rod(1.0), "length", 2.0),
+    "frozen, inherited": lambda rod, tube, load: delattr(tube(1.0), "length"),
+    "not frozen": lambda rod, tube, load: setattr(load(), "size", 2.0),
+    "missing argument": lambda rod, tube, load: rod(),
+    "unknown argument": lambda rod, tube, load: tube(1.0, wall=1),
+    "fields of a class": lambda rod, tube, load: [(f.name, f.default) for c in (tube, rod, load) for f in fields(c)][:2],
+    "names of fields": lambda rod, tube, load: [f.name for c in (tube, rod, load) for f in fields(c)],
+    "is a data class": lambda rod, tube, load: (is_dataclass(rod), is_dataclass(tube(1.0)), rod.__match_args__),
+    "replace": lambda rod, tube, load: replace(tube(1.0), length=3.0),
+    "copy": lambda rod, tube, load: (copy.copy(rod(1.0)), copy.deepcopy(tube(1.0)) == tube(1.0)),
+    "default of a class": lambda rod, tube, load: (rod(0.0).ends, rod.ends, load.size),
+    "a factory makes a value for each": lambda rod, tube, load: rod(1.0).notes is rod(1.0).notes,
+    "a class without fields of its own": lambda rod, tube, load: type("Plain", (rod,), {})(1.0),
+}
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_class_behaves_as_that_of_the_standard_library(use: str) -> None:
+    assert outcome(lambda: USES[use](*family(dataclass))) == outcome(lambda: USES[use](*family(dataclasses.dataclass)))
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A class that only pickles instantiate."""
+
+    size: float
+
+
+def test_an_unpickled_instance_of_a_class_that_is_not_made_behaves_as_one_that_is_built() -> None:
+    text = pickle.dumps(Stored(2.0))
+
+    @dataclass(frozen=True)
+    class Fresh:
+        size: float
+
+    unmade = Fresh.__new__(Fresh)
+    unmade.__dict__["size"] = 2.0
+    assert isinstance(vars(Fresh)["__dataclass_fields__"], lazy_data_classes._Fact)
+    assert unmade == Fresh(2.0)
+    assert pickle.loads(text) == Stored(2.0)
+
+
+def test_threads_make_a_class_once() -> None:
+    for _ in range(20):
+        rod, tube, _ = family(dataclass)
+        with ThreadPoolExecutor(4) as threads:
+            assert [*threads.map(tube, [1.0] * 4)] == [tube(1.0)] * 4
+        assert all(not hasattr(vars(c).get(m), "_until_made") for c in (rod, tube) for m in METHODS)
+
+
+def test_a_validated_class_converts_and_refuses() -> None:
+    @validated(frozen=True, config={"extra": "forbid"})
+    class Pin:
+        radius: float
+
+    assert Pin("2.5").radius == 2.5  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="valid number"):
+        Pin("wide")  # type: ignore[arg-type]
+
+
+def test_the_engine_takes_dataclass_from_one_place() -> None:
+    own = {ENGINE / "basics" / "lazy_data_classes.py", *(ENGINE / "packaging").rglob("*.py")}
+    files = [f for f in ENGINE.rglob("*.py") if f not in own]
+    assert not [
+        f for f in files if re.search(r"^from (dataclasses|pydantic\.dataclasses) import .*\bdataclass\b", f.read_text(), re.M)
+    ]
