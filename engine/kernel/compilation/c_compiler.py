@@ -106,9 +106,11 @@ SYSTEM_LIBRARIES = {
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
 """Linker options by operating system. The library then uses the system's C library. The compiler's own start files and libraries
-are omitted, because building them for Windows would take over a minute. ``WINDOWS`` defines the functions that are then missing on
-Windows."""
+are omitted, because building them for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are then
+missing."""
 WINDOWS = Path(__file__).with_name("windows_libc.c")
+ADDED_SOURCES = {"windows": (WINDOWS,)}
+"""C files that each library of an operating system contains beside its own."""
 
 
 class CompilerError(RuntimeError):
@@ -180,9 +182,10 @@ def library_suffix() -> str:
 
 
 def toolchain(machine: Machine | None = None) -> tuple[str, ...]:
-    """Everything beside the sources that determines compiled code for a machine, by default this machine."""
+    """Everything beside a library's own sources that determines compiled code for a machine, by default this machine."""
     chosen = machine or host()
-    return (compiler_version(), chosen.target, chosen.cpu, *FLAGS)
+    added = (file.read_text() for file in ADDED_SOURCES.get(chosen.system, ()))
+    return (compiler_version(), chosen.target, chosen.cpu, *FLAGS, *added)
 
 
 def shared_cache(cache: Path) -> Path:
@@ -274,7 +277,8 @@ def build_library(
     options = [*made_for.flags(), *FLAGS, *extra]
     folders = [f"-I{p}" for p in include]
     if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
-        sources = [_object(source, library.parent, options + folders, cache) for source in (*sources, WINDOWS)]
+        everything = (*sources, *ADDED_SOURCES["windows"])
+        sources = [_object(source, library.parent, options + folders, cache) for source in everything]
         options.append("-s")  # strips symbols: they contain the path of the build folder, so two builds would differ
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from tests.benchmarks.other_programs.other_engines import CASES, URDF, rest_angle
 from tests.benchmarks.other_programs.other_readers import FILES, Row, freedoms, short
+from tests.benchmarks.other_programs.other_usd_readers import FILES as USD_FILES
 from trunnion import simulate
 from trunnion.basics.version import version
 from trunnion.importers import scene_of
@@ -30,8 +31,8 @@ READERS = {
 ENGINES = {"settings": "settings", "held": "held, °", "stopped": "stopped, °", "rate": "still turns, °/s"}
 HEAD = """# What other programs make of the same files
 
-`python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write` writes this page from runs. `other_readers.py` and
-`other_engines.py` beside it make the rows of other programs, each in an environment with that program.
+`python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write` writes this page from runs. `other_readers.py`,
+`other_usd_readers.py` and `other_engines.py` beside it make the rows of other programs, each in an environment with that program.
 
 ## URDF
 
@@ -44,6 +45,20 @@ MIDDLE = """
 
 A hinge with damping 0.2, frictionloss 0.5, armature 0.03, stiffness 4 with rest at 0.3, range −1 … 1 and ref 0.1.
 
+"""
+USD = """
+## OpenUSD physics
+
+Twelve files with one joint each ([their text](../../tests/benchmarks/other_programs/other_usd_readers.py)). The table shows what the
+program holds, in radians; "–" means nothing. Drives have stiffness 10 and damping 2 (per degree, if angular), target 5, rate 3, and
+largest force 7. PhysX has three numbers for friction: static, dynamic, viscous. Newton reads with its default schemas.
+
+"""
+USD_VERDICT = """
+All three agree on {agreed} of {all} files: hinges and guides with limits, and principal axes. Newton and PhysX also agree on drives
+and on `NewtonJointAPI`. No reader converts centimetres: Newton warns, PhysX computes in centimetres, and the URDF, whose unit is
+the metre, is a hundred times too large. Only Newton changes a target outside the limits. Because a file does not mean the same in
+all readers, Trunnion does not import OpenUSD. Such robots are also distributed as [URDF](README.md) or MJCF.
 """
 LAST = """
 ## Friction that holds, friction that stops
@@ -107,12 +122,22 @@ def table(rows: list[Row], columns: dict[str, str]) -> str:
     return "".join(f"| {' | '.join(cells)} |\n" for cells in [head, ["---"] * len(head), *lines])
 
 
+def usd_table(rows: list[Row]) -> str:
+    """The table of OpenUSD files: a line for each file, a column for each reader, and the files on which all agree."""
+    found = [r for r in rows if set(USD_FILES) <= set(r)]
+    lines = [["file", *(f"{r['program']} {r['version']}" for r in found)], ["---"] * (len(found) + 1)]
+    lines += [[name, *(r[name] for r in found)] for name in USD_FILES]
+    agreed = sum(len({r[name] for r in found}) == 1 for name in USD_FILES)
+    text = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    return USD + text + USD_VERDICT.format(agreed=agreed, all=len(USD_FILES)) if found else ""
+
+
 def page(rows: list[Row]) -> str:
     """The text of the page from the rows of other programs; those of Trunnion come last."""
     rows = [*rows, reader_row(), engine_row()]
     stopped = rest_angle(*CASES[1])
-    parts = [HEAD, table(rows, READERS), MIDDLE, table(rows, {"mjcf": "what its model holds"}), LAST.format(stopped=stopped)]
-    return "".join([*parts, table(rows, ENGINES), HOSTS])
+    parts = [HEAD, table(rows, READERS), MIDDLE, table(rows, {"mjcf": "what its model holds"}), usd_table(rows)]
+    return "".join([*parts, LAST.format(stopped=stopped), table(rows, ENGINES), HOSTS])
 
 
 def main() -> None:

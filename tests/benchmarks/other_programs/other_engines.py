@@ -84,6 +84,24 @@ def mujoco() -> list[Row]:
     return [swung(lambda a, f, c=change: run(a, f, c), name) for name, change in changes.items()]
 
 
+def mjx() -> list[Row]:
+    import jax
+    import mujoco as mj
+    from mujoco import mjx as mx
+
+    jax.config.update("jax_enable_x64", True)
+
+    def run(start: float, friction: float) -> tuple[float, float]:
+        model = mx.put_model(mj.MjModel.from_xml_string(MJCF.format(friction=friction)))
+        data = mx.make_data(model)
+        data = data.replace(qpos=data.qpos.at[0].set(start))
+        steps = round(UNTIL / float(model.opt.timestep))
+        data = jax.jit(lambda d: jax.lax.fori_loop(0, steps, lambda _, x: mx.step(model, x), d))(data)
+        return float(data.qpos[0]), float(data.qvel[0])
+
+    return [swung(run, "default, 64 bits")]
+
+
 def drake() -> list[Row]:
     from pydrake.all import AddMultibodyPlantSceneGraph, DiagramBuilder, Parser, Simulator
 
@@ -177,7 +195,7 @@ def exudyn() -> list[Row]:
 
 
 ENGINES = {
-    "mujoco": ("MuJoCo", mujoco), "drake": ("Drake", drake), "dartpy": ("DART", dartpy),
+    "mujoco": ("MuJoCo", mujoco), "mujoco-mjx": ("MJX", mjx), "drake": ("Drake", drake), "dartpy": ("DART", dartpy),
     "pymunk": ("pymunk", pymunk), "exudyn": ("Exudyn", exudyn),
 }  # fmt: skip
 """{package: (name of the program, function that gives its rows)}."""

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -225,7 +226,57 @@ def idyntree(files: dict[str, str]) -> Row:
     }  # fmt: skip
 
 
+SDFORMAT = """
+#include <iostream>
+#include <sdf/sdf.hh>
+int main(int, char **a) {
+  sdf::SDFPtr file(new sdf::SDF());
+  sdf::init(file);
+  bool read = sdf::readFile(a[1], file);
+  std::cout << (read ? "" : "refused ") << file->ToString();
+}
+"""
+"""Program in C++ that prints the SDF into which libsdformat turns a file."""
+HEAVY = LINK.format("base")
+"""The root link with a mass. Without one, libsdformat drops the root and with it the whole robot."""
+
+
+def output(*words: str) -> str:
+    """Standard output of a program that must succeed."""
+    return subprocess.run(words, capture_output=True, text=True, check=True).stdout
+
+
+def libsdformat(files: dict[str, str]) -> Row:
+    from xml.etree import ElementTree
+
+    folder = Path(files["arms"]).parent
+    (folder / "read.cc").write_text(SDFORMAT)
+    flags = output("pkg-config", "--cflags", "--libs", "sdformat12").split()
+    output("c++", str(folder / "read.cc"), "-o", str(folder / "read"), *flags)
+
+    def joints(text: str) -> dict[str, ElementTree.Element]:
+        (folder / "one.urdf").write_text(text)
+        told = output(str(folder / "read"), str(folder / "one.urdf"))
+        return {j.get("name", ""): j for j in ElementTree.fromstring(told).iter("joint")}
+
+    def dropped(text: str) -> str:
+        return "kept" if joints(text) else "dropped, `readFile` returns true"
+
+    given = {name: text.replace('<link name="base"/>', HEAVY) for name, text in FILES.items()}
+    made = joints(given["arms"])
+    numbers = {e.tag: e.text or "" for e in made["j"].iter() if e.tag in ("friction", "damping", "lower", "upper", "effort")}
+    k = {e.tag for e in made["k"].iter()}
+    return {
+        "friction": short(numbers["friction"]), "damping": short(numbers["damping"]),
+        "mimic": "kept" if "mimic" in k else "left out",
+        "limits": f"{short([numbers['lower'], numbers['upper']])}, effort {short(numbers['effort'])}; "
+        f"with a massless root all joints {dropped(ARMS)}",
+        "planar": dropped(given["planar"]), "floating": dropped(given["floating"]),
+    }  # fmt: skip
+
+
 READERS = {
+    "libsdformat": ("libsdformat", libsdformat),
     "mujoco": ("MuJoCo", mujoco), "pin": ("Pinocchio", pin), "drake": ("Drake", drake), "dartpy": ("DART", dartpy),
     "pybullet": ("PyBullet", pybullet), "newton": ("Newton", newton),
     "sapien": ("SAPIEN", sapien), "yourdfpy": ("yourdfpy", yourdfpy),
@@ -242,16 +293,23 @@ def row(package: str) -> Row:
         for file, text in FILES.items():
             places[file].write_text(text)
         cells = read({file: str(place) for file, place in places.items()})
-    return {"program": name, "version": version(package), **cells}
+    return {"program": name, "version": version_of(package), **cells}
+
+
+def version_of(package: str) -> str:
+    """Version of a package of this Python, or of libsdformat on this machine; "" if it is not installed."""
+    if package == "libsdformat":
+        tool = shutil.which("pkg-config") or "false"
+        return subprocess.run([tool, "--modversion", "sdformat12"], capture_output=True, text=True, check=False).stdout.strip()
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def installed(package: str) -> bool:
-    """Whether this Python has a package."""
-    try:
-        version(package)
-    except PackageNotFoundError:
-        return False
-    return True
+    """Whether this machine has a program."""
+    return bool(version_of(package))
 
 
 def rows(script: str, packages: dict[str, Any]) -> list[Row]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import stat
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,8 @@ import pytest
 
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.interface.output_columns import columns, select
-from trunnion.kernel.shared_libraries import RUNTIME, kernel_key, runtime, runtime_key
+from trunnion.kernel.shared_libraries import RUNTIME, compiled_runtime, kernel_key, runtime, runtime_key
+from trunnion.parts.primitives.primitive_cache import compiled_interpreter
 from trunnion.scene import Scene, load_scene
 from trunnion.scene.overrides import apply
 from trunnion.simulation.run import Model, simulate
@@ -305,6 +307,46 @@ def test_a_warm_start_needs_neither_the_symbolic_library_nor_the_compiler() -> N
     env = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=env, check=True)
     assert done.stdout.split()[0] == "False"
+
+
+def sources_of(arguments: Sequence[str]) -> set[Path]:
+    """The C files that a call of the compiler reads: those it names, and those that they include."""
+    folders = [Path(a[2:]) for a in arguments if a.startswith("-I")]
+    found, waiting = set(), [Path(a) for a in arguments if a.endswith(".c")]
+    while waiting:
+        file = waiting.pop()
+        if file not in found:
+            found.add(file)
+            names = re.findall(r'#include "(.*?)"', file.read_text())
+            waiting += [p.resolve() for name in names for p in (d / name for d in (file.parent, *folders)) if p.exists()]
+    return found
+
+
+@pytest.mark.parametrize("tag", ["manylinux_2_17_x86_64", "win_amd64"])
+@pytest.mark.parametrize("library", [compiled_runtime, compiled_interpreter])
+def test_the_key_of_a_library_covers_every_file_that_the_compiler_reads(
+    library: Callable[..., Path], tag: str, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled: set[Path] = set()
+    keyed: set[str] = set()
+
+    def compile_nothing(arguments: Sequence[str], _: Path) -> None:
+        compiled.update(sources_of(arguments))
+        Path(arguments[arguments.index("-o") + 1]).touch()
+
+    def remember(*parts: str | bytes) -> str:
+        keyed.update(p if isinstance(p, str) else p.decode() for p in parts)
+        return "key"
+
+    runtime_key.cache_clear()
+    monkeypatch.setattr(c_compiler, "run", compile_nothing)
+    monkeypatch.setattr(library_cache, "digest", remember)
+    library(c_compiler.MACHINES[tag])
+    runtime_key.cache_clear()
+    given = {file for file in compiled if not file.is_relative_to(home)}
+    assert (c_compiler.WINDOWS in given) == (tag == "win_amd64")
+    assert len(given) > 4
+    assert {file for file in given if file.read_text() not in keyed} == set()
 
 
 # -- places and failures ------------------------------------------------------------------------------------------------------

@@ -103,7 +103,8 @@ def difference(a: Values, b: Values) -> float:
 
 
 def files(folder: Path) -> dict[tuple[str, str], Path]:
-    """The FMUs by model and form."""
+    """The FMUs by model and form, in a folder that is made if it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
     made = {(m, f): folder / f"{m}-{f}.fmu" for m in MODELS for f in FORMS}
     for (model, form), file in made.items():
         if not file.exists():
