@@ -232,7 +232,9 @@ def test_a_crank_without_mass_ends_by_name_at_its_dead_centre() -> None:
 @pytest.mark.parametrize(("family", "seed", "body", "until"), [
     ("hung_frames", 10, "bar", 0.2), ("hung_frames", 1, "bar", 0.2), ("hung_frames", 11, "bar", 0.2),
 ])  # fmt: skip
-def test_a_bar_without_mass_that_carries_a_heavy_body_moves_like_a_light_one(family: str, seed: int, body: str, until: float) -> None:
+def test_a_bar_without_mass_that_carries_a_heavy_body_moves_like_a_light_one(
+    family: str, seed: int, body: str, until: float
+) -> None:
     """The bar is the only body on its loops. Earlier, such scenes jammed at their start."""
     scene = crossed(family, seed)
     runs = [simulate(heavy_parts(scene, body, x), until=until, rtol=1e-8, outputs="*.position*") for x in (1e-7, 0.0)]
