@@ -20,7 +20,7 @@ from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, Signal
 from trunnion.system.structure.friction_joint_indices import Element
-from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of
+from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of, with_centres
 from trunnion.system.structure.parameter_table import Leaves
 
 PART = 0.1
@@ -83,14 +83,15 @@ def contact_arm(m: Model, j: Joint, points: Mapping[int, Sequence[Leaves]]) -> S
     """Half the length of the contacts of a joint without friction, m (``arm_of``). points: the joint points of its block, by
     body."""
     bodies = [m.sym.system.bodies[b] for b in (j.out, j.inb) if b != GROUND]
-    return arm_of(block_size(m.sym, points), [spin(m, b) for b in bodies], [m.sym.leaf(b.mass) for b in bodies])
+    sizes = block_size(m.sym, points), block_size(m.sym, with_centres(m.sym.system, points))
+    return arm_of(*sizes, [spin(m, b) for b in bodies], [m.sym.leaf(b.mass) for b in bodies])
 
 
-def arm_of(size: SX, spins: Sequence[SX], masses: Sequence[SX]) -> SX:
-    """PART times the size of the joint's block, m. size: its square, m². A block of size 0 counts as large as the radius of
-    gyration of the joint's parts."""
+def arm_of(size: SX, wide: SX, spins: Sequence[SX], masses: Sequence[SX]) -> SX:
+    """PART times the size of the joint's block, m. size, wide: its square, m², without and with mass centres; the first above 0
+    counts. If both are 0, the block counts as large as the radius of gyration of the joint's parts."""
     square = sum((j / m for j, m in zip(spins, masses, strict=True)), SX(0)) / len(masses)
-    return PART * ca.sqrt(ca.if_else(size > NO_SIZE, size, square + NO_SIZE))
+    return PART * ca.sqrt(ca.if_else(size > NO_SIZE, size, ca.if_else(wide > NO_SIZE, wide, square + NO_SIZE)))
 
 
 def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:

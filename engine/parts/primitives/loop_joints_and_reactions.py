@@ -188,11 +188,11 @@ def weighed(sign: int) -> Primitive:
 
 @cache
 def arm(bodies: int) -> Primitive:
-    """Inputs: half the trace of the inertia, and the mass, of each body of a joint; squared size of the joint's block. Output: half
-    length of the joint's contacts. Joints without friction use this length."""
-    spin, mass, size = SX.sym("spin", bodies), SX.sym("mass", bodies), SX.sym("size")
-    out = arm_of(size, ca.vertsplit(spin), ca.vertsplit(mass))
-    return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass, "size": size}, {"out": out})
+    """Inputs: half the trace of the inertia, and the mass, of each body of a joint; squared size of the joint's block, without and
+    with mass centres. Output: half length of the joint's contacts. Joints without friction use this length."""
+    spin, mass, size, wide = SX.sym("spin", bodies), SX.sym("mass", bodies), SX.sym("size"), SX.sym("wide")
+    out = arm_of(size, wide, ca.vertsplit(spin), ca.vertsplit(mass))
+    return expression_primitive(f"k_arm_{bodies}", {"spin": spin, "mass": mass, "size": size, "wide": wide}, {"out": out})
 
 
 @cache

@@ -11,7 +11,7 @@ from trunnion.parts.primitives.primitive_cache import loop_joints_and_reactions
 from trunnion.parts.primitives.primitive_keys import sized
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.system.structure.bodies_and_joints import GROUND, Joint
-from trunnion.system.structure.loop_joints import NO_SIZE, block_points, loop_joints, rows_of, rubs
+from trunnion.system.structure.loop_joints import NO_SIZE, block_points, loop_joints, rows_of, rubs, with_centres
 from trunnion.system.structure.parameter_table import Leaves
 
 
@@ -25,7 +25,7 @@ class ScaledReactions:
         self.size = sum(self.rows.values())
         self._spins: dict[int, Slot] = {}
         self._numbers: dict[str, Slot] = {}
-        self._sizes: dict[int, Slot] = {}
+        self._sizes: dict[int, tuple[Slot, Slot]] = {}
         points = block_points(scene.system) if self.rubs else {}
         self._arms = {j.name: self._arm(j, points[j.name]) for j in self.joints} if self.rubs else {}
 
@@ -127,9 +127,10 @@ class ScaledReactions:
             s.prepare.copy(self.spin(b), spins.slice(k, 1))
             s.prepare.copy(s.inertial_numbers(b).slice(0, 1), masses.slice(k, 1))
         if id(points) not in self._sizes:
-            self._sizes[id(points)] = self._size(points)
+            self._sizes[id(points)] = self._size(points), self._size(with_centres(self.system, points))
+        size, wide = self._sizes[id(points)]
         arm = loop_joints_and_reactions.arm(len(bodies))
-        s.call(s.prepare, arm, spin=spins, mass=masses, size=self._sizes[id(points)], out=out)
+        s.call(s.prepare, arm, spin=spins, mass=masses, size=size, wide=wide, out=out)
         return out
 
     def _size(self, points: dict[int, list[Leaves]]) -> Slot:

@@ -5,8 +5,10 @@
  * this excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
-/* × the accelerations: largest deviation from the ratio of a class; the loops may be open by the error of a step. */
+/* × the accelerations that the state's rates cause: largest deviation from the ratio of a class; loops may be open by the error of a
+ * step. Accelerations by forces have the ratio of a class in open loops, too; those of a light body are arbitrarily large. */
 #define SAME_START 1e-3
+#define SAME_BY_FORCES 1e-10 /* × the accelerations: round-off of their ratio */
 #define NO_START 1e-9   /* × length · rate²: largest deviation if the accelerations vanish */
 /* × the unit of the rates: with all rates of the state at zero, larger rates are those that drives impose; smaller rates are
  * round-off. */
@@ -22,6 +24,13 @@ static int tr_line_multiplier(const tr_sim *s, int m) {
   return most;
 }
 
+/* Size of accelerations that the rates of the state cause, m/s². In an impulse step, rates are parts of accelerations. */
+static double tr_acceleration_by_rates(const tr_sim *s) {
+  double most = s->set.rate;
+  for (int i = 0; i < s->k->nv; ++i) most = fmax(most, fabs(TR_A(s, y)[s->k->nq + i]) / tr_rate_unit(s, i));
+  return s->moreau.h > 0.0 ? INFINITY : s->set.length * most * most;
+}
+
 /* Whether the frictionless acceleration of pair i is proportional to that of multiplier `lead`. Also writes the rates of pair i, at
  * unit rate of `lead`, to class_rates. */
 static int tr_is_proportional_start(tr_sim *s, int i, int lead) {
@@ -33,7 +42,8 @@ static int tr_is_proportional_start(tr_sim *s, int i, int lead) {
     gap = fmax(gap, fabs(Q0[j] - with) * lever[j]), size = fmax(size, (fabs(Q0[j]) + fabs(with)) * lever[j]);
     line[j] = ratio;
   }
-  return gap <= SAME_START * size + NO_START * tr_speed_unit(s) * s->set.rate;
+  const double by_rates = fmin(size, tr_acceleration_by_rates(s));
+  return gap <= SAME_START * by_rates + SAME_BY_FORCES * size + NO_START * tr_speed_unit(s) * s->set.rate;
 }
 
 static void tr_find_coupled_pairs(tr_sim *s) {

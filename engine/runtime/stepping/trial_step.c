@@ -16,6 +16,7 @@
 #define CUTS_MOST 2             /* largest number of remakes for one event */
 #define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
 #define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
+#define ROOT_LOST 1e-5       /* distance of the contraction from 1 where a root of friction is lost; found: below 3e-7 */
 #define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means another root */
 
 static double tr_step_limit(const tr_sim *s, double target) {
@@ -231,9 +232,17 @@ static void tr_probe_failure(tr_sim *s) {
   if (tr_project_and_evaluate(s, s->clock.t + h, y, TR_A(s, dy)) && (tr_check_solution(s, y, 0, 0) & TR_BREAKS_LOOP)) s->step.failure = TR_FAIL_MODES;
 }
 
+/* Whether friction loses its root at the start of the step. Steps then shrink to round-off before the equations fail: friction grows
+ * without bound, but decelerates a light body only over a tiny way. */
+static int tr_is_root_lost(tr_sim *s) {
+  if (!s->k->sets || !s->k->neta) return 0;
+  s->step.watch = 0;
+  return tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy)) && fabs(1.0 - tr_contraction(s)) <= ROOT_LOST;
+}
+
 /* Status of a run whose last trial step, to ynew, was refused. */
 static int tr_trial_fault(tr_sim *s, double err) {
-  if (err == err) return TR_FAIL_STEP;
+  if (err == err) return tr_is_root_lost(s) ? TR_FAIL_MULTIPLIERS : TR_FAIL_STEP;
   if ((s->step.failure == TR_OK || s->step.failure == TR_FAIL_NOT_FINITE) && s->k->active && !s->k->neta) tr_probe_failure(s);
   if (s->step.failure != TR_OK) return s->step.failure;
   return s->k->neta && tr_is_finite(s->ny, TR_A(s, ynew)) ? TR_FAIL_MULTIPLIERS : TR_FAIL_NOT_FINITE;

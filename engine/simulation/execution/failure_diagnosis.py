@@ -9,6 +9,7 @@ import numpy as np
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.contact.journal import LENGTHS
 from trunnion.runtime.abi import Status, Why
+from trunnion.simulation.execution.missing_inertia import VANISHING, inertia_outcome
 from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.results.outcome import DEAD_CENTRE, OVERLAP_LOST, Outcome, from_status
 from trunnion.simulation.runtime_interface.friction_pair_and_stop_names import slider_names
@@ -43,6 +44,8 @@ def diagnose(model: Model, status: int) -> Outcome:
         return _penetration(model, from_status(status, block.time, ""))
     if status in LOOPS:
         return _loop_outcome(model, from_status(status, block.time, ""))
+    if status == Status.FAIL_STEP and (lost := inertia_outcome(model, VANISHING)):
+        return lost
     return from_status(status, block.time, suspect(model, status))
 
 

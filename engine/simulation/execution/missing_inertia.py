@@ -20,6 +20,9 @@ NOTHING = 1e-9
 and inertias above 0 count as 1."""
 SQUARE = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 """Places of the six moments of inertia of a body in its matrix."""
+VANISHING = 1e-6
+"""Largest relative singular value where steps became too small, because a motion loses its inertia there: at a dead centre, a
+massless crank. Steps reach round-off of the time at about 1e-7."""
 IDLE = 1e-12
 """A constraint row whose entries are below this value is round-off, rad or lengths."""
 
@@ -34,9 +37,17 @@ def missing_inertia(model: Model) -> Outcome | None:
     state = b"".join(map(np.ndarray.tobytes, (block.parameters, block.y, block.x)))
     if state == model.with_inertia_at:
         return None
-    names = freedoms_without_inertia(model) if bodies_lack_inertia(model.system, block.parameters[None])[0] else []
-    if not names:
+    found = inertia_outcome(model, NOTHING)
+    if not found:
         model.with_inertia_at = state
+    return found
+
+
+def inertia_outcome(model: Model, nothing: float) -> Outcome | None:
+    """As ``missing_inertia``, for this largest relative singular value that counts as zero."""
+    lacks = bodies_lack_inertia(model.system, model.block.parameters[None])[0]
+    names = freedoms_without_inertia(model, nothing) if lacks else []
+    if not names:
         return None
     plain = Outcome.named(NO_INERTIA, model.block.time, names[0][0].name)
     told = "; ".join(j.freedom(k) for j, k in names)
@@ -64,7 +75,7 @@ def _column(x: Leaf, p: np.ndarray) -> np.ndarray:
     return p[:, x.index] if isinstance(x, Param) else np.full(len(p), x)
 
 
-def freedoms_without_inertia(model: Model) -> list[tuple[Joint, int]]:
+def freedoms_without_inertia(model: Model, nothing: float = NOTHING) -> list[tuple[Joint, int]]:
     """For each independent motion without inertia, the freedom (joint, index) that takes part most. Requires an assembled state."""
     system, length = model.system, model.built.numbers.length
     units = np.array([1.0 if j.kind.turns(k) else length for j in system.tree for k in j.free])
@@ -72,7 +83,7 @@ def freedoms_without_inertia(model: Model) -> list[tuple[Joint, int]]:
         return []
     rows = np.vstack([*_inertial_rows(model, units), _constraint_rows(model, units)])
     _, sizes, basis = np.linalg.svd(np.linalg.qr(rows, mode="r"), full_matrices=True)
-    idle = basis[int(np.sum(sizes > NOTHING * max(sizes, default=1.0))) :]
+    idle = basis[int(np.sum(sizes > nothing * max(sizes, default=1.0))) :]
     freedoms = [(j, k) for j in system.tree for k in j.free]
     found = []
     while len(idle):

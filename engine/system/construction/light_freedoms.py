@@ -22,14 +22,14 @@ the loop equations n digits. Above this limit, they keep the digits that events 
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. Only the body that the joint carries counts, not heavier bodies outboard: a wheel that
-    turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis. more: couplings, which
-    close loops too."""
+    """All light freedoms of tree joints. Of a joint only the body that it carries counts, not heavier bodies outboard: a wheel that
+    turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis. It is compared with the
+    bodies on the loops and with those that they carry. more: couplings, which close loops too."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
     mass, spin = ([size(scene, b) for b in bodies] for size in (_mass, _spin))
-    masses, turns = ([every[i] for i in on_loops] for every in (mass, spin))
+    masses, turns = ([every[i] for i in _with_outboard(bodies, on_loops)] for every in (mass, spin))
     out = []
     for i in on_loops:
         j, own = joints[i], bodies[i]
@@ -90,6 +90,15 @@ def _largest_outboard(bodies: Sequence[Body], sizes: Sequence[float]) -> list[fl
         if (parent := bodies[i].parent) != GROUND:
             out[parent] = max(out[parent], sizes[i], out[i])
     return out
+
+
+def _with_outboard(bodies: Sequence[Body], on_loops: Sequence[int]) -> list[int]:
+    """These bodies and all bodies outboard of them."""
+    found = set(on_loops)
+    for i, b in enumerate(bodies):  # inboard bodies come first
+        if b.parent in found:
+            found.add(i)
+    return sorted(found)
 
 
 def _bodies_on_loops(bodies: Sequence[Body], cuts: Sequence[Joint]) -> list[int]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact import ContactElement
@@ -49,6 +50,11 @@ def block_points(system: System) -> dict[str, dict[int, list[Leaves]]]:
         points[j.inb].append(j.inb_point)
         points[j.out].append(j.out_point)
     return {name: found[id(block)] for name, block in blocks.items()}
+
+
+def with_centres(system: System, points: Mapping[int, Sequence[Leaves]]) -> dict[int, list[Leaves]]:
+    """Points by body, and the mass centres of these bodies."""
+    return {b: [*own, *([system.bodies[b].center] if b != GROUND else [])] for b, own in points.items()}
 
 
 def rubs(system: System) -> bool:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.engine.checks.event_list_difference import difference
 from tests.reference.scenes.random_scenes import random_loop
-from tests.sampling import crossed
+from tests.sampling import crossed, sampled
 from trunnion import scene_from_dict, sensitivity, simulate, sweep
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.cuttable_joints import may_be_cut
@@ -181,11 +181,14 @@ def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() 
     assert max(float(np.abs(found[0][c] - found[1][c]).max()) for c in places) < 1e-9
 
 
-def test_a_run_ends_where_a_root_of_friction_ends_without_steps_of_length_0() -> None:
-    """Earlier, 20,000 steps of length 0 ended this run as no_progress. The same loop jams if it is cut elsewhere."""
-    r = run_loop(cut_everywhere(rubbing_loop(134))["j1"], 1e-9)
+@pytest.mark.parametrize("cut", sampled(("j1", "j4", "loop1"), ("j4",)))
+def test_a_run_ends_where_a_root_of_friction_ends_wherever_the_loop_is_cut(cut: str) -> None:
+    """Earlier, 20,000 steps of length 0 ended this run as no_progress, or friction jumped to roots that ended 5 to 24 µs later. In
+    some builds, the root ends, returns at once, and ends 5 µs later."""
+    r = run_loop(cut_everywhere(rubbing_loop(134))[cut], 1e-9)
     assert r.outcome.name == "jammed"
-    assert r.outcome.time == pytest.approx(0.49816, abs=3e-5)  # round-off moves the end of the root by up to 24 µs
+    assert r.outcome.time == pytest.approx(0.498152, abs=4e-6)
+    assert "fold" not in {e.kind for e in r.events}
     assert r.stats.steps < 1000
 
 
