@@ -64,7 +64,8 @@ typedef struct tr_stepping {
   double *stage_z;     /* array of the host (TR_STAGES × nz) that receives the multipliers at each row of K; null pointer: none */
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
-  double stiffness;    /* h |λ| of the accepted step; 0: its rows are accurate; NaN: unknown (tr_is_limited_by_stability) */
+  double stiffness;    /* h |λ| of the last explicit trial step */
+  int judged, rough;   /* whether rows inside the accepted step are judged, and less accurate than its end (tr_is_limited_by_stability) */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */

@@ -2,6 +2,8 @@
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
+#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: at the limit, estimates of h |λ| may be this much too small */
+#define SLOPE_NOISE 1e-11 /* × the units of states: errors of slopes below |λ| × this are round-off */
 
 /* Squared error of the n works from index `first` of the state in the last explicit step. second: errors of the second estimator;
  * null pointer if there is no second estimator. */
@@ -65,6 +67,17 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
     den += b * b;
   }
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
+}
+
+static double tr_error_of_slopes(tr_sim *s, const tr_method *m, double h) {
+  if (m->kind != TR_EXPLICIT) return 0.0;
+  const double size = s->step.stiffness = tr_estimate_stiffness(s, m->explicit, h);
+  if (s->set.hfixed > 0.0 || !(size > NEAR_LIMIT * m->explicit->stiff_at)) return 0.0;
+  const double *last = TR_A(s, K) + (m->explicit->stages - 1) * tr_state_width(s), *end = TR_A(s, K) + m->end * tr_state_width(s);
+  const double part = fmin(1.0 / s->set.rate, h / size * s->set.rtol / SLOPE_NOISE);
+  double *e = TR_A(s, ytmp);
+  for (int i = 0; i < s->ny; ++i) e[i] = part * (end[i] - last[i]);
+  return sqrt(tr_squared_motion_error(s, e, TR_A(s, y), TR_A(s, ynew)));
 }
 
 /* State at θ of the pending explicit step, by a new step of length θ × the step's length from the same start. Does not integrate
