@@ -17,7 +17,7 @@ a step."""
 SHORTEST = 1e-9
 """A step that is shorter than this, relative to the duration of the run, gets no rows. It is too short to carry load, and its rows
 would coincide."""
-GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
+GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK, bl.NEED_JACOBIAN)
 
 
 def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Result, np.ndarray]:
@@ -54,6 +54,9 @@ def _rows_at(model: Model, settings: bl.Settings, times: np.ndarray) -> np.ndarr
         status: int = bl.MORE
         while status in GO_ON:
             status, _ = block.advance(t, 1000, buffer)
+            if status == bl.NEED_JACOBIAN:
+                model.kernel.jacobian()
+                block.attach_jacobian()
             block.take_events()
         row = np.zeros(block.width)
         if status != bl.DONE or block.row(row) != bl.OK:
