@@ -22,8 +22,8 @@
 typedef struct tr_clock {
   double t;                /* time of the state `y`, s */
   double t_start, t_end;   /* start and end of the run, s */
-  double every, row_next;  /* spacing of rows and time of the next row, s; if `every` is 0, each step writes a row */
-  long row_index;          /* number of rows written so far */
+  double every, row_next;  /* spacing of rows and time of the next row, s; 0: each step writes a row; −n: each step writes n rows */
+  long row_index, part;    /* number of rows written so far; of the present step, if rows follow the steps */
   int width;               /* doubles in a row, including time */
   int nbreaks;             /* number of breaks */
   double last_break, next_break; /* times of the last break that the run has passed and of the next, s; −INFINITY, INFINITY: none */
