@@ -102,8 +102,12 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     modes = tr_set_initial_modes(s);
     s->friction.from_anywhere = 0;
   }
+  if (k->nunilateral) { /* without a solution for all closed contacts, there may be one for fewer */
+    const int contacts = tr_start_contacts(s);
+    if (modes == TR_OK && contacts != TR_OK) return s->clock.status = contacts;
+    if (contacts == TR_OK) modes = TR_OK;
+  }
   if (modes != TR_OK && !tr_continue_through_jam(s)) return s->clock.status = s->ask.cancelled ? TR_CANCELLED : modes;
-  if (modes == TR_OK && k->nunilateral && (modes = tr_start_contacts(s)) != TR_OK) return s->clock.status = modes;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->clock.status = TR_FAIL_MULTIPLIERS;
   if (k->neta) tr_certify(s);
   for (int i = 0; i < s->ny; ++i)

@@ -21,7 +21,8 @@ static double tr_combine_estimators(double first, double second);
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h);
 
 /* Error of the slopes at the end of a trial step h, in units of the tolerance, if stability limits the step. Otherwise 0. Errors of
- * states within the tolerance are multiplied by |λ| in slopes, and so in rows of forces. Requires an evaluated end. Stores h |λ|. */
+ * states within the tolerance are multiplied by |λ| in slopes, and so in rows of forces. (Method auto leaves such steps soon.) Requires
+ * an evaluated end. Stores h |λ|. */
 static double tr_error_of_slopes(tr_sim *s, const tr_method *m, double h);
 
 /* dz (nz × (ny+1)) ← dz/d[y, t], from the rows of the residuals R in the Jacobian J: R_z dz = −R_y. choice: linearised choice of

@@ -72,7 +72,7 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
 static double tr_error_of_slopes(tr_sim *s, const tr_method *m, double h) {
   if (m->kind != TR_EXPLICIT) return 0.0;
   const double size = s->step.stiffness = tr_estimate_stiffness(s, m->explicit, h);
-  if (s->set.hfixed > 0.0 || !(size > NEAR_LIMIT * m->explicit->stiff_at)) return 0.0;
+  if (tr_is_auto(s) || s->set.hfixed > 0.0 || !(size > NEAR_LIMIT * m->explicit->stiff_at)) return 0.0;
   const double *last = TR_A(s, K) + (m->explicit->stages - 1) * tr_state_width(s), *end = TR_A(s, K) + m->end * tr_state_width(s);
   const double part = fmin(1.0 / s->set.rate, h / size * s->set.rtol / SLOPE_NOISE);
   double *e = TR_A(s, ytmp);

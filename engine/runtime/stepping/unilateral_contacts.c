@@ -47,15 +47,10 @@ static double tr_contact_misfit(tr_sim *s, int c, int closed) {
   return -tr_gap_acceleration(s, c, 1) / (STEADY * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. Returns a status. */
-static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
+/* From the set `closed` on, change the contact with the largest misfit until none of the contacts `rests` has any. Returns a
+ * status. */
+static int tr_settle_contacts_from(tr_sim *s, char *closed, const char *rests, const tr_mode *modes) {
   const int n = s->k->nunilateral, count = s->events.count;
-  tr_mode modes[s->k->nsliders + 1];
-  char closed[n + 1], rests[n + 1];
-  double still = tr_speed_unit(s);
-  tr_save_modes(s, modes);
-  for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
-  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && fabs(met[c].rate) <= STILL * still;
   for (int it = 0; it < CHOICES_MOST; ++it) {
     const int code = tr_evaluate_with_contacts(s, closed, modes);
     s->events.count = count;
@@ -70,6 +65,29 @@ static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
     closed[worst] = !closed[worst];
   }
   return TR_FAIL_MODES;
+}
+
+/* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. The decision begins with all
+ * of them closed. Friction of a set that pulls may have no solution; the decision then begins without one or two contacts. Returns a
+ * status. */
+static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
+  const int n = s->k->nunilateral, width = tr_state_width(s);
+  tr_mode modes[s->k->nsliders + 1];
+  char closed[n + 1], rests[n + 1];
+  double still = tr_speed_unit(s), y[width];
+  tr_save_modes(s, modes), tr_copy(width, TR_A(s, y), y);
+  for (int c = 0; c < n; ++c) still = fmax(still, fabs(met[c].approach));
+  for (int c = 0; c < n; ++c) closed[c] = rests[c] = met[c].touches && fabs(met[c].rate) <= STILL * still;
+  const int first = tr_settle_contacts_from(s, closed, rests, modes);
+  int code = first;
+  for (int a = 0; a < n && code != TR_OK; ++a)
+    for (int b = -1; b < a && code != TR_OK; ++b) {
+      if (!rests[a] || (b >= 0 && !rests[b])) continue;
+      memcpy(closed, rests, n), closed[a] = 0, tr_copy(width, y, TR_A(s, y));
+      if (b >= 0) closed[b] = 0;
+      code = tr_settle_contacts_from(s, closed, rests, modes);
+    }
+  return code == TR_OK ? TR_OK : first;
 }
 
 /* Set gaps' rates and which contacts touch and approach at the state `y`. Returns whether any approaches. */

@@ -155,11 +155,6 @@ def loads_of_feet(feet: np.ndarray, y: np.ndarray, mu: float, mass: float) -> tu
     raise np.linalg.LinAlgError("no set of loaded feet")
 
 
-FALSE_JAMS = (70, 76)
-"""Seeds whose body ends as jammed at the start, although it can slide on fewer feet: with all feet closed, friction has no
-solution, and the decision of contacts begins with all of them closed."""
-
-
 def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray, np.ndarray]:
     """A random body that slides and spins on four to six feet for 0.1 s: (feet, μ, mass, states at the start and at the end).
     Raises LinAlgError if it tips or stops."""
@@ -184,7 +179,8 @@ def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_body_on_more_feet_than_statics_can_tell_apart_slides_and_spins_with_the_loads_of_equal_stiff_feet(seed: int) -> None:
-    """Feet lose their load and get it again without an event: their gap stays 0. Open contacts with gap 0 close at the start."""
+    """Feet lose their load and get it again without an event: their gap stays 0. Open contacts with gap 0 close at the start. In two
+    scenes, friction of all feet has no solution, and the body slides on three of five."""
     for again in range(99):
         try:
             feet, mu, mass, y0, end = slide_on_feet([seed, again])
@@ -194,9 +190,6 @@ def test_a_body_on_more_feet_than_statics_can_tell_apart_slides_and_spins_with_t
     start = {"q": [0, 0, -feet[0, 2], 1, 0, 0, 0], "qd": [*map(float, y0[3:5]), 0, 0, 0, float(y0[5])]}
     made = on_feet(feet, mu, mass, 0.05 * mass, start, starts=("touching", "open")[seed % 2])
     r = simulate(made, until=0.1, rtol=1e-11, kernel="parts")
-    if seed in FALSE_JAMS:
-        assert r.outcome.name == "jammed"
-        return
     assert r.outcome.ok, r.outcome
     assert not [e for e in r.events if e.kind.startswith("contact")]
     found = [*(r[f"fly.q[{k}]"][-1] for k in (1, 2)), *(r[f"fly.qd[{k}]"][-1] for k in (1, 2)), r["fly.qd[6]"][-1]]
