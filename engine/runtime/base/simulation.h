@@ -144,6 +144,7 @@ typedef struct tr_friction {
   int cutting_pair;    /* sliding pair whose change of direction has shortened steps; -1: none */
   int capture;         /* pair whose sliding ends in the next step; -1: none */
   double capture_h;    /* length of this next step, s */
+  int steady;          /* whether the captured pair stops in a steady direction (tr_find_steady_stop) */
   double past_t[TR_PAST_ENDS]; /* end times of the last steps, newest first, s; NaN: no such step since the last event */
 } tr_friction;
 
