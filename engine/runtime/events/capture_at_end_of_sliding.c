@@ -10,6 +10,7 @@
 /* × the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch whose direction is steady, by the speed
  * across it, by the time of the stop, and by straight rows inside it */
 #define CAPTURE_STEADY 0.1
+#define CAPTURE_TURNED 0.01 /* × the deceleration: largest acceleration across such sliding below the speed CAPTURE_SPEED */
 #define CAPTURE_PASSES 2 /* corrections of the length of such a last stretch, each by the square of its own length */
 #define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: required accuracy of the stop's time; below the speed NEAR_MISS, any */
 #define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops are simultaneous; far below the error of event times */
@@ -82,7 +83,8 @@ static int tr_find_steady_stop(tr_sim *s, double *left) {
     const double tried = TR_A(s, capture_tried)[i];
     if (!(v > tr_rest_speed(unit)) || v > sqrt(small) * unit || (tried > 0.0 && v > 0.5 * tried)) continue;
     *left = tr_braking_time(s, i, &across);
-    if (v * across > small * unit || *left * fmax(across * across, v / unit) > small / s->set.rate) continue;
+    const int slow = v <= tr_last_speed(unit) && across <= CAPTURE_TURNED; /* the direction of slow sliding may be an error of steps */
+    if (!slow && (v * across > small * unit || *left * fmax(across * across, v / unit) > small / s->set.rate)) continue;
     int alone = 1;
     for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, *left);
     if (alone) return i;
