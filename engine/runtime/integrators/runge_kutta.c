@@ -2,7 +2,6 @@
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
-#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: at the limit, estimates of h |λ| may be this much too small */
 #define LIMITED_STEPS 6 /* consecutive steps near the limit after which stability limits the steps; a stop has fewer */
 #define SLOPE_NOISE 1e-11 /* × the units of states: errors of slopes below |λ| × this are round-off */
 
