@@ -1,4 +1,4 @@
-"""Repeats a run and adds rows inside its steps."""
+"""Repeats a run with rows inside its steps."""
 
 from __future__ import annotations
 
@@ -11,52 +11,28 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
-PARTS = 6
-"""Number of equal parts of a step. Each part ends with a row, so that a polynomial of degree 4 passes through the five rows inside
-a step."""
+PARTS = 12
+"""Number of equal parts of a step. Each part ends with a row. A step of an accurate method may be half a contact with a stiff
+stop."""
 SHORTEST = 1e-9
 """A step that is shorter than this, relative to the duration of the run, gets no rows. It is too short to carry load, and its rows
 would coincide."""
-GO_ON = (bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
 def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Result, np.ndarray]:
-    """Returns the same run with further rows at times inside its steps, and the ends of the steps, s. names: names or patterns of
-    its columns.
+    """(the same run with the columns ``names`` (names or patterns), with rows in its steps instead of its own rows; ends of the
+    steps in s).
 
     The motion is the same bit for bit, because the rows are read from the dense output of the steps.
     """
     used, end = result.settings, float(result.time[-1])
     jams = result.scene.simulation.jams == "impact"
     settings = bl.Settings(used["rtol"], used["method"], **({"step": used["step"]} | bounds_of(result.scene)), through_jams=jams)
-    steps = run(Model(result.scene, ("*.q[*]",), used["kernel"]), end, 0.0, settings).time
-    steps = steps[np.diff(steps, prepend=-np.inf) > SHORTEST * end]
-    inside = np.concatenate([steps[:-1] + k / PARTS * np.diff(steps) for k in range(PARTS)])
-    nearest = result.time[np.clip(np.searchsorted(result.time, inside)[:, None] - (1, 0), 0, len(result) - 1)]
-    far = np.abs(nearest - inside[:, None]).min(axis=1) > SHORTEST / PARTS * end
-    times = np.unique(np.concatenate([result.time, inside[far]]))
-    model = Model(result.scene, names, used["kernel"])
-    rows = _rows_at(model, settings, times)
-    later = np.diff(rows[:, 0], prepend=-np.inf) > 0.0  # times within round-off of an event get the event's row
-    return replace(result, data=rows[later], columns=tuple(model.columns)), steps
-
-
-def _rows_at(model: Model, settings: bl.Settings, times: np.ndarray) -> np.ndarray:
-    """Rows (times × 1 + columns) of a run at these times. The first time is the start of the run. If the run ends early, there are
-    fewer rows."""
-    block, end = model.block, float(times[-1])
-    block.configure(settings)
-    rows, buffer = [np.zeros(block.width)], np.zeros((1, block.width))
-    if block.assemble() != 1 or model.begin(settings, 0.0, end, np.inf, rows[0]) != bl.OK:
-        return np.zeros((0, block.width))
-    block = model.block
-    for t in times[1:]:
-        status: int = bl.MORE
-        while status in GO_ON:
-            status, _ = block.advance(t, 1000, buffer)
-            block.take_events()
-        row = np.zeros(block.width)
-        if status != bl.DONE or block.row(row) != bl.OK:
-            break
-        rows.append(row)
-    return np.array(rows)
+    again = run(Model(result.scene, names, used["kernel"]), float(used["until"]), -float(PARTS), settings)
+    in_run = again.time <= end
+    steps = again.data[1:][in_run[1:]]
+    steps = steps[: len(steps) // PARTS * PARTS].reshape(-1, PARTS, again.data.shape[1])
+    ends = np.r_[again.time[0], steps[:, -1, 0]]
+    long = np.diff(ends) > SHORTEST * end
+    rows = np.concatenate([again.data[:1], steps[long].reshape(-1, again.data.shape[1])])
+    return replace(result, data=rows, columns=again.columns), np.r_[ends[0], ends[1:][long]]

@@ -96,7 +96,7 @@ def wear(result: Result, k: Mapping[str, float] | float | None = None) -> Wear:
 
     The result needs normal forces, angles, coordinates and rates of the joints with friction, which the default outputs contain.
     If forces change too quickly for the spacing of the rows, the run is repeated with rows inside its steps. ``time`` then
-    includes these rows. Axial thrust and a preload are not normal forces of contacts, so they add no wear.
+    has the times of these rows. Axial thrust and a preload are not normal forces of contacts, so they add no wear.
 
     Args:
         result: the run.

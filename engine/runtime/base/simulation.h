@@ -22,8 +22,8 @@
 typedef struct tr_clock {
   double t;                /* time of the state `y`, s */
   double t_start, t_end;   /* start and end of the run, s */
-  double every, row_next;  /* spacing of rows and time of the next row, s; if `every` is 0, each step writes a row */
-  long row_index;          /* number of rows written so far */
+  double every, row_next;  /* spacing of rows and time of the next row, s; 0: each step writes a row; −n: each step writes n rows */
+  long row_index, part;    /* number of rows written so far; of the present step, if rows follow the steps */
   int width;               /* doubles in a row, including time */
   int nbreaks;             /* number of breaks */
   double last_break, next_break; /* times of the last break that the run has passed and of the next, s; −INFINITY, INFINITY: none */
@@ -64,7 +64,8 @@ typedef struct tr_stepping {
   double *stage_z;     /* array of the host (TR_STAGES × nz) that receives the multipliers at each row of K; null pointer: none */
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
-  double stiffness;    /* h |λ| of the accepted step; 0: its rows are accurate; NaN: unknown (tr_is_limited_by_stability) */
+  double stiffness;    /* h |λ| of the last explicit trial step */
+  int judged, rough;   /* whether rows inside the accepted step are judged, and less accurate than its end (tr_is_limited_by_stability) */
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */
@@ -143,6 +144,7 @@ typedef struct tr_friction {
   int cutting_pair;    /* sliding pair whose change of direction has shortened steps; -1: none */
   int capture;         /* pair whose sliding ends in the next step; -1: none */
   double capture_h;    /* length of this next step, s */
+  int steady;          /* whether the captured pair stops in a steady direction (tr_find_steady_stop) */
   double past_t[TR_PAST_ENDS]; /* end times of the last steps, newest first, s; NaN: no such step since the last event */
 } tr_friction;
 

@@ -23,6 +23,7 @@
 
 /* Step sizes. */
 #define GROW_MOST 6.0   /* largest ratio of successive steps */
+#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: at the limit, estimates of h |λ| may be this much too small */
 #define SHRINK_MOST 0.2 /* smallest factor on a step; also the factor after a step that could not be evaluated */
 
 /* Rank of loops and of rest conditions. */

@@ -7,6 +7,11 @@
 #define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed at which a pair that stops alone may be stopped */
 /* × deceleration: with a larger acceleration perpendicular to the sliding, a pair passes its least speed without stopping. */
 #define CAPTURE_ACROSS 0.2
+/* × the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch whose direction is steady, by the speed
+ * across it, by the time of the stop, and by straight rows inside it */
+#define CAPTURE_STEADY 0.1
+#define CAPTURE_TURNED 0.01 /* × the deceleration: largest acceleration across such sliding below the speed CAPTURE_SPEED */
+#define CAPTURE_PASSES 2 /* corrections of the length of such a last stretch, each by the square of its own length */
 #define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: required accuracy of the stop's time; below the speed NEAR_MISS, any */
 #define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops are simultaneous; far below the error of event times */
 /* × the length of the last stretch: another pair whose own stop is closer to the end of the stretch stops there, too; well above
@@ -39,7 +44,9 @@ static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }
 
-static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
+/* Time, s, in which pair i comes to rest at its present acceleration; INFINITY if it does not brake. *across: the acceleration across
+ * the sliding over the deceleration. Requires the solution. */
+static double tr_braking_time(tr_sim *s, int i, double *across) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0, v = tr_pair_speed(s, i);
   double along = 0.0, size = 0.0;
@@ -47,8 +54,14 @@ static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
     const double acc = tr_acceleration_by_maps(s, pair->eta0 + j) * lever[j];
     along += acc * rates[j] * lever[j] / v, size += acc * acc;
   }
-  const int turns = size - along * along > CAPTURE_ACROSS * CAPTURE_ACROSS * along * along;
-  return along < 0.0 && !turns ? v / -along : INFINITY;
+  *across = sqrt(fmax(size - along * along, 0.0)) / fmax(fabs(along), NO_FORCE);
+  return along < 0.0 ? v / -along : INFINITY;
+}
+
+static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
+  double across;
+  const double left = tr_braking_time(s, i, &across);
+  return across > CAPTURE_ACROSS ? INFINITY : left;
 }
 
 /* Largest speed, m/s, at which pair i may be stopped; the pair would rest in `left` s by itself. The largest speed is smaller if
@@ -59,10 +72,33 @@ static double tr_capture_speed(tr_sim *s, int i, double left) {
   return tr_speed_unit(s) * (alone ? fmax(CAPTURE_ALONE * s->set.rtol, CAPTURE_SPEED) : CAPTURE_SPEED);
 }
 
+/* A pair that stops alone in a steady direction, so that its stop is found on the present line of its sliding; −1: none. *left: time to
+ * its rest, s. Steps would pass this stop, where their direction is undefined, and would wander at their own error. */
+static int tr_find_steady_stop(tr_sim *s, double *left) {
+  const double small = CAPTURE_STEADY * s->set.rtol, unit = tr_speed_unit(s);
+  for (int i = 0; i < s->k->nsliders; ++i) {
+    if (!tr_is_set_valued(s, i) || !tr_is_sliding(s, i) || tr_pair_of(s, i)->nrates == 1 || tr_pair_of(s, i)->cone) continue;
+    const double v = tr_pair_speed(s, i);
+    double across;
+    const double tried = TR_A(s, capture_tried)[i];
+    if (!(v > tr_rest_speed(unit)) || v > sqrt(small) * unit || (tried > 0.0 && v > 0.5 * tried)) continue;
+    *left = tr_braking_time(s, i, &across);
+    const int slow = v <= tr_last_speed(unit) && across <= CAPTURE_TURNED; /* the direction of slow sliding may be an error of steps */
+    if (!slow && (v * across > small * unit || *left * fmax(across * across, v / unit) > small / s->set.rate)) continue;
+    int alone = 1;
+    for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, *left);
+    if (alone) return i;
+  }
+  return -1;
+}
+
 static int tr_find_pair_to_capture(tr_sim *s) {
   /* Parts of fixed steps have any size, so the speeds at the ends of past steps are not comparable. */
   const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0;
   tr_save_speeds(s);
+  const int stops = fixed ? -1 : tr_find_steady_stop(s, &s->friction.capture_h);
+  s->friction.steady = stops >= 0;
+  if (stops >= 0) return stops;
   if (i < 0 || i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_is_stuck(s, i) || tr_pair_of(s, i)->nrates == 1) return -1;
   const double v = tr_pair_speed(s, i), unit = tr_speed_unit(s), *t = s->friction.past_t;
   double *least = TR_A(s, capture_tried) + i;
@@ -144,6 +180,12 @@ static int tr_make_capture_step(tr_sim *s) {
   tr_freeze_last_directions(s, i);
   for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * TR_A(s, K)[q];
   int ok = tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
+  for (int it = 0; it < CAPTURE_PASSES && ok && s->friction.steady; ++it) {
+    double across;
+    h = tr_past_speeds(s, 0)[i] / tr_pair_speed(s, i) * tr_braking_time(s, i, &across);
+    for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * f[q];
+    ok = h <= 2.0 * s->friction.capture_h && tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
+  }
   tr_store_end_multipliers(s);
   for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];
   ok = ok && tr_project(s, s->clock.t + h, ynew);

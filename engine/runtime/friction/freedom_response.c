@@ -4,7 +4,6 @@
 
 #define RESTS_BY 4.0 /* × the stopping time at constant deceleration; smooth stops take three times as long */
 #define RESTS_FOR 1e-6 /* / rate: stopping time above which a pair rests; a slow pair that reverses needs much less */
-#define OPEN_INSIDE 0.1 /* × the tolerance, × the sum of absolute terms: acceleration by the error of the dense output; found: 0.02 */
 #define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: least response in a scale; its round-off is below RANK_PIVOT */
 
 static double tr_freedom_response(const tr_sim *s, int i, int j) {
@@ -109,18 +108,17 @@ static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc) {
   return 0;
 }
 
-/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state. Inside
- * a step, loops are open by the error of the dense output. The freedom then seems to move, by a small part of the terms that
- * cancel. */
-static int tr_is_acceleration_an_error(tr_sim *s, int i) {
+/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state: at most
+ * the part `open` of the terms that cancel. */
+static int tr_is_acceleration_an_error(tr_sim *s, int i, double open) {
   double size;
   if (!tr_is_prescribed(s, i)) return 0;
   const double acc = tr_acceleration_and_terms(s, i, &size);
-  return fabs(acc) <= fmax(REST_BROKEN, OPEN_INSIDE * s->set.rtol) * size;
+  return fabs(acc) <= fmax(REST_BROKEN, open) * size;
 }
 
-static int tr_is_held_freedom_moving(tr_sim *s, int i) {
+static int tr_is_held_freedom_moving(tr_sim *s, int i, double open) {
   int kind = tr_row_kinds(s)[i];
   if (kind == TR_ROW_FREE && tr_is_coming_to_rest(s, i, tr_freedom_acceleration(s, i))) return 0;
-  return kind >= TR_ROW_FREE && tr_relative_acceleration(s, i) > REST_BROKEN && !tr_is_acceleration_an_error(s, i);
+  return kind >= TR_ROW_FREE && tr_relative_acceleration(s, i) > REST_BROKEN && !tr_is_acceleration_an_error(s, i, open);
 }

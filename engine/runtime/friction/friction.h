@@ -113,9 +113,10 @@ static double tr_acceleration_by_maps(tr_sim *s, int i);
  * time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses. Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
-/* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. Requires the
- * solution and its row kinds. */
-static int tr_is_held_freedom_moving(tr_sim *s, int i);
+/* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. open: acceleration by loops
+ * that are open, × the sum of absolute terms; 0 for decisions, whose loops are closed. Inside a step, loops are open by the error of
+ * the dense output, and a locked freedom seems to move. Requires the solution and its row kinds. */
+static int tr_is_held_freedom_moving(tr_sim *s, int i, double open);
 
 /* Violation of a held pair whose rest follows from other pairs: positive if the pair moves too much, otherwise −∞. (Near dead
  * centres, such a pair makes a small fraction of the mechanism's motion.) */

@@ -78,8 +78,8 @@ int tr_assemble(tr_sim *s, double t, const double *qgiven, const double *vgiven)
 /* Residuals of the loops at the state `y`, by row (m, or the sine of an angle), then residuals of their rates. */
 void tr_gap(tr_sim *s, double *h);
 
-/* Start a run at the assembled state (t, y): set scales, rank of the loops and modes, and write the first row. With a null pointer
- * `row`, no row is written. Returns a status. */
+/* Start a run at the assembled state (t, y): set scales, rank of the loops and modes, and write the first row. every: spacing of
+ * rows, s; 0: a row for each step; −n: n rows for each step. With a null pointer `row`, no row is written. Returns a status. */
 int tr_start(tr_sim *s, double t, double t_stop, double every, double *row);
 
 /* Write the row at the block's state. Returns a status. */

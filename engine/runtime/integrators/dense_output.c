@@ -1,8 +1,6 @@
 /* Dense output of the last step. It is formed at its first use, and evaluated at a fraction θ of the step. */
 #include "integrators/integrators.h"
 
-#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: at the limit, estimates of h |λ| may be this much too small */
-
 static void tr_evaluate_dense_rows(int n, int rows, const double *R, const double *yold, double theta, double *out) {
   const double factor[2] = {theta, 1.0 - theta};
   for (int i = 0; i < n; i += TR_LANES) {
@@ -78,9 +76,6 @@ static int tr_is_limited_by_stability(tr_sim *s) {
   const tr_method *m = tr_method_of(s);
   if (m->kind != TR_EXPLICIT || s->set.hfixed > 0.0 || s->pending.captured) return 0;
   const double most = NEAR_LIMIT * m->explicit->stiff_at;
-  if (s->step.stiffness != s->step.stiffness) {
-    s->step.stiffness = tr_estimate_stiffness(s, m->explicit, s->step.size);
-    if (s->step.stiffness > most && tr_is_dense_accurate(s)) s->step.stiffness = 0.0;
-  }
-  return s->step.stiffness > most;
+  if (!s->step.judged && s->step.stiffness > most) s->step.rough = !tr_is_dense_accurate(s), s->step.judged = 1;
+  return s->step.judged && s->step.rough;
 }

@@ -23,6 +23,11 @@ static void tr_extrapolate_start(int e, double *x, const tr_explicit *m, int i, 
  * Returns the error in units of the tolerance, or NaN if a stage failed. */
 static double tr_step_explicit(tr_sim *s, const tr_explicit *m, double h);
 
+/* Error of the slopes at the end of a trial step h, in units of the tolerance, if stability limits the step. Otherwise 0. Errors of
+ * states within the tolerance are multiplied by |λ| in slopes, and so in rows of forces. (Method auto leaves such steps soon.) Requires
+ * an evaluated end. Stores h |λ|. */
+static double tr_error_of_slopes(tr_sim *s, const tr_method *m, double h);
+
 /* dz (nz × (ny+1)) ← dz/d[y, t], from the rows of the residuals R in the Jacobian J: R_z dz = −R_y. choice: linearised choice of
  * the open reactions, whose rows follow those of R; null pointer: zero for multipliers of dependent rows. Requires a solution.
  * Returns 0 if R_z is singular. */
@@ -71,7 +76,7 @@ static void tr_count_kink(tr_sim *s);
  * multipliers. */
 static int tr_is_limited_by_stability(tr_sim *s);
 
-/* Whether stability limits the size of the pending explicit step. */
+/* Whether stability limited the size of the last explicit trial step. */
 static int tr_is_step_stiff(tr_sim *s);
 
 /* Method auto: switch to the stiff method when stability limits explicit steps. Switch back when explicit steps as long as those of

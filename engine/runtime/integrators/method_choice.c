@@ -36,8 +36,7 @@ static void tr_count_kink(tr_sim *s) {
 }
 
 static int tr_is_step_stiff(tr_sim *s) {
-  const tr_explicit *m = tr_method_of(s)->explicit;
-  return tr_estimate_stiffness(s, m, s->pending.h) > m->stiff_at;
+  return s->step.stiffness > tr_method_of(s)->explicit->stiff_at;
 }
 
 static void tr_choose_method(tr_sim *s) {

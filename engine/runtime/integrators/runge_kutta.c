@@ -2,6 +2,8 @@
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
+#define LIMITED_STEPS 6 /* consecutive steps near the limit after which stability limits the steps; a stop has fewer */
+#define SLOPE_NOISE 1e-11 /* × the units of states: errors of slopes below |λ| × this are round-off */
 
 /* Squared error of the n works from index `first` of the state in the last explicit step. second: errors of the second estimator;
  * null pointer if there is no second estimator. */
@@ -64,6 +66,20 @@ static double tr_estimate_stiffness(tr_sim *s, const tr_explicit *m, double h) {
     den += b * b;
   }
   return den > 0.0 ? h * sqrt(num / den) : 0.0;
+}
+
+static double tr_error_of_slopes(tr_sim *s, const tr_method *m, double h) {
+  if (m->kind != TR_EXPLICIT) return 0.0;
+  const double size = s->step.stiffness = tr_estimate_stiffness(s, m->explicit, h);
+  if (tr_is_auto(s) || s->set.hfixed > 0.0) return 0.0;
+  const int near = size > NEAR_LIMIT * m->explicit->stiff_at, count = s->step.stiff_count + (near ? 1 : -1);
+  s->step.stiff_count = count < 0 ? 0 : count > 2 * LIMITED_STEPS ? 2 * LIMITED_STEPS : count;
+  if (!near || count <= LIMITED_STEPS) return 0.0;
+  const double *last = TR_A(s, K) + (m->explicit->stages - 1) * tr_state_width(s), *end = TR_A(s, K) + m->end * tr_state_width(s);
+  const double part = fmin(1.0 / s->set.rate, h / size * s->set.rtol / SLOPE_NOISE);
+  double *e = TR_A(s, ytmp);
+  for (int i = 0; i < s->ny; ++i) e[i] = part * (end[i] - last[i]);
+  return sqrt(tr_squared_motion_error(s, e, TR_A(s, y), TR_A(s, ynew)));
 }
 
 /* State at θ of the pending explicit step, by a new step of length θ × the step's length from the same start. Does not integrate

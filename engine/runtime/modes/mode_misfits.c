@@ -27,7 +27,7 @@ static void tr_let_slip(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
   tr_mode *m = tr_mode_of(s, i);
-  int prescribed = tr_row_kinds(s)[pair->eta0] == TR_ROW_FREE || tr_is_held_freedom_moving(s, pair->eta0);
+  int prescribed = tr_row_kinds(s)[pair->eta0] == TR_ROW_FREE || tr_is_held_freedom_moving(s, pair->eta0, 0.0);
   if (tr_pair_classes(s)[i]) {
     double way = 0.0;
     for (int q = 0; q < s->k->nsliders; ++q)
@@ -85,7 +85,7 @@ static double tr_mode_misfit(tr_sim *s, int i) {
     return worst <= tr_faint_acceleration(s, i) || along > 0.0 ? -1.0 : 1.0;
   }
   for (int j = 0; j < pair->neta; ++j)
-    if (tr_is_held_freedom_moving(s, pair->eta0 + j))
+    if (tr_is_held_freedom_moving(s, pair->eta0 + j, 0.0))
       worst = fmax(worst, fabs(tr_freedom_acceleration(s, pair->eta0 + j)) * TR_A(s, lever)[pair->eta0 + j] / unit - tr_acceleration_tolerance(s));
   return fmax(worst, tr_friction_ratio(s, i) - 1.0 - TOL_RESOLVE);
 }

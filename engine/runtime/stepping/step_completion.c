@@ -90,22 +90,34 @@ static int tr_write_event_row(tr_sim *s, double t, double *row) {
   return code;
 }
 
-/* Write rows up to t_end from the dense output. If `every` is 0, write one row instead: at the end of the step (`final`), or just
- * before the event that cuts the step short. An event at the start of a step gets no row before it, because the old modes had no
- * duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
+/* Write rows at the ends of equal parts of the step up to t_end. The number of parts is −`every`, at least 1. The last row is at the
+ * end of the step (`final`), or just before the event that cuts the step short. An event at the start of a step gets no row before
+ * it, because the old modes had no duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
+static int tr_write_rows_of_step(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
+  const double begin = s->step.t0, span = t_end - begin;
+  const long parts = s->clock.every < -1.0 ? (long)-s->clock.every : 1;
+  if (!final && span <= tr_time_tolerance(t_end)) return TR_OK;
+  for (; s->clock.part < parts; ++s->clock.part, ++*count) {
+    if (*count >= capacity) return TR_ROWS_FULL;
+    const int last = s->clock.part == parts - 1, inside = !last || final;
+    const double t = last ? t_end : begin + span * (s->clock.part + 1) / parts;
+    double *row = rows + s->clock.width * *count, *y = TR_A(s, yout);
+    if (!last && !tr_ensure_dense(s)) return TR_FAIL_MULTIPLIERS;
+    if (last && final) tr_copy_end_state(s, y);
+    if (!last) tr_state_in_step(s, (t - begin) / s->step.size, y);
+    const int code = inside ? tr_output_row(s, t, y, row) : tr_write_event_row(s, t, row);
+    if (code != TR_OK) return code;
+  }
+  s->clock.part = 0;
+  return TR_OK;
+}
+
+/* Write rows up to t_end from the dense output; rows follow the steps if `every` is at most 0. Returns TR_OK, TR_ROWS_FULL or a
+ * failure. */
 static int tr_write_rows(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
   if (s->clock.width == 0) return TR_OK;
   int width = s->clock.width;
-  if (s->clock.every <= 0.0) {
-    if (!final && t_end - s->step.t0 <= tr_time_tolerance(t_end)) return TR_OK;
-    if (*count >= capacity) return TR_ROWS_FULL;
-    double *row = rows + width * *count;
-    if (final) tr_copy_end_state(s, TR_A(s, yout));
-    int code = final ? tr_output_row(s, t_end, TR_A(s, yout), row) : tr_write_event_row(s, t_end, row);
-    if (code != TR_OK) return code;
-    ++*count;
-    return TR_OK;
-  }
+  if (s->clock.every <= 0.0) return tr_write_rows_of_step(s, t_end, final, rows, capacity, count);
   while (s->clock.row_next <= t_end + (final ? tr_row_time_tolerance(t_end) : 0.0)) {
     if (*count >= capacity) return TR_ROWS_FULL;
     const int made = tr_write_rows_in_lanes(s, t_end, rows + width * *count, capacity - *count);

@@ -123,7 +123,7 @@ TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) 
   const int solved = m->kind != TR_IMPLICIT || tr_evaluate_middle_powers(s, m->rosenbrock) || s->set.hfixed > 0.0;
   if (!solved || !tr_is_finite(live, ynew) || !tr_project_and_evaluate(s, trial->end, ynew, slope) || !tr_is_finite(live, slope))
     trial->err = NAN;
-  else if ((trial->err = fmax(trial->err, tr_singular_error(s, m, trial->h))) <= 1.0) {
+  else if ((trial->err = fmax(trial->err, fmax(tr_error_of_slopes(s, m, trial->h), tr_singular_error(s, m, trial->h)))) <= 1.0) {
     s->step.margin_end = NAN;
     if (s->k->sets && tr_release_left_lines(s)) {
       trial->err = NAN;
@@ -189,7 +189,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   const tr_kernel *k = s->k;
   const int event = trial->found == TR_FOUND;
   tr_waiting *wait = &s->pending;
-  s->step.stiffness = NAN;
+  s->step.judged = 0;
   s->stats.steps++;
   tr_add_speed_errors(s);
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;

@@ -189,8 +189,8 @@ class Block:
             return self.lib.tr_assemble(self.at, t, by_rate, by_rate + self._given.itemsize * len(self.numbers.q_given_by_rate))
 
     def start(self, t: float, t_stop: float, every: float, row: np.ndarray | None) -> int:
-        """Begin a run from t to t_stop with output spacing ``every``, all in s. Writes the first row to ``row`` (width), if any.
-        Returns the ``Status``."""
+        """Begin a run from t to t_stop with output spacing ``every``, all in s; 0: a row for each step, −n: n rows. Writes the
+        first row to ``row`` (width), if any. Returns the ``Status``."""
         with self.cancellable():
             return self.lib.tr_start(self.at, t, t_stop, every, None if row is None else address(row))
 

@@ -9,6 +9,8 @@ import trunnion
 from trunnion.scene import scene_from_dict
 
 GRAVITY, LENGTH = 9.81, 0.2
+SETTLED = 3e-5
+"""× the weight: what the pendulum, which the start of the creep sets swinging, changes of the load."""
 
 
 def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:
@@ -41,14 +43,17 @@ def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("method", ["rk5", "rk8"])
 @pytest.mark.parametrize("seed", range(4))
-def test_rows_of_a_steady_creep_balance_its_load_as_ends_of_steps_do(seed: int, method: str) -> None:
-    """The end of a step is within rtol of the speed unit. Earlier, rows inside steps of rk8 had thirty times the error of its
-    ends."""
-    rtol = 1e-6
-    scene, load, stiffness = creeping_carrier(seed)
-    result = trunnion.simulate(scene, method=method, rtol=rtol, outputs="guide.friction.force")
-    steady = result["guide.friction.force"][result.time > 0.25]
-    assert np.abs(steady - load).max() <= rtol * math.sqrt(GRAVITY * LENGTH) * stiffness
+def test_rows_of_a_steady_creep_balance_its_load_within_the_tolerance(seed: int, method: str) -> None:
+    """Forces are within the tolerance of the weight, although friction multiplies errors of the speed by more than 1e4. Errors of
+    states within the tolerance would give rows 40 % off at a tolerance of 1e-4."""
+    scene, load, _ = creeping_carrier(seed)
+    weight = GRAVITY * sum(body.mass for body in scene.bodies.values())
+    implicit = trunnion.simulate(scene, method="rosenbrock", rtol=1e-9, outputs="guide.friction.force")["guide.friction.force"]
+    for rtol in (1e-4, 1e-6):
+        result = trunnion.simulate(scene, method=method, rtol=rtol, outputs="guide.friction.force")
+        steady = result.time > 0.25
+        assert np.abs(result["guide.friction.force"] - load)[steady].max() <= SETTLED * weight + rtol * weight
+        assert np.abs(result["guide.friction.force"] - implicit)[steady].max() <= rtol * weight
 
 
 @pytest.mark.default_cases(1)
