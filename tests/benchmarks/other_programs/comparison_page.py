@@ -50,8 +50,8 @@ USD = """
 ## OpenUSD physics
 
 Twelve files with one joint each ([their text](../../tests/benchmarks/other_programs/other_usd_readers.py)). The table shows what
-the program holds, in radians; "–" means nothing. Drives have stiffness 10 and damping 2 (per degree, if angular), target 5, rate 3, and
-largest force 7. PhysX has three numbers for friction: static, dynamic, viscous. Newton reads with its default schemas.
+the program holds, in radians; "–" means nothing. Drives have stiffness 10 and damping 2 (per degree, if angular), target 5, rate 3,
+and largest force 7. PhysX has three numbers for friction: static, dynamic, viscous. Newton reads with its default schemas.
 
 """
 USD_VERDICT = """
