@@ -14,7 +14,7 @@ from trunnion.kernel.units.jacobian_unit import jacobian_unit
 from trunnion.kernel.units.linearization_unit import linear_text
 from trunnion.kernel.units.output_unit import OutputUnit, output_unit
 from trunnion.kernel.units.stepping_unit import MainUnit, main_unit
-from trunnion.recursion.casadi_operators import direct_operators
+from trunnion.recursion.fast_casadi_arithmetic import direct_operators
 from trunnion.recursion.inward_reduction import build_model, model
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.runtime.abi.kernel_records import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST, UNILATERAL

@@ -175,11 +175,12 @@ class WorkerProcess:
         self.ready = connection.recv() == READY
 
     def end(self) -> None:
-        """Kill the process and its descendants."""
-        if self.process is not None:
-            _end_group(self.process.pid)
-            self.process.kill()
-            self.process.join(1)
+        """Kill the process and its descendants. A process that another thread is starting is killed after its start."""
+        with self.starting:
+            if self.process is not None:
+                _end_group(self.process.pid)
+                self.process.kill()
+                self.process.join(1)
 
 
 class WorkerPool(FairQueue[WorkerProcess]):

@@ -13,16 +13,13 @@ from typing import Any
 import pytest
 
 from tests.conventions.parsed_sources import syntax_of
-from tests.documentation.reference_generators.result_pages import DETAILS
 from trunnion.basics.number_declarations import NOT_NEGATIVE, POSITIVE, Bound, Number, merged
 from trunnion.elements import contact, friction, joints
 from trunnion.elements.contact.registry import registered as registered_elements
 from trunnion.elements.friction import Law, Rest
 from trunnion.elements.friction.registry import registered as registered_laws
-from trunnion.simulation.results import event_decoder, outcome
 
 ROOT = Path(__file__).resolve().parents[2]
-REFERENCE = ROOT / "engine" / "docs" / "reference"
 OWN = {"engine/elements", "engine/importers/schemas"}
 """Folders that declare these names, or the items of other programs' formats."""
 PRODUCT = [p for top in ("engine", "fmu", "service") for p in sorted((ROOT / top).rglob("*"))
@@ -65,25 +62,6 @@ def test_the_scan_finds_a_name_where_there_is_one(tmp_path: Path) -> None:
     file = tmp_path / "a.py"
     file.write_text(f'"""{name}"""\nX = f"law {name} {{1}}"\n', encoding="utf-8")
     assert [bool(LAW.search(t)) for t in texts(file)].count(True) == 1
-
-
-def test_the_reference_lists_the_events_that_the_runtime_reports() -> None:
-    """Exactly the kinds of events that the C code logs are rows of the page of events."""
-    code = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "engine" / "runtime").rglob("*.c"))
-    told = {name.lower() for name in re.findall(r"\bTR_EV_(\w+)", code)}
-    assert rows_of("events") == told
-    assert told <= set(event_decoder.KINDS.values())
-
-
-def test_the_reference_lists_the_outcomes_of_runs() -> None:
-    assert rows_of("outcomes") == {outcome.DONE, *outcome.ADVICE}
-    assert set(DETAILS) <= set(outcome.ADVICE)
-
-
-def rows_of(page: str) -> set[str]:
-    """Names in the first column of the table on a page of the reference."""
-    text = (REFERENCE / f"{page}.md").read_text(encoding="utf-8")
-    return {name for row in re.findall(r"^\| (`.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
 
 
 def test_a_joints_freedoms_are_those_its_contact_element_rubs_along() -> None:

@@ -24,14 +24,14 @@ LAWS: dict[str, dict[str, object]] = {
 
 
 @cache
-def exported(model: str, flavour: str = "native") -> Path:
+def exported(model: str, flavour: str = "native", fmi: int = 2) -> Path:
     """The FMU of a bundled model (``model:law``: with that law everywhere), or of ``arm``, all of whose columns are outputs."""
-    file = FOLDER / f"{model.replace(':', '-')}-{flavour}.fmu"
+    file = FOLDER / f"{model.replace(':', '-')}-{flavour}{fmi}.fmu"
     name, _, law = model.partition(":")
     if model == "arm":
-        export(arm(), file, flavour=flavour, outputs="*")
+        export(arm(), file, flavour=flavour, outputs="*", fmi=fmi)
     else:
-        export(apply(trunnion.load_scene(name), LAWS[law]), file, flavour=flavour)
+        export(apply(trunnion.load_scene(name), LAWS[law]), file, flavour=flavour, fmi=fmi)
     return file
 
 

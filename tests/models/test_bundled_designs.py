@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 import trunnion
-from tests.models.reference_values import columns_of, evaluate, expected
+from tests.models.reference_file_reader import columns_of, evaluate, expected
 from tests.models.test_model_folders import LINK
 from tests.models.test_reference_numbers import row
 from tests.pictures.designer_model_picture_settings import DESIGNS

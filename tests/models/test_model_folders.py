@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.models.reference_values import expected
+from tests.models.reference_file_reader import expected
 from tests.pictures.model_pictures import CHOICES, CURVES, MECHANISM, draw
 from trunnion.cli import main
 from trunnion.cli.commands import simulate

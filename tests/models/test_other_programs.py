@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.models.reference_values import Expected, columns_of, evaluate, load_expected
+from tests.models.reference_file_reader import Expected, columns_of, evaluate, load_expected
 from trunnion.scene import load_scene
 from trunnion.scene.overrides import apply
 from trunnion.simulation.run import simulate

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import pytest
 
+from tests.models.reference_file_reader import columns_of, evaluate, expected
 from tests.models.reference_measures import measured
-from tests.models.reference_values import columns_of, evaluate, expected
 from trunnion.elements.friction import REGISTRY as AVAILABLE_LAWS
 from trunnion.scene import load_scene
 from trunnion.scene.library.model_folders import model_names

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from trunnion.analysis.static_bounds.linear_program import Failed, LinearProgram
+from trunnion.analysis.static_bounds.linear_program_solver import Failed, LinearProgram
 from trunnion.analysis.static_bounds.sum_of_norms_program import FAR, Program, Row
 from trunnion.basics.lazy_data_classes import dataclass
 

@@ -9,7 +9,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Plot, Reduce, Scene, SettingWords, Table, Workers, repeatable
-from trunnion.cli.requests.study_run_and_report import MostCases, VaryWithin, run_and_report_study
+from trunnion.cli.requests.study_request import MostCases, VaryWithin, run_and_report_study
 from trunnion.cli.requests.varied_numbers import Seed
 
 WITHIN = "Constraint: lower and upper bound of a result; one of the two may be empty."

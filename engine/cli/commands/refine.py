@@ -8,7 +8,7 @@ import typer
 
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Plot, Reduce, Scene, SettingWords, Table, Workers
-from trunnion.cli.requests.study_run_and_report import MostCases, VaryWithin, run_and_report_study
+from trunnion.cli.requests.study_request import MostCases, VaryWithin, run_and_report_study
 
 TOLERANCE = "The search ends when every change is located to this fraction of the numbers' ranges."
 

@@ -6,7 +6,7 @@ import casadi as ca
 
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.units.column_expressions import ColumnExpressions
-from trunnion.recursion.casadi_operators import direct_operators
+from trunnion.recursion.fast_casadi_arithmetic import direct_operators
 from trunnion.recursion.inward_reduction import build_model
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX

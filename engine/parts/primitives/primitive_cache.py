@@ -79,7 +79,7 @@ def key_of(*recipe: Hashable) -> str:
 def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
     """Build the primitive symbolically. Raises SceneError if the packages that write and compile C are not installed."""
     c_compiler.needed("this scene", f"a part that did not come with the installation ({module}.{name})")
-    from trunnion.recursion.casadi_operators import direct_operators
+    from trunnion.recursion.fast_casadi_arithmetic import direct_operators
 
     with direct_operators():
         built: Primitive = getattr(import_module(f"trunnion.parts.primitives.{module}"), name)(*arguments)

@@ -13,7 +13,7 @@ typedef struct tr_reaction_choice {
   tr_least_squares least;
 } tr_reaction_choice;
 
-/* Number of open directions whose amounts are unknowns besides the frictions. 0 outside the redundant variant. */
+/* Number of open directions whose amounts are solved for in addition to the friction η. 0 outside the redundant variant. */
 static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
 
 /* Number of loop rows that depend on other loop rows. Requires the factor. */

@@ -24,8 +24,8 @@ static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) 
   }
 }
 
-/* Evaluate the laws of all pairs at the loads NN. Balls with an impending axis slide about this axis; balls inside their cone
- * spin. */
+/* Evaluate the laws of all pairs at the loads NN. A ball with an impending axis is evaluated as sliding about this axis. If it then lies
+ * inside its cone, it is evaluated again as spinning. */
 static void tr_evaluate_impending_laws(tr_sim *s) {
   const tr_kernel *k = s->k;
   double x[k->nx], rates[k->nrates + 1];

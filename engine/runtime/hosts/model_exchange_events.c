@@ -128,7 +128,8 @@ static void tr_stop_spinning_ball(tr_sim *s, int i) {
   tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy));
 }
 
-/* End the mode of the set-valued pair i at the block's state, which was evaluated last. Returns a status. */
+/* End the mode of the set-valued pair i at the state in the simulation block. The last evaluation must be at this state. Returns a
+ * status. */
 static int tr_end_set_valued_mode(tr_sim *s, int i) {
   const double *z = TR_A(s, indicators) + 2 * i;
   const int several = tr_pair_of(s, i)->nrates > 1 && !tr_is_stuck(s, i);

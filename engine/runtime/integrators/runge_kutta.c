@@ -2,7 +2,7 @@
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
-#define LIMITED_STEPS 6 /* consecutive steps near the limit after which stability limits the steps; a stop has fewer */
+#define LIMITED_STEPS 6 /* by more than this, steps near the limit of stability outnumber others where it limits the steps */
 #define SLOPE_NOISE 1e-11 /* × the units of states: errors of slopes below |λ| × this are round-off */
 
 /* Squared error of the n works from index `first` of the state in the last explicit step. second: errors of the second estimator;

@@ -5,9 +5,9 @@
 /* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
 #define NO_SPEED 1e-15
 
-/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest, if both lie on the line of
- * the pair's rates. Rates across this line are round-off. Divided by the length of a short step, they would turn the direction away
- * from a line that repels. */
+/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest, if the
+ * pair's rates across the latter are at most the rest speed. Such rates are round-off. A short step would divide them by its length, and
+ * so turn the direction off its line. */
 static void tr_straighten_direction(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;

@@ -1,4 +1,4 @@
-/* Collects the pairs at rest, and brings pairs to rest together with those that stop as a consequence. */
+/* Collects the pairs at rest, and sets their speeds to zero. In loops, other pairs may come to rest with them; these are included. */
 #include "modes/modes.h"
 
 /* × the period of a load or of a rotation: in such a step, eight points suffice to find every maximum of a violation

@@ -1,4 +1,4 @@
-"""A simulation block of the runtime, called through ctypes."""
+"""A simulation block (the runtime's memory of one run) and the runtime's functions on it, called through ctypes."""
 
 from __future__ import annotations
 

@@ -56,7 +56,8 @@ def fit(j: sm.Joint) -> Fit:
 
 
 def build(scene: sm.Scene) -> Built:
-    """Reduce a checked scene to the data of its system, without symbolic expressions. SceneError if wheels do not fit."""
+    """Reduce a checked scene to the data of its system, without symbolic expressions. SceneError if poses of
+    wheels do not fit, if nothing determines the motion of a massless body, or if a real-time scene has joints that only push."""
     table = ParameterTable(scene.tunable)
     spanning = span(scene)
     maker = _Maker(scene, table, spanning)

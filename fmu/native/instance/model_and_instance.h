@@ -181,7 +181,7 @@ typedef struct fmu_state {
   int event;      /* whether the run is at an event; the row of outputs is then that just before the event */
   double seen;    /* no event happens up to this time, s, unless the host changes something */
   double stride;  /* longest communication step so far */
-  int certified;  /* 1: outputs are their error estimates; -1: the estimates are no longer valid; 0: no estimates */
+  int certified;  /* what a host reads as an output. 1: its error estimate; -1: NaN, as the estimates are no longer valid; 0: its value */
   double apart;   /* last time at which both runs had the same number of events, s */
   int settings, trial, inputs, sources, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;

@@ -61,7 +61,7 @@ def test_a_start_is_kept_whatever_the_pitch_of_a_screw(given: tuple[str, ...], d
         for angle in (0.5, 0.05, -1.2):
             scene, starts = jack(pitch, angle, given, digits)
             r = simulate(scene, outputs=["*.q[*]"])
-            lever = min(1.0, 2.0 * abs(np.sin(angle)))  # lever of the arms on the foot: travel of the foot over that of the arms
+            lever = min(1.0, 2.0 * abs(np.sin(angle)))  # travel of the foot per angle of the arms, m/rad, at most 1
             assert moved(r, starts, given) <= 3 * 10.0**-digits / lever
             turns = float(r["guide.q[1]"][0]) / pitch
             assert abs(float(r["nut.q[1]"][0])) / (2 * np.pi) == pytest.approx(abs(turns), rel=1e-9)

@@ -1,36 +1,18 @@
-"""FMUs of FMI 3.0 for the tests, made once in each process, and a small host around fmpy that handles event mode."""
+"""A small host of FMI 3.0 around fmpy that handles event mode."""
 
 from __future__ import annotations
 
 import atexit
 import shutil
 from collections.abc import Callable, Iterable
-from functools import cache
 from pathlib import Path
 
 from fmpy import extract, read_model_description
 from fmpy.fmi3 import FMU3Slave
 
-import trunnion
-from tests.fmu.exported_fmus import FOLDER, LAWS, arm
-from trunnion.fmu.scene_export import export
-from trunnion.scene.overrides import apply
-
 ERROR, DISCARD = 3, 2
 GETTERS = {"Float64": "getFloat64", "Enumeration": "getInt64", "UInt64": "getUInt64", "Int32": "getInt32", "Boolean": "getBoolean",
            "String": "getString"}  # fmt: skip
-
-
-@cache
-def exported3(model: str) -> Path:
-    """The FMU of a bundled model (``model:law``: with that law everywhere), or of ``arm``, all of whose columns are outputs."""
-    file = FOLDER / f"{model.replace(':', '-')}-3.fmu"
-    name, _, law = model.partition(":")
-    if model == "arm":
-        export(arm(), file, outputs="*", fmi=3)
-    else:
-        export(apply(trunnion.load_scene(name), LAWS[law]), file, fmi=3)
-    return file
 
 
 class Host3:

@@ -10,7 +10,7 @@ from fmpy import read_model_description, simulate_fmu
 import trunnion
 from tests.fmu.cosimulation.test_jams import GUIDE, through
 from tests.fmu.exported_fmus import FOLDER, exported
-from tests.fmu.fmi3.event_mode_host import Host3, exported3
+from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_host import Host
 from tests.fmu.model_exchange.model_exchange_host import Importer, exchange
 from tests.sampling import sampled
@@ -37,7 +37,7 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
     """In fmpy's own event mode, which makes two rows at each event."""
     expected = [e.time for e in trunnion.simulate("spherical_pendulum").events]
     assert len(expected) == 11
-    got = simulate_fmu(str(exported3("spherical_pendulum")), stop_time=10, output_interval=0.01, use_event_mode=True,
+    got = simulate_fmu(str(exported("spherical_pendulum", fmi=3)), stop_time=10, output_interval=0.01, use_event_mode=True,
                        early_return_allowed=True)  # fmt: skip
     found = got["time"][1:][np.diff(got["time"]) == 0]
     assert found == pytest.approx(expected, abs=SAME_TIME)
@@ -49,7 +49,7 @@ def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_ki
     """The test includes reversals inside a proportional zone, which the FMU records only when the motion leaves the zone."""
     until, h = 5.0, 0.1
     due = logged(model, until, h, skip=10)
-    events, _ = Host3(exported3(model)).run(until, h)
+    events, _ = Host3(exported(model, fmi=3)).run(until, h)
     told = sorted((time, name) for time, clocks, *_ in events for name in clocks)
     assert len(told) >= 5
     assert [name for _, name in told] == [name for _, name in due]
@@ -67,12 +67,12 @@ def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: s
     until = min(float(trunnion.load_scene(model.partition(":")[0]).simulation.until), 2.0)
     common = {"stop_time": until, "output_interval": until / 40, "fmi_type": "CoSimulation"}
     two = {v.name: v for v in read_model_description(exported(model)).modelVariables if v.causality in ("output", "local")}
-    three = [v for v in read_model_description(exported3(model)).modelVariables
+    three = [v for v in read_model_description(exported(model, fmi=3)).modelVariables
              if v.causality in ("output", "local") and v.type not in ("Clock", "String") and not v.clocks]  # fmt: skip
     plain = simulate_fmu(str(exported(model)), output=list(two), **common)
     names = [v.name for v in three]
     for how in ({}, {"use_event_mode": True, "early_return_allowed": True}):
-        got = simulate_fmu(str(exported3(model)), output=names, **common, **how)
+        got = simulate_fmu(str(exported(model, fmi=3)), output=names, **common, **how)
         rows, compared = at_points(got, plain["time"]), 0
         for name in names:
             values = got[name][rows].astype(float).reshape(len(rows), -1)
@@ -84,7 +84,7 @@ def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: s
 
 def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_after_it() -> None:
     """The acceleration jumps at a reversal. It is compared with accelerations of the FMI 2.0 FMU slightly before and after."""
-    (time, clocks, before, after), *_ = Host3(exported3("spherical_pendulum")).run(1.0, 0.1, *BALL)[0]
+    (time, clocks, before, after), *_ = Host3(exported("spherical_pendulum", fmi=3)).run(1.0, 0.1, *BALL)[0]
     assert clocks == ["ball.events.reversal"]
     host, apart = Host(exported("spherical_pendulum")), 1e-6
     names = [f"{n}[{k}]" for n in BALL for k in (1, 2, 3)]
@@ -98,7 +98,7 @@ def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_af
 
 
 def test_a_clock_that_was_asked_for_ticks_no_more_and_what_goes_with_it_stays() -> None:
-    host = Host3(exported3("spherical_pendulum"))
+    host = Host3(exported("spherical_pendulum", fmi=3))
     due, _, early, reached = host.step(2.0)
     assert (due, early) == (True, True)
     host.fmu.enterEventMode()
@@ -115,7 +115,7 @@ def test_a_clock_that_was_asked_for_ticks_no_more_and_what_goes_with_it_stays() 
 
 def test_where_the_host_lets_no_step_return_early_it_is_told_at_the_communication_point() -> None:
     at = trunnion.simulate("spherical_pendulum", until=2.5).events
-    host = Host3(exported3("spherical_pendulum"), early=False)
+    host = Host3(exported("spherical_pendulum", fmi=3), early=False)
     due, ended, early, reached = host.step(2.5)
     assert (due, ended, early, reached) == (True, False, False, 2.5)
     assert host.handle()[0] == ["ball.events.reversal"]
@@ -124,7 +124,7 @@ def test_where_the_host_lets_no_step_return_early_it_is_told_at_the_communicatio
 
 
 def test_a_host_without_event_mode_is_told_of_none() -> None:
-    host = Host3(exported3("spherical_pendulum"), events=False)
+    host = Host3(exported("spherical_pendulum", fmi=3), events=False)
     assert host.step(2.5) == (False, False, False, 2.5)
     assert host.get("events.count") == [2]
 
@@ -140,7 +140,7 @@ def test_an_impact_is_an_event_before_which_the_joint_moves_and_after_which_it_r
 
 
 def test_a_state_kept_at_an_event_goes_on_from_there() -> None:
-    host = Host3(exported3("spherical_pendulum"))
+    host = Host3(exported("spherical_pendulum", fmi=3))
     host.step(2.0)
     kept, time = host.fmu.getFMUState(), host.time
     expected = host.handle(*BALL), host.run(3.0, 0.05, *BALL)
@@ -157,7 +157,7 @@ def test_inputs_that_are_set_at_every_point_act_as_in_fmi_2(early: bool) -> None
     def motor(t: float) -> float:
         return 40.0 * np.sin(7.0 * t)
 
-    two, three = Host(exported("arm")), Host3(exported3("arm"), early=early)
+    two, three = Host(exported("arm")), Host3(exported("arm", fmi=3), early=early)
     h, found, events = 0.01, [], 0
     for k in range(100):
         two.put("motor", motor(k * h))
@@ -174,7 +174,7 @@ def test_inputs_that_are_set_at_every_point_act_as_in_fmi_2(early: bool) -> None
 
 
 def test_an_input_that_is_changed_at_an_event_acts_from_there_on() -> None:
-    host = Host3(exported3("arm"))
+    host = Host3(exported("arm", fmi=3))
     assert host.step(1.0)[:3] == (True, False, True)
     host.fmu.enterEventMode()
     before = host.get("knee.qdd[1]")

@@ -14,8 +14,8 @@ from fmpy.fmi3 import FMU3ScheduledExecution
 
 import trunnion
 from tests.fmu.cosimulation.test_jams import ENDS
-from tests.fmu.exported_fmus import FOLDER
-from tests.fmu.fmi3.event_mode_host import DISCARD, ERROR, Host3, exported3
+from tests.fmu.exported_fmus import FOLDER, exported
+from tests.fmu.fmi3.event_mode_host import DISCARD, ERROR, Host3
 from trunnion.basics.problems import SceneError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
@@ -24,7 +24,7 @@ from trunnion.fmu.scene_export import export
 
 
 def test_refused_values_are_discarded_with_the_words_of_the_scene_and_the_run_goes_on() -> None:
-    host, same = Host3(exported3("spherical_pendulum")), Host3(exported3("spherical_pendulum"))
+    host, same = Host3(exported("spherical_pendulum", fmi=3)), Host3(exported("spherical_pendulum", fmi=3))
     with pytest.raises(FMICallException) as refused:
         host.put("joints.ball.friction.mu", -0.1)
     assert refused.value.status == DISCARD
@@ -75,7 +75,7 @@ def _of(host: Host3) -> dict[str, str]:
 def _renamed() -> Path:
     """The FMU of ``arm`` with a description of another version."""
     file = FOLDER / "renamed-3.fmu"
-    with zipfile.ZipFile(exported3("arm")) as old, zipfile.ZipFile(file, "w") as new:
+    with zipfile.ZipFile(exported("arm", fmi=3)) as old, zipfile.ZipFile(file, "w") as new:
         for name in old.namelist():
             data = old.read(name)
             if name == "modelDescription.xml":
@@ -87,7 +87,7 @@ def _renamed() -> Path:
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("what", OUT_OF_PLACE)
 def test_what_is_out_of_place_is_an_error_with_words_and_not_more(what: str) -> None:
-    host = Host3(exported3("arm"))
+    host = Host3(exported("arm", fmi=3))
     with pytest.raises(Exception, match=r"status 3|Failed to instantiate"):
         OUT_OF_PLACE[what](host)
     assert host.log[-1][0] == ERROR

@@ -18,7 +18,7 @@ from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 
 from tests.fmu.exported_fmus import arm, exported
-from tests.fmu.fmi3.event_mode_host import ERROR, Host3, exported3
+from tests.fmu.fmi3.event_mode_host import ERROR, Host3
 from tests.fmu.fmpy_host import Host
 from tests.fmu.fmpy_validation import validated
 from trunnion.basics.problems import SceneError
@@ -40,8 +40,8 @@ def described(file: Path) -> ElementTree.Element:
 def test_fmpy_finds_no_problem_in_any_bundled_model_and_terminals_follow_their_schema(model: str) -> None:
     from lxml import etree
 
-    assert validated(str(exported3(model))) == []
-    with zipfile.ZipFile(exported3(model)) as z:
+    assert validated(str(exported(model, fmi=3))) == []
+    with zipfile.ZipFile(exported(model, fmi=3)) as z:
         names = set(z.namelist())
         found = etree.fromstring(z.read("terminalsAndIcons/terminalsAndIcons.xml"))
         page = z.read("documentation/index.html").decode()
@@ -51,7 +51,7 @@ def test_fmpy_finds_no_problem_in_any_bundled_model_and_terminals_follow_their_s
     assert shown is not None
     assert f"documentation/{shown[1]}" in names
     assert "fmi2" not in page
-    variables = {v.name for v in read_model_description(exported3(model)).modelVariables}
+    variables = {v.name for v in read_model_description(exported(model, fmi=3)).modelVariables}
     told = {v for v in variables if not v.endswith((".time", ".count", ".joint_name")) and v != "time"}
     assert not [v for v in told if f"<td>{v}" not in page]
     assert {m.get("variableName") for m in found.iter("TerminalMemberVariable")} <= variables
@@ -76,7 +76,7 @@ def test_without_arrays_it_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path
 
 
 def test_driven_and_loaded_joints_have_flanges_of_the_modelica_library_and_others_are_buses() -> None:
-    with zipfile.ZipFile(exported3("arm")) as z:
+    with zipfile.ZipFile(exported("arm", fmi=3)) as z:
         root = ElementTree.fromstring(z.read("terminalsAndIcons/terminalsAndIcons.xml"))
     found = {t.get("name"): t for t in root.iter("Terminal")}
     told = {name: [tuple(m.attrib.values()) for m in t.iter("TerminalMemberVariable")] for name, t in found.items()}
@@ -84,18 +84,18 @@ def test_driven_and_loaded_joints_have_flanges_of_the_modelica_library_and_other
                     "knee": [("knee.q[1]", "phi", "signal"), ("motor", "tau", "inflow")]}  # fmt: skip
     flange = {("plug", "Modelica.Mechanics.Rotational.Interfaces.Flange_a")}
     assert {(t.get("matchingRule"), t.get("terminalKind")) for t in found.values()} == flange
-    with zipfile.ZipFile(exported3("spherical_pendulum")) as z:
+    with zipfile.ZipFile(exported("spherical_pendulum", fmi=3)) as z:
         root = ElementTree.fromstring(z.read("terminalsAndIcons/terminalsAndIcons.xml"))
     (ball,) = root.iter("Terminal")
     assert (ball.get("matchingRule"), ball.get("terminalKind")) == ("bus", "_trunnion_joint")
-    causality = {v.name: v.causality for v in read_model_description(exported3("spherical_pendulum")).modelVariables}
+    causality = {v.name: v.causality for v in read_model_description(exported("spherical_pendulum", fmi=3)).modelVariables}
     for member in ball.iter("TerminalMemberVariable"):
         assert f"ball.{member.get('memberName')}" == member.get("variableName")
         assert causality[member.get("variableName")] == "output"
 
 
 def test_components_are_arrays_and_derivatives_of_each_other() -> None:
-    host, two = Host3(exported3("arm")), Host(exported("arm"))
+    host, two = Host3(exported("arm", fmi=3)), Host(exported("arm"))
     assert (host.size("one.position"), host.size("one.orientation"), host.size("knee.q[1]")) == (3, 4, 1)
     derivative = {n: v.derivative.name for n, v in host.of.items() if v.derivative is not None}
     assert derivative["one.velocity"] == "one.position"
@@ -106,7 +106,7 @@ def test_components_are_arrays_and_derivatives_of_each_other() -> None:
 
 
 def test_types_are_those_of_the_values() -> None:
-    host = Host3(exported3("spherical_pendulum"))
+    host = Host3(exported("spherical_pendulum", fmi=3))
     kinds = {n: v.type for n, v in host.of.items()}
     expected = {"ball.q": "Float64", "events.count": "UInt64", "events.last.kind": "Enumeration", "events.last.joint": "Int32",
                 "events.last.marginal": "Boolean", "events.last.joint_name": "String", "ball.events.stick": "Clock",
@@ -138,7 +138,7 @@ def test_a_vector_is_set_as_one_and_refused_as_one(tmp_path: Path) -> None:
 
 
 def test_adjoint_derivatives_are_the_directional_ones_transposed() -> None:
-    host = Host3(exported3("arm"))
+    host = Host3(exported("arm", fmi=3))
     host.run(0.37, 0.01)
     unknown = ["two.acceleration", "knee.qdd[1]", "hip.drive.effort[1]", "two.position"]
     n, refs, known = sum(map(host.size, unknown)), [host.reference[u] for u in unknown], [host.reference[k] for k in INPUTS]
@@ -155,7 +155,7 @@ def test_adjoint_derivatives_are_the_directional_ones_transposed() -> None:
 
 
 def test_derivatives_of_outputs_are_those_of_fmi_2() -> None:
-    host, two = Host3(exported3("arm"), events=False), Host(exported("arm"))
+    host, two = Host3(exported("arm", fmi=3), events=False), Host(exported("arm"))
     names = ["knee.q[1]", "energy.kinetic", "knee.qdd[1]"]
     host.step(0.25)
     two.fmu.doStep(0.0, 0.25)
@@ -184,13 +184,13 @@ class Between:
 def between(act: Callable | None = None, **how) -> tuple[Host3, Between]:
     """A host of ``arm`` that is informed of every step of the FMU."""
     told = Between(act)
-    host = told.host = Host3(exported3("arm"), between=told, wanted=["knee.q[1]", "motor"], **how)
+    host = told.host = Host3(exported("arm", fmi=3), between=told, wanted=["knee.q[1]", "motor"], **how)
     return host, told
 
 
 @pytest.mark.parametrize("early", [True, False])
 def test_a_host_that_is_informed_between_communication_points_stops_at_the_same_events(early: bool) -> None:
-    hosts = [Host3(exported3("spherical_pendulum"), early=early, **how) for how in ({}, {"between": lambda *_: None})]
+    hosts = [Host3(exported("spherical_pendulum", fmi=3), early=early, **how) for how in ({}, {"between": lambda *_: None})]
     (plain, rows), (informed, same) = [h.run(3.0, 0.1, "ball.qd") for h in hosts]
     assert len(plain) == 3
     assert [e[:2] for e in informed] == [e[:2] for e in plain]
@@ -200,7 +200,7 @@ def test_a_host_that_is_informed_between_communication_points_stops_at_the_same_
 
 def test_between_communication_points_a_host_sees_the_steps_of_the_run_and_changes_nothing() -> None:
     host, told = between()
-    plain, fine = Host3(exported3("arm")), Host(exported("arm"))
+    plain, fine = Host3(exported("arm", fmi=3)), Host(exported("arm"))
     assert host.run(0.5, 0.1, "knee.q[1]", "knee.qdd[1]") == plain.run(0.5, 0.1, "knee.q[1]", "knee.qdd[1]")
     times = [t for t, _ in told.seen]
     assert told.finished
@@ -225,7 +225,7 @@ def test_between_communication_points_inputs_can_be_set_and_parameters_cannot() 
             said.append(e.status)
 
     host, _ = between(act)
-    plain = Host3(exported3("arm"), motor=5.0)
+    plain = Host3(exported("arm", fmi=3), motor=5.0)
     host.step(0.4)
     plain.step(0.4)
     assert set(said) == {ERROR}
@@ -241,13 +241,13 @@ def test_a_host_can_end_a_step_where_it_wants() -> None:
 
     host, _ = between(act, events=False)
     assert host.step(0.2) == (False, False, True, 0.0815)
-    plain = Host3(exported3("arm"), events=False)
+    plain = Host3(exported("arm", fmi=3), events=False)
     plain.step(0.0815)
     assert host.get("knee.q[1]") == plain.get("knee.q[1]")
 
 
 def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_goes_on() -> None:
-    host = Host3(exported3("arm"))
+    host = Host3(exported("arm", fmi=3))
     host.run(0.1, 0.01)
     state = host.fmu.serializeFMUState(host.fmu.getFMUState())
     chance = random.Random(9)
@@ -261,13 +261,13 @@ def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_goes_on() -> None:
         assert taken
         assert host.log[-1][0] == ERROR
         assert host.log[-1][1].startswith("these bytes are")
-    same = Host3(exported3("arm"))
+    same = Host3(exported("arm", fmi=3))
     same.run(0.1, 0.01)
     assert host.run(0.3, 0.01, "knee.q[1]") == same.run(0.3, 0.01, "knee.q[1]")
 
 
 def test_log_tolerance_and_reset_are_as_in_fmi_2() -> None:
-    host = Host3(exported3("spherical_pendulum"), tolerance=1e-9, logging=True)
+    host = Host3(exported("spherical_pendulum", fmi=3), tolerance=1e-9, logging=True)
     host.run(1.0, 0.5)
     said = [text for _, text in host.log]
     assert any("the run uses the tolerance 1e-09 of the host" in text for text in said)
@@ -282,7 +282,7 @@ def test_log_tolerance_and_reset_are_as_in_fmi_2() -> None:
 
 def test_the_same_scene_gives_the_same_bytes_and_each_standard_its_own(tmp_path: Path) -> None:
     export(arm(), tmp_path / "again.fmu", outputs="*", fmi=3)
-    assert (tmp_path / "again.fmu").read_bytes() == exported3("arm").read_bytes()
-    root = described(exported3("arm"))
+    assert (tmp_path / "again.fmu").read_bytes() == exported("arm", fmi=3).read_bytes()
+    root = described(exported("arm", fmi=3))
     assert root.get("fmiVersion") == "3.0"
     assert root.get("instantiationToken") != read_model_description(exported("arm")).guid

@@ -17,7 +17,7 @@ from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 
 from tests.fmu.exported_fmus import FOLDER, exported
-from tests.fmu.fmi3.event_mode_host import Host3, exported3
+from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_host import Host
 from trunnion.fmu.binaries.platform_builds import entries, headers, loader
 from trunnion.fmu.scene_export import export
@@ -72,13 +72,13 @@ def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_beh
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the x86_64-linux library")
 def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_leave_nothing_behind(tmp_path: Path) -> None:
     host = built("x86_64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("fmi3_host.c"))
-    file, _ = library(exported3("spherical_pendulum"), "x86_64-linux", tmp_path)
-    token = read_model_description(exported3("spherical_pendulum")).instantiationToken
+    file, _ = library(exported("spherical_pendulum", fmi=3), "x86_64-linux", tmp_path)
+    token = read_model_description(exported("spherical_pendulum", fmi=3)).instantiationToken
     done = subprocess.run([host, file, token, "1000", "10"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     grown, *times = done.stdout.split()
     assert int(grown) < 100, "kB"
-    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    events, _ = Host3(exported("spherical_pendulum", fmi=3)).run(10.0, 0.5)
     assert [float(t) for t in times] == [e[0] for e in events]
     assert len(times) == 11
 
@@ -100,7 +100,7 @@ def bits_in(form: str, file: Path, guid: str, environment: str) -> str:
 @HERE
 @pytest.mark.parametrize("form", ["2", "3"])
 def test_a_host_that_traps_exceptions_and_rounds_upward_gets_the_same_bits_and_keeps_its_habits(form: str, tmp_path: Path) -> None:
-    fmu = {"2": exported, "3": exported3}[form]("spherical_pendulum")
+    fmu = exported("spherical_pendulum", fmi=int(form))
     file, guid = library(fmu, {"2": "linux64", "3": "x86_64-linux"}[form], tmp_path)
     assert bits_in(form, file, guid, UNUSUAL) == bits_in(form, file, guid, PLAIN)
 
@@ -139,7 +139,7 @@ def under_qemu(standard: str, folder: Path, *more: str) -> list[float]:
 @pytest.mark.slow
 def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
     """To 1e-9 s, because other processors round differently."""
-    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    events, _ = Host3(exported("spherical_pendulum", fmi=3)).run(10.0, 0.5)
     assert under_qemu("3", tmp_path, "2", "10")[1:] == pytest.approx([e[0] for e in events], abs=1e-9)
 
 
@@ -221,5 +221,5 @@ def claim_that_of_fmi_3_finds_the_same_events(tmp_path: Path) -> None:
     host = built("x86_64-windows-gnu", tmp_path / "host3.exe", HOST.with_name("fmi3_host.c"))
     dll, _ = library(file, "x86_64-windows", tmp_path)
     found = under_wine(host, dll, read_model_description(file).instantiationToken, tmp_path, "10")[1:]
-    events, _ = Host3(exported3("spherical_pendulum")).run(10.0, 0.5)
+    events, _ = Host3(exported("spherical_pendulum", fmi=3)).run(10.0, 0.5)
     assert found == pytest.approx([e[0] for e in events], abs=1e-9)

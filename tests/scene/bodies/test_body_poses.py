@@ -69,7 +69,7 @@ def redescribed(data: dict[str, Any], seed: int) -> dict[str, Any]:
         old = Rotation.from_matrix(np.array(pose.rotation))
         vector = (old * turn.inv()).as_rotvec()
         mass = trunnion.scene.queries.mass_properties.mass_properties(scene.bodies[name])
-        I = turn.as_matrix() @ np.array(mass[2]) @ turn.as_matrix().T  # noqa: E741  (what it is called)
+        I = turn.as_matrix() @ np.array(mass[2]) @ turn.as_matrix().T  # noqa: E741  (I is the usual symbol of the inertia)
         data["bodies"][name] = {
             "mass": mass[0], "center": turn.apply(mass[1]) + shift,
             "inertia": [I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]],

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.models.reference_values import columns_of, evaluate, expected, load_expected
+from tests.models.reference_file_reader import columns_of, evaluate, expected, load_expected
 from tests.scalable_mechanisms import n_four_bar, revolute_chain
 from tests.scene.bodies.notation_kinematics import Poses, gaps
 from trunnion.basics.problems import SceneError

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import casadi as ca
 import pytest
 
-from trunnion.recursion.casadi_operators import direct_operators
+from trunnion.recursion.fast_casadi_arithmetic import direct_operators
 
 OPERATIONS = (operator.add, operator.sub, operator.mul, operator.truediv)
 

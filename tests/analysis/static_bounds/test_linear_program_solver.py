@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trunnion.analysis.static_bounds.linear_program import LinearProgram
+from trunnion.analysis.static_bounds.linear_program_solver import LinearProgram
 
 CLOSE = 1e-9
 """Allowed difference: ten times the tolerances of the solver; all numbers are of size 1."""
