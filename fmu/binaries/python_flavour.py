@@ -56,6 +56,9 @@ def contents(identifier: str, guid: str, libraries: dict[str, bytes]) -> dict[st
     files = {n: b for n, b in files.items() if not n.startswith("binaries/") or n.split("/")[1] in libraries}
     for platform in libraries:
         suffix = NATIVE[platform].suffix
+        if f"binaries/{platform}/{identifier}{suffix}" not in files:
+            what = f"pythonfmu has no library for {platform}; it wrote {', '.join(sorted(files))}"
+            raise SceneError([Problem("--flavour", what, "install pythonfmu again, or --flavour native")])
         files[f"binaries/{platform}/pythonfmu-export{suffix}"] = files[f"binaries/{platform}/{identifier}{suffix}"]
         files[f"binaries/{platform}/{identifier}{suffix}"] = loader(platform)
     files["resources/requirements.txt"] = REQUIREMENTS.encode()
