@@ -15,7 +15,7 @@ from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.findings.findings_and_paths import dotted
 from trunnion.scene.findings.name_suggestions import shown
 from trunnion.scene.plain_data_changes import opened, set_values
-from trunnion.scene.queries.number_units import numbers
+from trunnion.scene.queries.numbers_by_path import numbers
 from trunnion.scene.scene_loader import Source, scene_of, source_of_file
 from trunnion.scene.validation import plain_copy
 

@@ -16,7 +16,7 @@ from trunnion.fmu.variables.variable_types import HOST, INTEGER, derivatives, ty
 from trunnion.scene.data_classes.realtime_steps import EVALUATIONS, EVENTS, ITERATIONS
 from trunnion.scene.findings.findings_and_paths import Path, dotted, parse_path
 from trunnion.scene.overrides import list_parameters
-from trunnion.scene.queries.number_units import bound_of, order_of
+from trunnion.scene.queries.numbers_by_path import bound_of, order_of
 from trunnion.simulation.run import Model
 from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.system.signals.signal_tables import Outside

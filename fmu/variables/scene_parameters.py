@@ -15,7 +15,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_parser import FUNCTIONS, Call, Formula, Name, Node, Number
 from trunnion.scene.expressions.parameter_dependence import DependentNumbers
 from trunnion.scene.expressions.parameter_evaluation import NAMED
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 
 OPERATIONS = {
     "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "^": "POWER", "neg": "NEGATE",

@@ -19,7 +19,7 @@ from tests.documentation.virtual_environments import Home, copied
 
 ROOT = Path(__file__).resolve().parents[2]
 INSTALLED = "python3 -m venv .venv && . .venv/bin/activate && pip install -q ."
-LAST = ("models/friction_identification/README.md", "models/cookbook/designer.md")
+LAST = ("models/friction_identification/README.md", "models/cookbook/mechanism_designer.md")
 """Pages that install analysis and cad themselves, so that they must come last."""
 ELSEWHERE = (*LAST, "models/cookbook/README.md")
 GROUPS = {
@@ -34,8 +34,8 @@ GROUPS = {
     ],
     "tables": [f"engine/docs/guide/{page}.md" for page in ("accuracy", "batches")],
     "analysis": ["engine/docs/guide/mechanical_analyses.md"],
-    "pandas": ["models/cookbook/data.md"],
-    "plain, fmu, service": ["README.md", "models/cookbook/system.md"],
+    "pandas": ["models/cookbook/data_scientist.md"],
+    "plain, fmu, service": ["README.md", "models/cookbook/system_engineer.md"],
     "service, pandas": ["service/README.md"],
     "fmu": ["engine/docs/guide/signals.md", "fmu/README.md"],
 }

@@ -15,7 +15,7 @@ from trunnion.batch.cases.distributions import WRITTEN
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.overrides import list_parameters
-from trunnion.scene.queries.number_units import bound_of, order_of
+from trunnion.scene.queries.numbers_by_path import bound_of, order_of
 from trunnion.scene.units.python_arguments import Amounts
 
 PRIOR_FORMS = "normal(mean, deviation) or lognormal(mean, deviation)"

@@ -20,7 +20,7 @@ from trunnion.scene.expressions.parameter_dependence import DependentNumbers, pa
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import closest
 from trunnion.scene.overrides import apply, list_parameters
-from trunnion.scene.queries.number_units import bound_of, number_at
+from trunnion.scene.queries.numbers_by_path import bound_of, number_at
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface.simulation_block import Settings

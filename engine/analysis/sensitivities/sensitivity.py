@@ -19,7 +19,7 @@ from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.overrides import Given, scene_given
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.results.redundant_reactions import redundancy

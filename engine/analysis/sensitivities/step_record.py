@@ -168,7 +168,7 @@ class _Recorder:
         breaks, near = np.array(self.block.numbers.break_times(time[-1])), SAME_TIME * np.maximum(1.0, time)
         at_break = np.searchsorted(breaks, (time + near)[:-1], side="right") > np.searchsorted(breaks, (time - near)[:-1])
         first = np.where(at_break[:, None], begin[1:], after[:-1])
-        # A step that no event has cut renews frozen directions of several components at its start. This is not an event.
+        # At the start of a step that no event has cut, frozen directions of pairs with several components change.
         turned = (np.sign(first[:, self.flags]) != np.sign(after[1:, self.flags])).any(axis=1) & (whole == 0)
         turned |= impacts[:, 0] > 0.0
         x = after[1:].copy()

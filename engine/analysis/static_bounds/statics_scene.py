@@ -16,7 +16,7 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.loads_and_signals import VARYING, each
 from trunnion.simulation.execution.drive_motion import external
 from trunnion.system.construction.system_builder import Built
-from trunnion.system.structure.devices_and_loads import Signal as Follows
+from trunnion.system.structure.device_load_signal_data import Signal as Follows
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import shown
 from trunnion.scene.overrides import apply
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 from trunnion.scene.units.numbers_with_units import agree, parse_quantity
 from trunnion.scene.units.unit_parser import UnitError
 

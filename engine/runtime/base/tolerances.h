@@ -47,7 +47,7 @@
 #define NO_LOAD 1e-9          /* N or N m: smallest load that serves as a scale for other loads */
 #define CREEP_MOVES 1e3       /* × the last ε of a creep minimisation: a pair with a larger acceleration slides */
 #define BY_CONE 0.25          /* × s²/|ω|²: a ball closer to its cone may have several roots */
-#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; unloaded gear teeth reach this value */
+#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; that of unloaded gear teeth is as large as this */
 #define NO_CAPACITY 1e-12     /* N or N m: smallest capacity, so that shares are finite */
 
 /* Largest violation of a mode by a pair or stop at the end of a step. TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE <

@@ -11,7 +11,7 @@
 #define CLEAR_ALONG 1e-7
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
 #define NEAR_ROOT 1e-2 /* × the largest friction: largest accepted second step after a start from the loads of a close state */
-#define STALLS 0.9 /* × the least step so far: a larger step is no progress; if it is small, it is round-off near a fold */
+#define STALLS 0.9 /* × the least step so far: a larger step is no progress; small steps without progress are round-off near a fold */
 #define STALLED_MOST 8 /* number of successive steps without progress after which maps are used */
 #define STEPS_TO_SLOW 0.1 /* × the last step: if a step is larger, the next step needs a new derivative */
 

@@ -7,7 +7,7 @@
 #define LAST_MOST 60       /* largest number of evaluations to find the direction in which a pair comes to rest */
 #define LAST_PART 0.5      /* first fraction of the predicted turn that is applied; also the factor on it after an oscillation */
 #define LAST_GROWS 1.1     /* factor on this fraction after a step without oscillation */
-#define LAST_FOUND 1e-6    /* tangent of the remaining turn at convergence */
+#define LAST_FOUND 1e-6    /* largest tangent of the angle between direction and acceleration at convergence */
 #define ROUNDS 4           /* number of times that the mode of a pair or stop may end at the same instant */
 /* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event. */
 #define DUE_CONE 1e-9

@@ -18,7 +18,7 @@ static int tr_has_row_lanes(tr_sim *s) {
   const tr_outputs *o = s->o;
   if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES || o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION) || tr_is_limited_by_stability(s)) return 0;
-  /* Undetermined reactions are chosen row by row, which lanes cannot do. */
+  /* Undetermined reactions need a minimisation for each output row, which lanes cannot do. */
   return !(o->wants & TR_WANTS_SOLUTION && o->nkappa && s->k->active < s->k->rows);
 }
 

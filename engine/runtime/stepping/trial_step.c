@@ -16,7 +16,7 @@
 #define CUTS_MOST 2             /* largest number of remakes for one event */
 #define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
 #define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
-#define ROOT_LOST 1e-5       /* distance of the contraction from 1 where a root of friction is lost; found: below 3e-7 */
+#define ROOT_LOST 1e-5       /* largest |1 − contraction| at which a root of friction counts as lost */
 #define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means another root */
 
 static double tr_step_limit(const tr_sim *s, double target) {

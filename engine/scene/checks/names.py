@@ -11,7 +11,7 @@ from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.findings.name_suggestions import Nearest, shown
 from trunnion.scene.queries.body_references import GROUND, Reference, points_of, references
 from trunnion.scene.queries.loads_and_signals import loads, signals
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 from trunnion.scene.units.dimension_names import fits
 from trunnion.scene.units.unit_parser import UnitError, parse_unit
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path, last_key
-from trunnion.scene.queries.number_units import PLAIN, bound_of, numbers, order_of
+from trunnion.scene.queries.numbers_by_path import PLAIN, bound_of, numbers, order_of
 from trunnion.scene.units.dimension_names import unit_of
 from trunnion.scene.units.numbers_with_units import Quantity, agree
 from trunnion.scene.units.unit_parser import UnitError, parse_unit

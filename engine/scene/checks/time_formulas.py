@@ -10,7 +10,7 @@ from trunnion.scene.expressions.formula_parser import TIME, Call, Node, Number, 
 from trunnion.scene.expressions.formula_values_and_dimensions import dimension
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.loads_and_signals import signals
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 from trunnion.scene.signals.expression import Expression
 from trunnion.scene.signals.registry import all_given
 from trunnion.scene.signals.time_formulas import PERIODIC

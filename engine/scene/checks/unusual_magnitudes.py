@@ -10,7 +10,7 @@ from trunnion.basics.name_patterns import matcher
 from trunnion.basics.problems import MOST
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import dotted
-from trunnion.scene.queries.number_units import numbers
+from trunnion.scene.queries.numbers_by_path import numbers
 from trunnion.scene.units.numbers_with_units import Computed, Quantity
 
 

@@ -11,7 +11,7 @@ from trunnion.scene.expressions.formula_parser import Formula, parse_formula
 from trunnion.scene.expressions.formula_values_and_dimensions import Gradient, slope, value
 from trunnion.scene.expressions.parameter_evaluation import NAMED, expression_text, in_order
 from trunnion.scene.findings.findings_and_paths import dotted, parse_path
-from trunnion.scene.queries.number_units import number_values
+from trunnion.scene.queries.numbers_by_path import number_values
 from trunnion.scene.units.numbers_with_units import Computed
 from trunnion.scene.units.unit_parser import UnitError
 

@@ -114,8 +114,8 @@ def agree(value: float, unit: str) -> None:
 
 @dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. The dimension is checked
-    after the classes are built (``queries.number_units``). The ``bound`` is checked with the scene (``checks.number_bounds``)."""
+    """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. ``queries.numbers_by_path``
+    checks the dimension after the classes are built; ``checks.number_bounds`` checks the ``bound`` with the scene."""
 
     unit: str = ""
     bound: Bound = ANY

@@ -7,7 +7,7 @@ import numpy as np
 from trunnion.elements.joints import REGISTRY
 from trunnion.parts.layout.signal_evaluation import motion
 from trunnion.runtime.abi.header_constants import number
-from trunnion.scene.queries.number_units import slides
+from trunnion.scene.queries.numbers_by_path import slides
 from trunnion.simulation.runtime_interface.simulation_block import signals
 from trunnion.system.construction.system_builder import Built
 from trunnion.system.signals.signal_tables import Curve, table_block

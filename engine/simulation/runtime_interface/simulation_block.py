@@ -127,7 +127,7 @@ class Block:
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def copied_to(self, at: int) -> Block:
-        """This block as the runtime copied it to another address. The caller keeps that memory."""
+        """The copy of this block that the runtime made at the address ``at``. The caller must keep its memory alive."""
         other = copy(self)
         other.at, other._memory = at, np.ctypeslib.as_array((ctypes.c_double * (self.bytes // 8)).from_address(at))
         other._views()

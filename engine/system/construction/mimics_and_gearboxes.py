@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 from trunnion.scene.queries.shaft_joints import shaft_joints
 from trunnion.system.structure.bodies_and_joints import GROUND, Device, Fit, Joint
 from trunnion.system.structure.coupling_joint_data import Mimic

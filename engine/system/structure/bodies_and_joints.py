@@ -11,13 +11,13 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY, TIES, JointKind
 from trunnion.system.structure.coupling_joint_data import Curve, LightFreedom, Mimic, Profile, Slot, Unilateral, Wheels
-from trunnion.system.structure.devices_and_loads import Device as Device
-from trunnion.system.structure.devices_and_loads import Latch as Latch
-from trunnion.system.structure.devices_and_loads import LawForce as LawForce
-from trunnion.system.structure.devices_and_loads import Load as Load
-from trunnion.system.structure.devices_and_loads import Motor as Motor
-from trunnion.system.structure.devices_and_loads import Signal as Signal
-from trunnion.system.structure.devices_and_loads import Stop as Stop
+from trunnion.system.structure.device_load_signal_data import Device as Device
+from trunnion.system.structure.device_load_signal_data import Latch as Latch
+from trunnion.system.structure.device_load_signal_data import LawForce as LawForce
+from trunnion.system.structure.device_load_signal_data import Load as Load
+from trunnion.system.structure.device_load_signal_data import Motor as Motor
+from trunnion.system.structure.device_load_signal_data import Signal as Signal
+from trunnion.system.structure.device_load_signal_data import Stop as Stop
 from trunnion.system.structure.external_value_layout import External
 from trunnion.system.structure.parameter_table import Leaf, Leaves
 from trunnion.system.structure.pin_and_bearing_roles import Fit as Fit

@@ -14,7 +14,7 @@ from tests.reference.scenes.frame_changes import scaled_load, triple
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.body_poses import turns, vector
-from trunnion.scene.queries.number_units import unit_of
+from trunnion.scene.queries.numbers_by_path import unit_of
 
 POWERS = {"kg": (0, 1, 0), "m": (1, 0, 0), "s": (0, 0, 1), "N": (1, 1, -2), "J": (2, 1, -2), "W": (2, 1, -3), "Hz": (0, 0, -1)}
 """Powers of length, mass and time of each unit; those of all others (rad, 1) are zero."""

@@ -65,7 +65,7 @@ def test_a_driven_joint_needs_the_torque_of_its_arm_and_of_the_friction_that_thi
     arm = {"mass": 10, "center": [0.4, 0, 0], "inertia": [1, 1, 1]}
     scene = scene_from_dict({"gravity": [0, 0, -9.81], "bodies": {"arm": arm}, "joints": {"elbow": joint}})
     r = simulate(scene, until=6.0, every=0.1)
-    torque = -10 * 9.81 * 0.4 * np.cos(r.time)  # the weight turns the arm about +y at first: the arm drives
+    torque = -10 * 9.81 * 0.4 * np.cos(r.time)  # at first the weight acts in the sense of the motion (+y): the arm drives the joint
     rubs = 2.0 + np.where(torque > 0, 0.1, 0.2) * np.abs(torque)
     assert r["elbow.drive.effort[1]"] == pytest.approx(torque + rubs, rel=1e-9)
 

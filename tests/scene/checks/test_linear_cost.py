@@ -126,7 +126,7 @@ def test_a_wrong_entry_of_a_list_takes_away_no_more_than_that_list():
     }  # fmt: skip
 
 
-# -- things without end -----------------------------------------------------------------------------------------------------------
+# -- endless nesting and very long texts -------------------------------------------------------------------------------------------
 
 
 def nested(depth, value=1.0):

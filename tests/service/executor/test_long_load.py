@@ -18,7 +18,7 @@ import psutil
 import pytest
 
 import trunnion
-from tests.service.executor.test_crash_recovery import BRIM
+from tests.service.executor.test_failure_recovery import BRIM
 from tests.service.http_servers import MU, ROOT, SMALL, InProcess, Served, as_stored, eventually, new_keys, spawned
 from trunnion.scene.library.model_folders import bundled_names
 

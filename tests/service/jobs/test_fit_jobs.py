@@ -12,7 +12,7 @@ import pytest
 
 import trunnion
 from tests.analysis.fits.closed_form_motions import GLIDER, QD, TIME, Q, X, noisy
-from tests.service.executor.test_crash_recovery import QUICK, children
+from tests.service.executor.test_failure_recovery import QUICK, children
 from tests.service.http_servers import PATIENCE, Served, eventually
 from tests.service.page.chromium_tab import browser, page, show, tab
 from trunnion.basics.problems import SceneError

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import trunnion
-from tests.service.executor.test_crash_recovery import QUICK, children
+from tests.service.executor.test_failure_recovery import QUICK, children
 from tests.service.http_servers import PATIENCE, SMALL, Served, as_stored, eventually
 from tests.service.page.chromium_tab import browser, page, picture, show, tab, until, vary
 from trunnion.basics.problems import SceneError
