@@ -165,8 +165,8 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   }
 }
 
-/* Whether the rates of pair i are at the present state not those of its mode: the friction of a contact that was open has no mode
- * yet, and an impact may stop, start or turn any pair. */
+/* Whether the mode of pair i may not fit its present rates. The friction of a contact that was open has no mode yet, and an impact may
+ * stop, start or turn any pair. */
 static int tr_has_other_rates(const tr_sim *s, const tr_met *met, int impact, int i) {
   int other = impact;
   for (int c = 0; c < s->k->nunilateral; ++c) other |= tr_unilateral_of(s, c)->pair == i && met[c].touches && tr_is_contact_open(s, c);
