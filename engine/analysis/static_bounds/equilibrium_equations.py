@@ -19,7 +19,6 @@ from trunnion.elements.contact.registry import pairs_at_rest
 from trunnion.elements.contact.static_friction_capacity import Pair, Rubs
 from trunnion.scene.checks.variable_friction_and_input_curves import BY_LOAD
 from trunnion.scene.data_classes.scene import ByLoad, Scene
-from trunnion.scene.queries.joint_contact_elements import touching
 from trunnion.simulation.run import Model
 from trunnion.system.construction.system_builder import Built, build
 from trunnion.system.structure.bodies_and_joints import System
@@ -109,7 +108,7 @@ TINY = 1e-12
 def statics(scene: Scene) -> Statics:
     """The equilibrium of a scene at its start pose, at rest. SimulationError if the pose cannot be assembled."""
     asked, notes = hold_drives(scene)
-    _refuse_gears(asked)
+    _refuse_efficiency_tables(asked)
     built = build(asked)
     made, every = release_drives(asked, built, _poses(asked, built))
     model = Model(made, ())
@@ -119,13 +118,8 @@ def statics(scene: Scene) -> Statics:
     return _evaluate_maps(model, drives, loads, tuple(notes))
 
 
-def _refuse_gears(scene: Scene) -> None:
-    """Raise SceneError for gears with friction and for tables of efficiencies: their capacities are not sums of norms."""
-    rubbing = {n: e for n, j in scene.joints.items() if j.friction is not None and (e := touching(j)) is not None}
-    found = [n for n, e in rubbing.items() if e.bound and not e.tensions]
-    what, hint = "bounds at rest are not available for gears with friction", "remove the friction of the gear for this analysis"
-    if found:
-        raise SceneError([Problem(f"joints.{n}.friction", what, hint) for n in found])
+def _refuse_efficiency_tables(scene: Scene) -> None:
+    """Raise SceneError for tables of efficiencies: their capacities are not sums of norms."""
     tables = [(n, k) for n, j in scene.joints.items() for k in BY_LOAD if isinstance(getattr(j.friction, k, None), ByLoad)]
     what, hint = "bounds at rest are not available with a table of efficiencies", "give the efficiency at the load as one number"
     if tables:

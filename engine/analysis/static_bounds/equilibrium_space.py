@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from trunnion.analysis.static_bounds.equilibrium_equations import Statics
+from trunnion.analysis.static_bounds.equilibrium_equations import FrictionJoint, Statics
 from trunnion.analysis.static_bounds.sum_of_norms_program import Across, Program, Row, term_index
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.static_friction_capacity import Norm, Pair
@@ -46,6 +46,11 @@ class Space:
     def open(self) -> int:
         """Number of open directions."""
         return self.basis.shape[1]
+
+    @property
+    def undetermined(self) -> int:
+        """Number of open directions, without the forces that push the wheels of teeth apart: the driving forces determine them."""
+        return self.open - len(_toothed(self.statics))
 
     def x(self, X: np.ndarray) -> np.ndarray:
         """The state x (n) at X = [y; 1], in units of the scale."""
@@ -118,6 +123,25 @@ def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
     return rows, constants
 
 
+def _driving_row(st: Statics, width: int, joint: FrictionJoint) -> np.ndarray:
+    """The driving force of teeth as a row over x (width). The reactions of the joint depend on one multiplier of the loop
+    constraints only."""
+    by = np.linalg.norm(st.reaction[joint.reactions, : st.eta0], axis=0)
+    row = np.zeros(width)
+    row[int(np.argmax(by))] = by.max()
+    return row
+
+
+def _toothed(st: Statics) -> list[tuple[FrictionJoint, int, float]]:
+    """(joint, index in x of the force along its bound freedom, this force divided by the driving force) of all joints with
+    teeth."""
+    return [
+        (j, st.eta0 + j.rubs.eta[j.element.contact.bound[0]], found(j.rubs.sizes))
+        for j in st.joints
+        if (found := j.element.contact.separation) is not None
+    ]
+
+
 def _solutions(E: np.ndarray, e: np.ndarray, force: float) -> tuple[np.ndarray, np.ndarray, float]:
     """(a solution x of E x + e = 0, a basis of the null space of E, residual relative to e)."""
     n = E.shape[1]
@@ -150,6 +174,8 @@ def _contact(st: Statics, load: int | None, pair: Pair, n: Norm) -> tuple[np.nda
     rows = n.rows @ R[mine]
     if n.own:
         rows[0] += n.own * _friction_rows(st, rows.shape[1], pair)[0]
+    if n.drives:
+        rows[0] += n.drives * _driving_row(st, rows.shape[1], st.joint(pair.joint))
     return rows, n.rows @ constant[mine] + n.added
 
 
@@ -170,6 +196,7 @@ def _force_rows(st: Statics, pairs: tuple[Pair, ...], load: int | None) -> np.nd
             for norm in c.norms:
                 out.append(np.column_stack(_contact(st, load, pair, norm)))
         out.append(_friction_rows(st, n + 1, pair))
+    out += [np.eye(1, n + 1, bound) for _, bound, _ in _toothed(st)]
     for k, effort in enumerate([*st.drives, *([] if load is None else [st.loads[load]])]):
         row = np.zeros((1, n + 1))
         row[0, st.multipliers + k] = 1.0 if effort.unit == "N" else 1.0 / st.length
@@ -201,4 +228,7 @@ def holding_program(s: Space) -> tuple[Program, list[int], list[dict[int, dict[i
         if pair.across is not None:
             force = term(s.norm_vector(pair, Norm(pair.across, 1.0)))
             across.append(Across(force, size, made[0][force]))
+    for j, bound, separation in _toothed(s.statics):
+        drives = s.functional(_driving_row(s.statics, len(s.origin), j)[None, :], np.zeros(1))
+        rows.append(Row(s.amount(bound), {term(drives): -separation}, equal=True))
     return Program(tuple(terms), tuple(rows), Row(none), tuple(across)), sizes, holds

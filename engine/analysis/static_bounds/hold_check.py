@@ -88,7 +88,7 @@ def hold(
     answer, st = one_answer(loaded), statics(loaded)
     pairs = tuple(st.pairs())
     with held() as interrupt:
-        effort = Effort(cells or (CELLS if space(st, pairs).open <= FEW else FEWER), budget, lambda: interrupt.asked)
+        effort = Effort(cells or (CELLS if space(st, pairs).undetermined <= FEW else FEWER), budget, lambda: interrupt.asked)
         stress = self_stress if misfit is None else {n: misfit * (j.stiffness or USUAL) for n, j in loaded.joints.items()}
         return replace(_bounds(answer, st, pairs, stress, effort), self_stress=self_stress, misfit=misfit)
 
@@ -110,7 +110,7 @@ def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stres
         loads = [load if load.now is None else without_guarantee(load) for load in loads]
     notes = (*st.notes, *_notes(a, there, unheld, all_found, balanced), *_budget_notes(effort, planned))
     first = _first(answer, pairs, begin, each)
-    return HoldBounds(holds, first, a.space.open, None, each, tuple(loads), answer, notes, effort.ended)
+    return HoldBounds(holds, first, a.space.undetermined, None, each, tuple(loads), answer, notes, effort.ended)
 
 
 def _searches(st: Statics, pairs: tuple[Pair, ...], ways: int) -> int:

@@ -206,6 +206,8 @@ class ContactElement:
     one_of     names of sizes of which a scene gives exactly one.
     tensions   (η along the first freedom, numbers) → tensions at both ends of a band, N, as expressions or plain numbers; None
                if there is no band.
+    separation (numbers) → force along the bound freedom divided by the magnitude of the driving force, for teeth; else None. The
+               driving force is a multiplier of the loop constraints times a constant.
     scaled     whether, without contacts, the law's coefficient scales the friction that other numbers give, and is 1 by default.
     count      number of contacts; 0 if friction is independent of the load.
     springs    number of entries that ``pressed`` returns.
@@ -239,6 +241,7 @@ class ContactElement:
     plays: tuple[Play, ...] = ()
     one_of: tuple[str, ...] = ()
     tensions: Callable[[Any, Mapping[str, Any]], list[Any]] | None = None
+    separation: Callable[[Mapping[str, float]], float] | None = None
     scaled: bool = True
     cone: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None
     drift: Callable[[Wrench, list[SX], list[Law], Mapping[str, SX], bool], list[SX]] | None = None

@@ -37,8 +37,17 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """Never called: static bounds do not include teeth (``analysis.static_bounds.equilibrium_equations``)."""
-    raise NotImplementedError
+    """The capacity is μ_s f. The friction at the surface is the torque divided by the arm ρ."""
+    import numpy as np
+
+    from trunnion.elements.contact.static_friction_capacity import Capacity, Pair
+
+    arm = 0.25 * math.pi * j.sizes["module"] * math.cos(j.sizes["pressure_angle"])
+    return [Pair(j.joint, 1, j.eta[:1], np.array([[1.0 / arm]]), (Capacity((j.driving(j.static),)),), j.static)]
+
+
+def _separation(g: Mapping[str, float]) -> float:
+    return -g["side"] * math.tan(g["pressure_angle"])
 
 
 def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
@@ -76,6 +85,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
     return ContactElement(
         name, needs, friction, held, contacts, _velocity, pressed, 1, springs=len(forces), rests=_rests,
         sizes=(ANGLE,), pairs=((0,),), bound=(1,), pins=lambda g: [Solid("cylinder", (1e-3, 1e-3))], anywhere=False,
+        separation=_separation,
     )  # fmt: skip
 
 

@@ -55,6 +55,10 @@ class Rubs:
         """The term of a constant force ``size`` (N), times ``weight``."""
         return Norm(np.zeros((1, len(self.needs))), weight, 0.0, size)
 
+    def driving(self, static: float) -> Norm:
+        """The term of teeth with the pressure angle α: their force is the driving force divided by cos α."""
+        return Norm(np.zeros((1, len(self.needs))), static, drives=1.0 / np.cos(self.sizes["pressure_angle"]))
+
     def preload(self, mu: float, label: str = "preload") -> tuple[Norm, ...]:
         """The term of the preload. The tuple is empty for a joint without preload."""
         return (self.constant(self.sizes[label], mu),) if self.sizes.get(label) else ()
@@ -71,12 +75,13 @@ class Rubs:
 
 @dataclass(frozen=True)
 class Norm:
-    """The term weight · |rows · f + fixed + own · friction|, where f are the needed reaction components.
+    """The term weight · |rows · f + fixed + own · friction + drives · driving force|, where f are the needed reaction components.
 
     rows     matrix, N per unit of each component
     contact  fraction of |rows · f| that is the force of one contact; 0 if the term is not a contact force
     fixed    constant added to the first row, N
     own      factor of the pair's own friction (a scalar force at the surface), added to the first row
+    drives   factor of the driving force of teeth, added to the first row
     """
 
     rows: np.ndarray
@@ -84,6 +89,7 @@ class Norm:
     contact: float = 1.0
     fixed: float = 0.0
     own: float = 0.0
+    drives: float = 0.0
 
     @property
     def added(self) -> np.ndarray:

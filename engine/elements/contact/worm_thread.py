@@ -7,6 +7,7 @@ the thread, (sin γ, 0, cos γ)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -62,12 +63,20 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """Never called: static bounds do not include teeth (``analysis.static_bounds.equilibrium_equations``)."""
-    raise NotImplementedError
+    """The capacity is μ_s f."""
+    import numpy as np
+
+    from trunnion.elements.contact.static_friction_capacity import Capacity, Pair
+
+    return [Pair(j.joint, 1, j.eta[:1], np.array([[1.0]]), (Capacity((j.driving(j.static),)),), j.static)]
+
+
+def _separation(g: Mapping[str, float]) -> float:
+    return -math.tan(g["pressure_angle"])
 
 
 THREAD = ContactElement(
     "worm thread", _needs, _friction, _held, _contacts, _velocity, _pressed, 1, springs=2, rests=_rests,
     sizes=(ANGLE,), pairs=((0,),), bound=(1,), pins=lambda g: [Solid("cylinder", (1e-3, 1e-3))], anywhere=False,
-    frame="inboard",
+    frame="inboard", separation=_separation,
 )  # fmt: skip

@@ -11,7 +11,6 @@ from tests.engine.mechanisms.gear_pairs import Pair, Row, flying
 from tests.reference.mechanics.rotation import cross
 from trunnion import equilibrium, sensitivity
 from trunnion.analysis.mechanics.wear import wear
-from trunnion.basics.problems import SceneError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_dict, scene_from_text
 from trunnion.simulation.results.result import Result
@@ -166,13 +165,6 @@ def test_flanks_change_at_the_instants_at_which_the_load_turns_round() -> None:
     turned = [e.time for e in r.events if e.kind == "separation" and e.joint == "m"]
     # only inertia is driven: the load of a tooth passes zero with the torque
     assert turned == pytest.approx([(k - 17 / 180) / 2 for k in (1, 2, 3, 4)], abs=1e-7)
-
-
-def test_what_holds_is_refused_by_name_where_teeth_push_wheels_apart() -> None:
-    from trunnion.analysis.static_bounds.equilibrium_equations import statics
-
-    with pytest.raises(SceneError, match=r"joints\.m\.friction: bounds at rest are not available for gears"):
-        statics(pair("effort: 1", "effort: 1"))
 
 
 def test_derivatives_of_a_run_with_teeth_are_those_by_differences() -> None:
