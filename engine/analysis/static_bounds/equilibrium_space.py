@@ -228,7 +228,7 @@ def holding_program(s: Space) -> tuple[Program, list[int], list[dict[int, dict[i
         if pair.across is not None:
             force = term(s.norm_vector(pair, Norm(pair.across, 1.0)))
             across.append(Across(force, size, made[0][force]))
-    for j, bound, separation in _toothed(s.statics):
-        drives = s.functional(_driving_row(s.statics, len(s.origin), j)[None, :], np.zeros(1))
+    for joint, bound, separation in _toothed(s.statics):
+        drives = s.functional(_driving_row(s.statics, len(s.origin), joint)[None, :], np.zeros(1))
         rows.append(Row(s.amount(bound), {term(drives): -separation}, equal=True))
     return Program(tuple(terms), tuple(rows), Row(none), tuple(across)), sizes, holds
