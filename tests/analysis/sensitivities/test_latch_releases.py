@@ -23,7 +23,8 @@ def thrown(seed: int, lets_go: str, **more: Any) -> Scene:
     pressed = float(np.sqrt(2.0 * back * 0.12 * 200.0))  # about the largest force of the hook without a release
     latch: dict[str, Any] = {"at": at, "stiffness": rng.uniform(150.0, 250.0), "damping": rng.uniform(0.0, 0.3)}
     if lets_go == "signal":
-        latch["release"] = {"ramp": {"start": 0.0, "end": 1.0, "duration": 0.02, "begin": rng.uniform(0.24, 0.3)}}
+        met = 2.0 * (at + 0.12) / 5.0 + np.sqrt(2.0 * 0.12 * inertia / back)  # instant at which the wheel is back at the hook
+        latch["release"] = {"ramp": {"start": 0.0, "end": 1.0, "duration": 0.02, "begin": met + rng.uniform(0.01, 0.04)}}
     else:
         latch["holds"] = pressed * rng.uniform(0.2, 0.4)
     if lets_go == "tooth":
