@@ -100,8 +100,8 @@ def test_a_half_written_entry_is_made_again(home: Path) -> None:
 
 @pytest.mark.slow
 def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: Path) -> None:
-    """Both processes wait for a signal inside their build. Both get the result, and one copy stays in the cache. The runtime is already
-    there; it is an entry like any other, whose build takes seconds in each process."""
+    """Both processes wait for a signal inside their build. Both get the result, and one copy stays in the cache. The runtime is
+    already there; it is an entry like any other, whose build takes seconds in each process."""
     (home / stepping.name).symlink_to(stepping)
     script = (
         "import sys, time, pathlib\n"
