@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from tests.reference.compliant.engine_comparison import compared
+from tests.reference.compliant.runs_and_limit import LEVELS
 from tests.reference.scenes.interacting_devices import crossed_dict
 from trunnion import scene_from_dict
 
@@ -115,11 +116,16 @@ CASES = {
     "springs by curves": (crossed_dict("curved_rows", 2029), 0.1),
 }
 
+SLOW_CONVERGENCE = ("cut guide", "cut crank pin")
+"""Cases with five levels and a larger error of the judge. At the start the crank almost rests and the springs carry no load, so
+that the error falls as the square root of the compliance: levels differ by 5.7, 4.5 and 2.8 mrad."""
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_engine_agrees_with_the_judge(case: str) -> None:
     data, until = CASES[case]
-    found = compared(scene_from_dict({"schema": 1} | data), until)
+    slow = case in SLOW_CONVERGENCE
+    found = compared(scene_from_dict({"schema": 1} | data), until, levels=5 if slow else LEVELS)
     assert found.worst < NEAR, (found.outcome, found.apart)
-    assert found.judge.worst < 10 * NEAR
+    assert found.judge.worst < (25 if slow else 10) * NEAR
