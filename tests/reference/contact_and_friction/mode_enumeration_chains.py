@@ -18,6 +18,9 @@ SLACK = 1e-7
 """Allowed excess of friction over its limit, or acceleration of a slipping joint in the wrong direction, relative to the largest of
 each."""
 
+UNBOUNDED = 1e4
+"""A friction above this multiple of the friction under the loads alone grows without bound: it is near a pole, and no answer."""
+
 
 def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:
     """Every consistent choice (0: sticks, ±1: slips in this direction) for the joints at rest; all other joints slide as they move.
@@ -66,7 +69,7 @@ def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng
     out: list[np.ndarray] = []
     for i in range(starts):
         y, _, ok, _ = fsolve(lack, spread * rng.normal(size=len(none)) * (i > 0), xtol=1e-12, full_output=True)
-        if ok == 1 and np.abs(lack(y)).max() <= 1e-9 * (1 + np.abs(y).max()):
+        if ok == 1 and np.abs(lack(y)).max() <= 1e-9 * (1 + np.abs(y).max()) and np.abs(y).max() < UNBOUNDED:
             out.append(y * unit)
     return out
 
