@@ -1,26 +1,17 @@
-"""Every program and every command of the cookbook runs as printed there."""
+"""Every program and every command of the cookbook runs as printed there, in the cells of the page's notebook."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-import re
 import shlex
 from pathlib import Path
 
+import nbformat
 import pytest
 
+from tests.models.cookbook_notebooks import FOLDER, PAGES, notebook
 from trunnion.cli import main
-from trunnion.scene.library.model_folders import models_dir
-
-FOLDER = models_dir() / "cookbook"
-PAGES = sorted(p for p in FOLDER.glob("*.md") if p.name != "README.md")
-BLOCK = re.compile(r"^```(python|bash)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-
-
-def blocks(page: Path) -> list[tuple[str, str]]:
-    return BLOCK.findall(page.read_text(encoding="utf-8"))
-
 
 SLOW = {"system", "data"}
 """Pages that take ten seconds and more. The tests of pages also run all of them, as printed and in the environment where they are
@@ -31,20 +22,26 @@ installed."""
 def test_the_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    found = blocks(page)
+    found = [c["source"] for c in notebook(page)["cells"] if c["cell_type"] == "code"]
     assert found
-    for kind, text in found:
-        if kind == "python":
+    for text in found:
+        if not text.startswith("!"):
             with contextlib.redirect_stdout(io.StringIO()) as said:
                 exec(compile(text, page.name, "exec"), names)
             assert "nan" not in said.getvalue()
             continue
         for line in text.splitlines():
-            words = shlex.split(line)
-            if "install" in words:
-                continue  # everything is installed here; the tests of pages run the printed installation
+            words = shlex.split(line[1:])
             assert words[0] == "trunnion"
             assert main(words[1:]) == 0, line
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_a_notebook_is_valid_and_lacks_nothing_of_its_page(page: Path) -> None:
+    made = notebook(page)
+    nbformat.validate(made)
+    words = {w.removeprefix("!") for c in made["cells"] for w in c["source"].split()}
+    assert set(page.read_text(encoding="utf-8").split()) - words <= {"```python", "```bash", "```"}
 
 
 def test_every_page_is_in_the_list() -> None:

@@ -25,12 +25,17 @@ def test_results_and_sweeps_are_datasets_with_dimensions_and_units() -> None:
     assert data.sizes == {"time": len(r)}
     assert np.array_equal(data["ball.qd[2]"].values, r["ball.qd[2]"])
     assert data["ball.qd[2]"].attrs["units"] == "rad/s"
+    assert data.isel(time=slice(3))["ball.qd[2]"].attrs["units"] == "rad/s"
+    frame = r.to_pandas()
+    assert all(frame.attrs["units"][name] == data[name].attrs["units"] for name in frame.columns)
+    assert frame.loc[:0.05, ["ball.qd[2]"]].attrs["units"]["ball.qd[2]"] == "rad/s"
     over = {MU: [0.1, 0.3, 0.6], "joints.ball.friction.radius": [0.02, 0.05]}
     swept = trunnion.sweep("spherical_pendulum", vary=over, reductions=["max:ball.qd[2]"], until=0.05)
     whole = swept.to_xarray()
     assert dict(whole.sizes) == {path: len(values) for path, values in over.items()}
     column = next(n for n in whole.data_vars if "qd[2]" in n)
     frame = swept.to_pandas()
+    assert frame.attrs["units"][column] == whole[column].attrs["units"] == "rad/s"
     for _, row in frame.iterrows():
         at = {path: row[path] for path in over}
         assert float(whole[column].sel(at)) == row[column]
