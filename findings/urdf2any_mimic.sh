@@ -34,7 +34,7 @@ try:
 except ValueError as error:
     refused = str(error).splitlines()[0]
 model = mujoco.MjModel.from_xml_path("fixed.xml")
-words = {name: "mimic" in Path(name).read_text() for name in ("fixed.txt", "usd.txt")}
+words = {name: "mimic" in Path(name).read_text().replace(str(Path.cwd()), "") for name in ("fixed.txt", "usd.txt")}
 print(f"urdf2any {version('urdf2any')}: {model.nv} freedoms, {model.neq} equalities, damping {model.dof_damping}, "
       f"friction {model.dof_frictionloss}; mimic named {words}; root called world: {refused}")
 assert model.nv == 2 and model.neq == 0, "the mimic arrives now"

@@ -89,7 +89,7 @@ TR_OFTEN
 #include "events/kink_and_stop_events.c"
 #include "events/contact_separation.c"
 #include "events/follower_pulls.c"
-#include "events/end_stop_corner_location.c"
+#include "events/end_stop_and_hook_release.c"
 TR_RARE
 #include "events/event_handling.c"
 TR_OFTEN

@@ -69,7 +69,7 @@ ENTRIES = {
 }
 """By kind of export: the header with the functions, and the file that lists their types."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
-"""The macro that is defined when ``native/shell.c`` is compiled. The key is the kind of export: an FMI version, or a plain C
+"""The macro that is defined when ``native/translation_unit.c`` is compiled. The key is the kind of export: an FMI version, or a plain C
 library.
 """
 HOSTS = {
@@ -206,7 +206,7 @@ def _shell(target: str, cpu: str, standard: str) -> Path:
     name, text = SHELL_NAMES[standard], entries(standard)
 
     def make(folder: Path) -> None:
-        unit = [f"-D{name}", "-c", str(NATIVE / "shell.c"), "-o", str(folder / "shell.o")]
+        unit = [f"-D{name}", "-c", str(NATIVE / "translation_unit.c"), "-o", str(folder / "shell.o")]
         _compile(target, cpu, _constant(target, cpu), unit)
         _unit(target, cpu, folder, "entry_points", text, ())
 

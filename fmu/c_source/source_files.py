@@ -51,7 +51,7 @@ TABLE = re.compile(r"^const \w+ (\w+)=", re.MULTILINE)
 def texts(units: Mapping[str, str], sizes: Sizes, kind: str, prefix: str, checked: bool = False) -> dict[str, str]:
     """The C files by name. units: generated texts (``ExportedModel.sources``). kind: a key of SHELL_NAMES. prefix: beginning of
     all names with external linkage. checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``)."""
-    shell = finished('#include "shell.c"\n', SHELL_NAMES[kind])
+    shell = finished('#include "translation_unit.c"\n', SHELL_NAMES[kind])
     runtime = finished('#include "runtime.c"\n', SHELL_NAMES[kind], checked)
     constant = {"runtime": runtime, "shell": shell, "entry_points": finished(entries(kind))}
     made = constant | {n: _unit(text) for n, text in units.items()}
@@ -89,7 +89,7 @@ def _given() -> dict[str, str]:
 @lru_cache(maxsize=8)
 def finished(start: str, shell: str = "", checked: bool = False) -> str:
     """A C text with its project includes expanded, as C99 for any compiler. shell: the macro that selects the parts of
-    ``native/shell.c`` (a value of SHELL_NAMES)."""
+    ``native/translation_unit.c`` (a value of SHELL_NAMES)."""
     text = one_file(start, [RUNTIME, NATIVE], _given(), LEFT, shell)
     text = re.sub(r"\brestrict\b", "TR_RESTRICT", text)
     return ascii_only(nothing_unused(used_only(fixed(used_only(text), checked))))

@@ -9,7 +9,7 @@ from pathlib import Path
 INCLUDE = re.compile(r'^#include "([^"]+)"\n', re.MULTILINE)
 GUARD = re.compile(r"\A((?:/\*.*?\*/\s*)*)#ifndef (\w+_H)\n#define \2\n(.*)#endif\n\Z", re.DOTALL)
 SHELLS = ("FMU_FMI2", "FMU_FMI3", "FMU_ALONE")
-"""Macros by which ``native/shell.c`` selects the files that it includes."""
+"""Macros by which ``native/translation_unit.c`` selects the files that it includes."""
 SYSTEM = re.compile(r"^#include <[^>]+>\n", re.MULTILINE)
 
 

@@ -14,7 +14,7 @@ from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, Given, add_units, parameter_set
-from trunnion.fmu.ssp.connection_sums import computed_by_components
+from trunnion.fmu.ssp.connection_arithmetic import computed_by_components
 from trunnion.fmu.ssp.parameter_mapping import MAPPING, MAPPING_TYPE, numbers, with_mapped_values
 from trunnion.fmu.ssp.system_yaml import Component, Connection, Setting, System, load_system
 from trunnion.fmu.variables.input_sums import Source, Sums

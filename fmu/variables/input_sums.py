@@ -1,5 +1,5 @@
-"""Inputs that are sums of several sources. Each source is an input of the FMU, and the FMU adds the sources: a system has no sums
-(SSP 1.0), and not every host applies the factors and offsets of connections."""
+"""An input can be the sum of several sources. Each source is an input of the FMU, and the FMU adds the sources. Hosts cannot add:
+SSP 1.0 has no sums, and not every host applies the factors and offsets of connections."""
 
 from __future__ import annotations
 

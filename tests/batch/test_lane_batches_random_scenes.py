@@ -10,8 +10,8 @@ import numpy as np
 import pyarrow
 import pytest
 
+from tests.default_case_selection import slow
 from tests.reference.scenes.random_scenes import random_loop, random_tree
-from tests.sampling import slow
 from trunnion.batch.plan_and_runner import Plan, Runner, plan
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.settings.run_settings import Run

@@ -19,8 +19,8 @@ from trunnion.runtime.abi.header_constants import number
 ROOT = Path(__file__).resolve().parents[2]
 UNIT = RUNTIME / "runtime.c"
 NATIVE = ROOT / "fmu" / "native"
-UNITS = (UNIT, NATIVE / "shell.c", NATIVE / "pythonfmu_loader.c")
-"""Files that include others; ``shell.c`` is the C shell of FMUs and C libraries."""
+UNITS = (UNIT, NATIVE / "translation_unit.c", NATIVE / "pythonfmu_loader.c")
+"""Files that include others; ``translation_unit.c`` is the C shell of FMUs and C libraries."""
 SOURCES = sorted([*RUNTIME.rglob("*.[ch]"), *NATIVE.rglob("*.[ch]")])
 STAGES = ("base", "constraints", "friction", "evaluate", "integrators", "checks", "output", "modes", "events", "diagnosis",
           "time_stepping", "stepping", "hosts")  # fmt: skip

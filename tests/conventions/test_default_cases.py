@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.sampling import keep_default_cases
+from tests.default_case_selection import keep_default_cases
 
 
 class Case:

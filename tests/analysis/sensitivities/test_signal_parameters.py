@@ -7,8 +7,8 @@ import pytest
 
 import trunnion
 from tests.analysis.sensitivities.test_derivatives_along_runs import ACROSS, differences
+from tests.default_case_selection import sampled
 from tests.engine.devices.test_signals import KINDS, G, load, numbers, scene
-from tests.sampling import sampled
 from trunnion.scene.overrides import list_parameters
 from trunnion.scene.scene_loader import scene_from_dict
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.sampling import sampled
+from tests.default_case_selection import sampled
 from trunnion import hold, scene_from_dict
 from trunnion.analysis.static_bounds.branch_and_bound import Search
 from trunnion.analysis.static_bounds.hold_check import CELLS

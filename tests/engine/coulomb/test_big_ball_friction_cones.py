@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.default_case_selection import slow
 from tests.engine.checks.random_run_laws import CONE, broken_cone
 from tests.engine.mechanisms.big_ball_bodies import big_balls
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.states_from_columns import wanted
-from tests.sampling import slow
 from tests.stability.entries.self_tightening_brakes import GRIPS, LEAVES, loosened, tightened
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate

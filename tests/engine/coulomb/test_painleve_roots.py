@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.default_case_selection import sampled
 from tests.reference import every_root, forward
 from tests.reference.scenes.paper_examples import ball_pendulum, pendulum_start
-from tests.sampling import sampled
 from tests.stability.entries.ball_pendulums import MU, PAINLEVE, pendulum
 from tests.stability.equivalent_scenes import told
 from tests.stability.scene_verdicts import ran

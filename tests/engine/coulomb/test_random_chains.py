@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.default_case_selection import slow
 from tests.reference.contact_and_friction.mode_enumeration_chains import answers
-from tests.sampling import slow
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 

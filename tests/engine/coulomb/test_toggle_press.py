@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tests.default_case_selection import sampled
 from tests.reference.contact_and_friction.sprung_toggle_press import SprungToggle
-from tests.sampling import sampled
 from trunnion.scene import scene_from_text
 from trunnion.simulation.results.event import Event
 from trunnion.simulation.results.result import Result

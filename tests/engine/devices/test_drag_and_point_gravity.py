@@ -10,11 +10,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import trunnion
+from tests.default_case_selection import sampled
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.engine.parts.test_jacobian import agree as derivatives_agree
 from tests.engine.recursion.test_dense_reference import TIME, compared
 from tests.reference.scenes.random_scenes import Case, random_loop, random_tree
-from tests.sampling import sampled
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.default_case_selection import sampled
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.engine.parts.test_jacobian import agree as derivatives_agree
 from tests.engine.recursion.test_dense_reference import TIME, compared
 from tests.reference.mechanics.characteristic_curves import Characteristic, nonlinear
 from tests.reference.scenes import nonlinear_devices as random
 from tests.reference.scenes.random_scenes import Case, random_loop, random_tree
-from tests.sampling import sampled
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.force_laws.registry import REGISTRY

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tests.default_case_selection import sampled
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.engine.parts.test_jacobian import agree as derivatives_agree
 from tests.reference.scenes.random_streams import stream
-from tests.sampling import sampled
 from trunnion import equilibrium, hold
 from trunnion.basics.problems import SceneError
 from trunnion.batch.sweep import sweep

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import trunnion
-from tests.sampling import sampled
+from tests.default_case_selection import sampled
 from trunnion.scene.data_classes import scene as sm
 
 GRAVITY, HALF_LENGTH, HALF_HEIGHT, TURNS = 9.81, 0.05, 0.02, 6

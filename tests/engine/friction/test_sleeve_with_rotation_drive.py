@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.sampling import sampled
+from tests.default_case_selection import sampled
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.scene_loader import scene_from_text
 from trunnion.simulation.run import simulate

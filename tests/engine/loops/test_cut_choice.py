@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.default_case_selection import crossed, sampled
 from tests.engine.checks.event_list_difference import difference
 from tests.reference.scenes.random_scenes import random_loop
-from tests.sampling import crossed, sampled
 from trunnion import scene_from_dict, sensitivity, simulate, sweep
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.queries.cuttable_joints import may_be_cut

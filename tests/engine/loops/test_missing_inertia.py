@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.default_case_selection import slow
 from tests.reference.mechanics.newton_euler_equations import Equations
 from tests.reference.scenes.random_scenes import Case, random_loop
-from tests.sampling import slow
 from trunnion import Scene, SceneError, scene_from_dict, sweep
 from trunnion.cli.output.scene_report import examined
 from trunnion.simulation.execution.missing_inertia import freedoms_without_inertia

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.speed.four_bar_loops import rubbing
+from tests.default_case_selection import slow
 from tests.engine.checks.debug_runtime import in_place_of_the_runtime
 from tests.engine.loops.test_sparse_loop_solve import beside, cranks
 from tests.engine.mechanisms.scissor_lift import driven, scissor, statics
 from tests.engine.mechanisms.stewart_platform import stewart
 from tests.engine.parts.test_compiled_kernel_equivalence import State, called
-from tests.sampling import slow
 from tests.scalable_mechanisms import n_four_bar
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.parts.kernels import scene_kernel

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tests.default_case_selection import sampled
 from tests.engine.checks.reference_comparison import engine_row, engine_table, take, worst
 from tests.reference import forward
 from tests.reference.contact_and_friction.stiff_spring_contacts import Compliant
 from tests.reference.scenes.frame_changes import rotated
 from tests.reference.scenes.random_scenes import Case
 from tests.reference.scenes.random_streams import stream
-from tests.sampling import sampled
 from trunnion.scene.data_classes import scene as sm
 
 FAMILIES = {

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.default_case_selection import sampled
 from tests.engine.stick_slip.test_active_set_many_pairs import links
 from tests.reference.scenes.random_scenes import random_loop, random_tree
-from tests.sampling import sampled
 from trunnion.kernel.compilation import c_compiler
 from trunnion.kernel.shared_libraries import kernel
 from trunnion.parts.kernels.scene_kernel import parts_kernel

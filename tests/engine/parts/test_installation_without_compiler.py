@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.default_case_selection import sampled
 from tests.engine.parts.test_compiled_kernel_equivalence import LOOPS, TREES, loop, tree
-from tests.sampling import sampled
 from trunnion.kernel.compilation import library_cache, prebuilt_libraries
 from trunnion.kernel.interface.output_columns import columns, needs_quadratures
 from trunnion.parts.derivatives.accelerations import DifferentiableScene

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.sampling import sampled
+from tests.default_case_selection import sampled
 from trunnion.basics.problems import SceneError
 from trunnion.simulation.run import simulate
 

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from tests.default_case_selection import slow
 from tests.reference.mechanics.bodies_and_joint_frames import parts
 from tests.reference.mechanics.rotation import matrix_from_quaternion
 from tests.reference.scenes.brief_threshold_crossings import brief_pass
-from tests.sampling import slow
 from trunnion import scene_from_dict
 from trunnion.batch.sweep import sweep
 from trunnion.runtime.abi import Law

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.speed.parts_kernel import chain
+from tests.default_case_selection import crossed, sampled
 from tests.reference.scenes.random_scenes import random_loop, random_tree
-from tests.sampling import crossed, sampled
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.results.result import Result

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.sampling import sampled, slow
+from tests.default_case_selection import sampled, slow
 from trunnion.scene import Scene, scene_from_text
 from trunnion.simulation.run import simulate
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import pytest
 
+from tests.default_case_selection import crossed
 from tests.reference.scenes.epicyclic_trains import train
 from tests.reference.scenes.interacting_devices import crossed as crossed_scene
-from tests.sampling import crossed
 from trunnion import Scene, scene_from_dict, simulate
 from trunnion.batch.plan_and_runner import Runner, plan
 from trunnion.simulation.settings.run_settings import Run

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.default_case_selection import crossed
 from tests.engine.unilateral.unilateral_scenes import G, body, corner, in_plane, rim, scene
-from tests.sampling import crossed
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 

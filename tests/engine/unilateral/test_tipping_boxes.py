@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tests.default_case_selection import crossed
 from tests.engine.unilateral.test_impacts import CLOSE, times
 from tests.engine.unilateral.unilateral_scenes import G, box
-from tests.sampling import crossed
 from trunnion.simulation.run import simulate
 
 MASS, INERTIA, HALF, HEIGHT = 2.0, 0.1, 0.2, 0.5

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.default_case_selection import sampled
 from tests.engine.mechanisms.rod_ladder import ladder, tension
 from tests.fmu.cosimulation.test_models_without_loops import test_both_flavours_are_the_engine as open_models
 from tests.fmu.engine_comparison import claim_equal_to_engine
@@ -12,7 +13,6 @@ from tests.fmu.exported_fmus import FOLDER
 from tests.fmu.fmpy_host import Host
 from tests.fmu.model_exchange.model_exchange_host import run_me
 from tests.fmu.scene_value_checks import claim_refuses_what_the_scene_refuses
-from tests.sampling import sampled
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.engine.unilateral.test_slots import Geneva
+from tests.engine.unilateral.test_slots_with_play import Geneva
 from tests.engine.unilateral.unilateral_scenes import G, body, scene
 from tests.fmu.exported_fmus import FOLDER
 from tests.fmu.fmpy_host import Host

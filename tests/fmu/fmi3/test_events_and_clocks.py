@@ -8,12 +8,12 @@ import pytest
 from fmpy import read_model_description, simulate_fmu
 
 import trunnion
+from tests.default_case_selection import sampled
 from tests.fmu.cosimulation.test_jams import GUIDE, through
 from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_host import Host
 from tests.fmu.model_exchange.model_exchange_host import Importer, exchange
-from tests.sampling import sampled
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 

@@ -1,5 +1,6 @@
-/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step must
- * end there. Each corner is a root of a smooth function. The state at this end decides whether the hook also falls. */
+/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step
+ * must end at the first corner. Each corner is a root of a smooth function. The state at a hook's corner decides whether the hook
+ * falls. */
 #include "events/events.h"
 
 #define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */

@@ -1,5 +1,5 @@
-"""Connections to inputs of scenes whose factor, offset, conversion of units or sum the exported FMU computes. Hosts then only copy
-values: SSP 1.0 has no sums, and not every host applies the rest."""
+"""The exported FMU computes the factor, offset, unit conversion and sum of connections to inputs of scenes. Hosts then only copy
+values: SSP 1.0 has no sums, and not every host applies factors, offsets and units."""
 
 from __future__ import annotations
 
