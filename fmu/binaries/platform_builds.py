@@ -69,9 +69,8 @@ ENTRIES = {
 }
 """By kind of export: the header with the functions, and the file that lists their types."""
 SHELL_NAMES = {"2.0": "FMU_FMI2", "3.0": "FMU_FMI3", "library": "FMU_ALONE"}
-"""The macro that is defined when ``native/translation_unit.c`` is compiled. The key is the kind of export: an FMI version, or a plain C
-library.
-"""
+"""The macro that is defined when ``native/translation_unit.c`` is compiled. The key is the kind of export: an FMI version, or a
+plain C library."""
 HOSTS = {
     ("Linux", "x86_64"): "linux64", ("Linux", "aarch64"): "aarch64-linux", ("Windows", "AMD64"): "win64",
     ("Windows", "ARM64"): "aarch64-windows", ("Darwin", "x86_64"): "darwin64", ("Darwin", "arm64"): "darwin64",

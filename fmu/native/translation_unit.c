@@ -1,5 +1,6 @@
-/* This file includes all C files of an exported model's shell, so that they compile as one translation unit. Each file is included after the files whose functions it calls. Exactly
- * one of FMU_FMI2, FMU_FMI3 and FMU_ALONE (a plain C library) is defined. */
+/* This file includes all C files of an exported model's shell, so that they compile as one translation unit. Each file is
+ * included after the files whose functions it calls. Exactly one of FMU_FMI2, FMU_FMI3 and FMU_ALONE (a plain C library) is
+ * defined. */
 #if defined FMU_FMI2
 #include "fmi2Functions.h"
 #endif
