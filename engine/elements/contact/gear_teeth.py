@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.number_declarations import Bound
@@ -27,9 +27,9 @@ ANGLE = Size(
 )  # fmt: skip
 
 
-def _arm(g: Mapping[str, SX]) -> SX:
-    """Mean arm ρ of friction, m."""
-    return 0.25 * math.pi * g["module"] * ca.cos(g["pressure_angle"])
+def _arm(g: Mapping[str, Any], ops: Any = ca) -> Any:
+    """Mean arm ρ of friction, m, of expressions, or of plain numbers with ``math``."""
+    return 0.25 * math.pi * g["module"] * ops.cos(g["pressure_angle"])
 
 
 def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
@@ -42,8 +42,8 @@ def _rests(j: Rubs) -> list[Pair]:
 
     from trunnion.elements.contact.static_friction_capacity import Capacity, Pair
 
-    arm = 0.25 * math.pi * j.sizes["module"] * math.cos(j.sizes["pressure_angle"])
-    return [Pair(j.joint, 1, j.eta[:1], np.array([[1.0 / arm]]), (Capacity((j.driving(j.static),)),), j.static)]
+    surface = np.array([[1.0 / _arm(j.sizes, math)]])
+    return [Pair(j.joint, 1, j.eta[:1], surface, (Capacity((j.driving(j.static),)),), j.static)]
 
 
 def _separation(g: Mapping[str, float]) -> float:
