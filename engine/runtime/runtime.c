@@ -1,5 +1,5 @@
-/* The runtime as one translation unit. It includes all files stage by stage; a file follows all files that it calls. Code
- * between TR_RARE and TR_OFTEN is compiled for size (``base/compiler.h``). */
+/* The runtime as one translation unit. This file includes all files, stage by stage; each file follows all files that it calls.
+ * Code between TR_RARE and TR_OFTEN is compiled for size (``base/compiler.h``). */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

@@ -10,7 +10,8 @@
  * stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; the distance of 0.01 causes such a ratio */
+/* largest ratio (force · length) / couple of a pure couple; at a distance of 0.01 from the end of reach, the ratio is this large */
+#define PURE_COUPLE 1e-2
 
 /* Write to `lost` (a) the direction of λ that has just lost its effect. It is the null vector of the last pivot within the rank,
  * plus the combination of open directions that makes its forces smallest. Returns the ratio (force · length scale) / couple of this

@@ -1,4 +1,4 @@
-"""Rosenbrock methods as data, with one matrix W = E/(γh) − J and no matrix–vector products.
+"""Rosenbrock methods as data, in the form with one matrix W = E/(γh) − J and without matrix–vector products.
 
 Stages: W k_i = f(t + c_i h, y + Σ a_ij k_j) + h d_i ∂f/∂t + Σ C_ij k_j / h.
 
@@ -15,8 +15,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, Matrix, carried
 
 ROUND_OFF = 1e-11
-"""Largest violation that counts as round-off in the conditions on nodes, on d and on stability. A matrix inverse amplifies this
-round-off."""
+"""Largest violation of the conditions on nodes, on d and on stability that is round-off, amplified by a matrix inverse."""
 HERMITE = 3
 """Number of rows of H."""
 
@@ -102,7 +101,7 @@ class Rosenbrock:
 
 
 def by(row: Sequence[float], matrix: Matrix) -> list[float]:
-    """Product of a row and a square matrix. A row shorter than the matrix is padded with zeros."""
+    """Product of a row and a square matrix. If the row is shorter than the matrix, it is padded with zeros."""
     return [sum(a * m[k] for a, m in zip(row, matrix, strict=False)) for k in range(len(matrix))]
 
 
