@@ -20,7 +20,7 @@ class Symbols:
     """Symbols of one system.
 
     t      time, s.
-    ts     a time inside the current step, s; it selects the active piece of a signal.
+    ts     a time inside the current step, s, which selects the active piece of a signal.
     x      external values (``system.structure.external_value_layout``); the first two are t and ts.
     q, v   state coordinates (nq) and rates (nv).
     b      bristle states.
@@ -115,7 +115,7 @@ class Symbols:
         return out
 
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
-        """{freedom: acceleration} for the driven freedoms of a joint."""
+        """Accelerations of the driven freedoms of a joint, by freedom."""
         return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}
 
 

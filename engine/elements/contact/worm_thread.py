@@ -28,7 +28,7 @@ def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
 
 
 def _across(w: Wrench, g: Mapping[str, SX]) -> SX:
-    """Component of the force on the worm across the thread, without the radial component, N. Friction does not change it."""
+    """Component of the force on the worm across the thread, without the radial component, N. It does not depend on friction."""
     return ca.cos(g["lead_angle"]) * w["f1"] - ca.sin(g["lead_angle"]) * w["f3"]
 
 
@@ -42,7 +42,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(friction along the thread, force that pushes the axes apart). This force also acts at rest."""
+    """Friction along the thread, and force that pushes the axes apart. The latter also acts at rest."""
     f = _normal(w, g)
     return [laws[0].ratios([rates[0]])[0] * f, -ca.sin(g["pressure_angle"]) * f]
 
@@ -58,7 +58,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """The force in the plane of e1 and e3. It includes the friction along the thread."""
+    """The force in the plane of e1 and e3, friction along the thread included."""
     return [HALF_ROOT * w[n] for n in FORCES]
 
 

@@ -63,8 +63,7 @@ NOWHERE = Slot(Space.NONE, 0, 0)
 
 
 class Builtin(IntEnum):
-    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring lists the operands; after a semicolon, the
-    integers; after a colon, the operation."""
+    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring has the form "operands; integers: operation"."""
 
     ZERO = 0
     """out; n: write n zeros."""
@@ -123,7 +122,7 @@ class Builtin(IntEnum):
 
 BUILTINS = len(Builtin)
 JOINED = (int(Builtin.ZERO), int(Builtin.COPY))
-"""Ops of which calls for adjacent slots are joined."""
+"""Ops whose calls for adjacent slots are joined to one call."""
 
 
 @dataclass
@@ -192,7 +191,7 @@ def _joined(a: list[int], b: list[int]) -> list[int]:
 
 def _in_rows(a: list[int], b: list[int]) -> list[int]:
     """One call that does the work of a call and of a following ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. Empty if their rows or
-    columns are not equidistant. The sums and their order are the same."""
+    columns are not equidistant. The joined call adds in the same order."""
     dot = b[0] == Builtin.ADD_DOT
     several = int(Builtin.ADD_ROW_DOTS if dot else Builtin.ADD_STRIDED_COLUMNS)
     if not a or a[0] not in (b[0], several) or b[0] not in (Builtin.ADD_DOT, Builtin.ADD_COLUMNS) or b[-1] != 1:

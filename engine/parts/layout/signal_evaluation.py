@@ -1,4 +1,4 @@
-"""Values of single signals at one instant. The same primitives compute them as in a run."""
+"""Values of single signals at one instant, computed by the primitives that runs use."""
 
 from __future__ import annotations
 

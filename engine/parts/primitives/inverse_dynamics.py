@@ -1,5 +1,4 @@
-"""Balance of a body with known accelerations. Each term is a separate primitive, so that each term has tangents
-(``primitive_derivatives``).
+"""Balance of a body with known accelerations. Each term is a separate primitive with its own tangents (``primitive_derivatives``).
 
 In this module, ``work`` contains a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
 
@@ -49,7 +48,7 @@ def outward(which: BodyKey) -> Primitive:
 
 
 def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
-    """Symbols of work: all its numbers, then lever, Π and w."""
+    """Symbols of ``work``: one vector with all numbers; and lever, Π and w from this vector."""
     pattern = _walked(which)[3].Pi.sparsity()
     all_of = SX.sym("work", 9 + pattern.nnz())
     return all_of, all_of[:3], SX(pattern, all_of[3:-6]), all_of[-6:]

@@ -7,7 +7,7 @@
 #include "base/method_tables.h"
 #include "base/stick_rule.h"
 #include "base/tolerances.h"
-#include "base/unilateral.h"
+#include "base/unilateral_contact.h"
 #include "base/vectors.h"
 
 /* Factorised least-squares problem: minimise |κ + N x| over x (r). N is m×r. */

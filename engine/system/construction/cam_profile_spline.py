@@ -13,8 +13,8 @@ from trunnion.system.structure.parameter_table import Leaf
 
 TURN = 2 * math.pi
 AROUND = 1e-9
-"""Tolerance of a closed profile, because values computed from parameters have round-off. It limits the deviation of the angles'
-span from 2π, rad, and the relative deviation of the last radius from the first."""
+"""Tolerance of a closed profile, for round-off of values computed from parameters: deviation of the angles' span from 2π, rad, and
+relative deviation of the last radius from the first."""
 
 
 def closed(given: Given) -> bool:

@@ -46,7 +46,7 @@ def _field(points: Points, path: str, f: sm.PlaceFormula) -> Signal:
 
 
 def _place(points: Points, on: str) -> tuple[str, Leaves]:
-    """(body, point as leaves) of the text "body.point", or of "body" for its mass centre."""
+    """Body, and point as leaves, that the text "body.point" names; "body" names its mass centre."""
     body, point = point_of(points.scene, on)
     if not named_point(on):
         x, y, z = points.scene.bodies[body].center

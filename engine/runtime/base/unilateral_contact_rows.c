@@ -1,4 +1,4 @@
-/* Constraint rows of joints that only push, in the maps and in the residuals of loops (``base/unilateral.h``). */
+/* Constraint rows of joints that only push, in the maps and in the residuals of loops (``base/unilateral_contact.h``). */
 #include "base/base.h"
 
 /* Store the contacts' rows as the kernel wrote them. */

@@ -1,4 +1,5 @@
-/* Misfits: by how much pairs at rest violate the laws of their modes. Also the mode changes that remove a misfit. */
+/* Mode changes of pairs at rest that violate the laws of their modes. The misfit of a pair states by how much it violates its
+ * law. */
 #include "modes/modes.h"
 
 #define FAINT 1e-7     /* × length · rate²: the direction of a smaller acceleration is round-off */
