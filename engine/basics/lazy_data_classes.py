@@ -1,5 +1,5 @@
 """Decorators like ``dataclass`` of the standard library and of pydantic, which make a class at its first use. The original
-decorators compile six methods of each class, which took a third of a command's start, although most classes have no instance in a
+decorators compile six methods of each class. This took a third of a command's start, although most classes have no instance in a
 run. With this module, the first call of one of these methods, or the first request for the fields, lets the original decorator make
 the class. To unpickle an instance requires none of them, so that a stored scene needs neither validation nor pydantic. Classes with
 an own ``__init__``, ``__eq__``, ``__setattr__`` or slots are made at once."""

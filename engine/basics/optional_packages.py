@@ -52,7 +52,8 @@ def brings(extra: str, module: str) -> bool:
 
 
 def absent(extra: str, use: str) -> list[Problem]:
-    """A problem that names the missing packages of an extra; empty if all are installed. use: the feature that needs them."""
+    """A list with one problem, which names the missing packages of an extra; an empty list if all are installed. use: the feature
+    that needs them."""
     missing = sorted(m for m in _extras().get(extra, ()) if not there(m))
     what = f"needs {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed"
     return [Problem(use, what, remedy(extra))] if missing else []

@@ -1,7 +1,7 @@
 """Declarations of output columns: names, units, descriptions, operands, and one symbolic expression.
 
-An expression is a function that takes operands by name and returns outputs by name. It imports the symbolic library inside the
-function body, so that names and units can be read without the library."""
+An expression is a function that takes operands by name and returns outputs by name. The function imports the symbolic library in
+its body, so that names and units can be read without this library."""
 
 from __future__ import annotations
 

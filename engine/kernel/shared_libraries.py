@@ -154,7 +154,7 @@ class Kernel:
 
 
 def _cached(unit: str, key: str, make: Callable[[Path], None]) -> ctypes.CDLL:
-    """The library of a unit, from the cache. If it is missing, ``make(folder)`` builds it."""
+    """The library of a unit, from the cache. ``make(folder)`` builds a missing library."""
     folder, _ = library_cache.entry(f"{unit}-{key}", make)
     return ctypes.CDLL(str(folder / f"{unit}{c_compiler.library_suffix()}"))
 

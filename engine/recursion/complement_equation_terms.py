@@ -1,7 +1,7 @@
 """Terms of the complement equations η = law(N(η)) (theory, "Complement equations"), joint by joint.
 
-The terms of a joint with friction are the reaction components that the contact forms need, the rates and accelerations of the
-freedoms, and the friction law with its parameters."""
+The terms of a joint with friction are: reaction components that the contact forms need, rates and accelerations of the freedoms,
+and the friction law with its parameters."""
 
 from __future__ import annotations
 

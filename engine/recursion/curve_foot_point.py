@@ -81,7 +81,7 @@ def _with_piece(curve: Curve, u: SX) -> list[SX]:
 
 
 def numbers_of_piece(pieces: Sequence[tuple[float, ...]], x: SX) -> list[SX]:
-    """The numbers of the piece at x; the first number of a piece is its start. For x before the first piece, the first piece."""
+    """The numbers of the piece at x, or of the first piece if x is before it. The first number of a piece is its start."""
     out = [SX(0)] * len(pieces[0])
     begun = [SX(1), *[x >= piece[0] for piece in pieces[1:]], SX(0)]
     for k, numbers in enumerate(pieces):

@@ -111,8 +111,8 @@ def overlap(s: SX, Ein: SX, both: SX) -> tuple[SX, SX]:
 
 
 def on_pin_part(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: SX | None = None) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each) about the point of the part with the ends. If ``both_lengths`` is given, m_c is about the middle of
-    the overlap. f, t: force and torque on the outboard part at p_out. s, Ein, Eout: as in ``Pose``."""
+    """f_c, m_c (3×columns each) about the point of the part with the ends. With ``both_lengths``, m_c is about the middle of the
+    overlap. f, t: force and torque on the outboard part at p_out. s, Ein, Eout: see ``Pose``."""
     E, both = pin_axes(j, Ein, Eout), CONTACTS[j.kind.friction].frame == "both"
     if both_lengths is not None:
         t = t + cross(s - overlap(s, Ein, both_lengths)[0] * Ein[:, 0], f)

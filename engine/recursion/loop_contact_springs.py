@@ -1,8 +1,8 @@
 """Contacts of joints in loops as springs (theory, "Redundant loops").
 
 All contacts of a joint have the same radial stiffness; an end face has this stiffness along the axis. Each row is a contact force
-divided by the square root of the contact's stiffness, so that the sum of the squared rows is proportional to the elastic energy. A
-joint without friction has no contact sizes; its contacts get an arm that is a fraction of the distances between joints."""
+divided by the square root of the contact's stiffness. The sum of the squared rows is therefore proportional to the elastic energy.
+A joint without friction has no contact sizes; its contacts get an arm that is a fraction of the distances between joints."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ PART = 0.1
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
-    """Spring forces of a joint. f, t: force and torque on the outboard part at p_out (3×columns each). s, Ein, Eout: as in
-    ``Pose``. arm: the result of ``contact_arm``."""
+    """Spring forces of a joint. f, t: force and torque on the outboard part at p_out (3×columns each). s, Ein, Eout: see ``Pose``.
+    arm: the result of ``contact_arm``."""
     element = contact_of(j)
     drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
     if element is None:

@@ -31,8 +31,7 @@ def spot(axes: tuple[SX, SX], c: Cut) -> SX:
 
 
 def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
-    """The constraint row, the freedom, the contact frame and the position along the curve (m) of a cut joint whose outboard point
-    stays on a curve.
+    """Constraint row, freedom, contact frame and position along the curve (m) of a cut joint whose outboard point stays on a curve.
 
     The freedom is sliding along the curve: a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right of t."""

@@ -30,7 +30,7 @@ def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX
 
 def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
     """Scaled reactions of every joint in a loop, on each of its two parts: force/√m, and torque about the mass centre/√j. m: mass
-    of the part. j: half the trace of the part's inertia. Arguments and result as in ``scaled_reactions``."""
+    of the part. j: half the trace of the part's inertia. Arguments and result are those of ``scaled_reactions``."""
     blocks = [SX(0, m.columns if pick is None else 1)]
     for j in loop_joints(m.sym.system):
         f, t, _ = on_outboard(m, acc, j, pick)
@@ -46,7 +46,7 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
 
 def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
     """Whether the norm of the scaled reactions couples the inactive multipliers to the other multipliers. The motion does not
-    determine inactive multipliers. Without coupling, as in a planar mechanism of symmetric bodies, they are zero."""
+    determine inactive multipliers. Without coupling (example: a planar mechanism of symmetric bodies), they are zero."""
     if not inactive:
         return False
     maps = scaled_reactions(m, acc)

@@ -47,8 +47,8 @@ class Symbols:
         return vector([self.leaf(x) for x in leaves])
 
     def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
-        """Distance of a cam follower from the cam's axis at an angle of the profile, and the first and second derivatives of the
-        distance with respect to the angle."""
+        """Distance of a cam follower from the cam's axis at an angle of the profile, and its first and second derivatives by the
+        angle."""
         assert j.profile is not None
         pieces = [(start, *piece) for start, piece in zip(j.profile.starts, j.profile.pieces, strict=True)]
         return along_piece(numbers_of_piece(pieces, angle), angle)

@@ -23,8 +23,8 @@ NO_LEAD = SX(0)
 
 @dataclass
 class WheelContact:
-    """Contact of a wheel pair for a unit multiplier, as vectors with rates: the force on the outboard part (norm 1, less for
-    belts), the arms of the force from the origins of both parts, and the torques on both parts."""
+    """Contact of a wheel pair for a unit multiplier, as vectors with rates. push: force on the outboard part (norm 1, less for
+    belts). arm_in, arm_out: arms of the force from the origins of both parts. torque_in, torque_out: torques on both."""
 
     push: Moving
     arm_in: Moving
@@ -88,8 +88,9 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
 
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
-    """The vector s from the inboard to the outboard point, split with respect to the inboard axis. Returns the component along the
-    axis and the perpendicular component (both with rates), then the squared norm of the latter, and the rate of this square."""
+    """The vector s from the inboard to the outboard point, split with respect to the inboard axis. Returns four results: the
+    component along the axis and the perpendicular one (both with rates), the squared norm of the latter, and the rate of this
+    square."""
     (a, adot), _ = _axes(c)
     sdot = point_velocity(c)
     h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)

@@ -70,8 +70,8 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return [Hold(laws[0].static * load(w), ca.fabs(u[0]) / _arm(g))]
 
     def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-        """One contact, whose outward normal opposes the force on the inboard wheel. When the force along the motion of the teeth,
-        and with it the torque about the wheel's axis, passes through zero, the contact moves to the opposite flanks."""
+        """One contact, whose outward normal opposes the force on the inboard wheel. The contact moves to the opposite flanks when
+        the force along the motion of the teeth passes through zero. The torque about the wheel's axis is then zero, too."""
         none = ca.SX(0)
         lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
         c, s = ca.cos(lean), ca.sin(lean)

@@ -97,7 +97,7 @@ def _motion(kind: JointKind) -> Iterator[str]:
 
 
 def _rows(kind: JointKind) -> Iterator[str]:
-    """Faults of the constraint rows (46) and (49). They must vanish, must not change along the axes, and must be linearly
+    """Faults of the constraint rows (46) and (49). The rows must vanish, must not change along the axes, and must be linearly
     independent."""
     R, s = _at(kind, _sample(kind))
     rows = [[float(i == k) for i in range(6)] for k in kind.rows_s]

@@ -189,7 +189,8 @@ class _Emitter:
             self.kept[k] += 1
 
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
-        """Statements of a piece. Operations that only optional outputs need come last, after a return if the array is absent."""
+        """Statements of a piece. Operations that only optional outputs need come last; before them, the function returns if the
+        array is absent."""
         heed()
         writes = self.writes.get(place, [])
         optional = {array for _, _, array in writes if array}

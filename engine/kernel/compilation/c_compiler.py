@@ -130,7 +130,7 @@ def host() -> Machine:
 
 def cpu_level() -> str:
     """CPU level of compiled code: x86-64-v3 (AVX2, FMA) if this machine supports it, otherwise the baseline. TRUNNION_CPU overrides
-    the choice. For processors other than x86-64, the result is ""."""
+    the choice. The result is "" for processors other than x86-64."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return ""
     if os.environ.get("TRUNNION_CPU"):

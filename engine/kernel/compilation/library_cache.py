@@ -39,7 +39,8 @@ def cache_folder() -> Path:
 
 
 def _private_temporary() -> Path:
-    """A folder for this process alone. Its name cannot be guessed, because its parent folder is writable for everyone."""
+    """A folder for this process alone. The name is random, so that nobody can guess it; the parent folder is writable for
+    everyone."""
     global _temporary
     if _temporary is None:
         _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))

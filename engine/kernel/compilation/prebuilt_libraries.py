@@ -20,7 +20,7 @@ are not used."""
 
 @lru_cache(maxsize=1)
 def sources() -> str:
-    """Digest of all sources of libraries. It does not depend on the compiler."""
+    """Digest of all sources of libraries, without the compiler."""
     return library_cache.digest_of_files(ENGINE, SOURCES, (".py", ".c", ".h"))
 
 
@@ -40,7 +40,7 @@ def folder() -> Path | None:
 
 
 def path(name: str) -> Path:
-    """Path of a library of the installation. The library need not exist."""
+    """Path of a library of the installation, whether or not it exists."""
     return (folder() or FOLDER) / f"{name}{c_compiler.library_suffix()}"
 
 

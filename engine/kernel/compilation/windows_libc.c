@@ -13,7 +13,7 @@ int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) 
 /* The compiler calls this function when the variables of a function need more than a page of the stack; their size is in rax.
  * Windows allocates the pages of a stack in order, so each page must be accessed before the next one. All registers keep their
  * values. */
-#if defined __aarch64__ /* here the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
+#if defined __aarch64__ /* in this case the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
 #include <fenv.h>
 __asm__(
     ".globl __chkstk\n"

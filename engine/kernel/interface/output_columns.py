@@ -17,9 +17,9 @@ from trunnion.system.structure.bodies_and_joints import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its name, unit and description; its kind, the key of its subject, and the index of the kind's quantity; item of the
-    subject and component, which are None if there is only one. post: post-processing by the runtime (``Quantity.post``), or "".
-    bound: range of the values."""
+    """A column: name, unit and description; kind, key of the subject, and index of the kind's quantity; item of the subject and
+    component, each None if there is only one. post: post-processing by the runtime (``Quantity.post``), or "". bound: range of the
+    values."""
 
     name: str
     unit: str

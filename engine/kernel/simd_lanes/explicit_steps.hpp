@@ -130,7 +130,7 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
   }
 }
 
-/* Project the state y, and evaluate ẏ there. */
+/* Project the state y, and evaluate ẏ. */
 static void end(Lanes &s, tr_request **r, int n, V t, V *y) {
   V dy[MOST_WIDE];
   for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);

@@ -93,7 +93,8 @@ template <int quarter> INLINE V circular(V a) {
   const tr_lanes_of x = a.v, shifted = fused(x, all(0.63661977236758134308), all(SHIFT)), n = shifted - SHIFT;
   tr_bits turns = (tr_bits)shifted + quarter;
   const tr_lanes_of near = fused(-n, all(1.57079632679489655800e+00), x), part = n * 6.12323399573676603587e-17, r = near - part;
-  const tr_lanes_of moved = r - near, lost = (near - (r - moved)) - (part + moved); /* round-off of r (D. Knuth's sum of two) */
+  /* round-off of r: the exact error of a sum (D. Knuth) */
+  const tr_lanes_of moved = r - near, lost = (near - (r - moved)) - (part + moved);
   const tr_lanes_of rest = fused(-n, all(-1.49738490485916983e-33), lost - fused(n, all(6.12323399573676603587e-17), -part));
   const tr_lanes_of z = r * r, cube = z * r, half = 0.5 * z, left = 1.0 - half;
   const tr_lanes_of sine = r - ((z * (0.5 * rest - cube * polynomial(z, SINE)) - rest) + cube * 1.66666666666666324348e-01);

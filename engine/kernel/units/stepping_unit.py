@@ -42,7 +42,7 @@ PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq);"
 
 @dataclass
 class MainUnit:
-    """C text of the stepping unit. sizes: as in ``tr_kernel``. active: indices of the active constraint rows."""
+    """C text of the stepping unit. sizes: sizes of ``tr_kernel``. active: indices of the active constraint rows."""
 
     text: str
     sizes: dict[str, int]

@@ -75,8 +75,8 @@ def stops_function(m: Model) -> Code:
 
 
 def laws_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of η = law(N, rates), of its derivative by N (a dense block for each element, column-major), and of a
-    ``tr_sliding`` for each pair."""
+    """C function of η = law(N, rates), and of a ``tr_sliding`` for each pair. Also computes the derivative of η by N (a dense block
+    for each element, column-major)."""
     nn = sum(len(e.needs) for e in parts)
     nr = sum(e.joint.kind.nv for e in parts)
     N, rates = SX.sym("N", nn), SX.sym("r", nr + sym.b.numel())

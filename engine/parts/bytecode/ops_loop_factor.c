@@ -37,8 +37,8 @@ static double eliminate(int n, int m, double *A, double *B) {
   return det;
 }
 
-/* Eliminate the friction of a cut joint. The linearised law is η = e + D f, and the reactions are f = p0 + P λ − Pw η. It follows
- * that (E + D Pw) η = e + D p0 + D P λ. */
+/* Eliminate the friction of a cut joint. The linearised law is η = e + D f, and the reactions are f = p0 + P λ − Pw η. Together: (E
+ * + D Pw) η = e + D p0 + D P λ. */
 void tr_op_cut_joint_friction(double *const *a, const int *how) {
   const int nv = how[0], needs = how[1], rows = how[2];
   double A[9], B[3 * (3 + 6 + 1)];

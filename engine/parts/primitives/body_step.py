@@ -127,7 +127,7 @@ def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], 
 
 
 def _with_own_operands(which: BodyKey, text: str) -> tuple[str, dict[str, tuple[str, ...]]]:
-    """The text, with the operands of each function renumbered from 0. Also the names of each function's operands."""
+    """The text with the operands of each function renumbered from 0, and the names of each function's operands."""
     operands, out, pieces = {}, [], ""
     for function in re.split(r"(?<=\n}\n)", text):
         pieces += function

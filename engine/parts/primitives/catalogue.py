@@ -136,7 +136,7 @@ def _contacts(which: FrictionKey, column: ColumnKind = CONTACT) -> Recipe:
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
-    """Sets of freedoms of a joint that may be prescribed together. For a bodiless joint, only the empty set."""
+    """Sets of freedoms of a joint that may be prescribed together. A bodiless joint has only the empty set."""
     if kind.bodiless:
         return [()]
     able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]

@@ -33,7 +33,7 @@ def along_freedom(law: str, what: str) -> Primitive:
 
 @cache
 def between_points(law: str, what: str) -> Primitive:
-    """Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. Adds to the output, as ``what`` states, the
+    """Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. Adds one quantity (``what``) to the output: the
     ``wrench`` of a law on both bodies (6 each), the ``force`` that pulls the points together, the ``power`` of a damper, or the
     ``potential`` energy."""
     count = ParameterCounter()

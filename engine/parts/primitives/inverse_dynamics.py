@@ -21,7 +21,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT
 
 
 def _walked(which: BodyKey) -> tuple[PrimitiveSymbols, SX, Motion, Step]:
-    """Symbols of a body's joint and of the inboard body's motion; motion and step of the body."""
+    """For a body: symbols of its joint and of the inboard body's motion, its own motion, and the step over its joint."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     a_body(count)

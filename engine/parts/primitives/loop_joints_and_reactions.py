@@ -174,8 +174,8 @@ def pin(kind: str, fit: Fit, needs: tuple[str, ...]) -> Primitive:
 @cache
 def weighed(sign: int) -> Primitive:
     """Inputs: wrench on the outboard part (6), the joint's point (3), motion and numbers of one body, half the trace of the body's
-    inertia. Output: the wrench scaled by mass and inertia (6). Without friction, scaled wrenches select the reactions of redundant
-    loops."""
+    inertia. Output: the wrench scaled by mass and inertia (6). In loops without friction, scaled wrenches select the reactions of
+    redundant loops."""
     count = ParameterCounter()
     body = a_body(count)
     sym, ft, point = PrimitiveSymbols(count.count), SX.sym("ft", 6), SX.sym("point", 3)

@@ -177,8 +177,8 @@ class ScenePasses(JointForces):
         return N
 
     def drive_effort(self, program: Program, j: Joint, k: int, m: BodySlots, N: Slot, out: Slot) -> None:
-        """Write the effort of a drive. It is the transmitted force along the freedom, minus device forces, plus η (the friction
-        force is −η), plus the inertia force of the rotor."""
+        """Write the effort of a drive: transmitted force along the freedom − device forces + η (the friction force is −η) + inertia
+        force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(program, signals_loads_energies.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)

@@ -135,7 +135,7 @@ class EvaluationPasses:
             write_span(self.scene, program, j, e.needs, pose, out)
 
     def pin(self, program: Program, e: Element, N: Slot, out: Slot, whole: bool = True) -> None:
-        """Write the components of f_c, m_c that a tree joint's law needs, from the reaction N. whole: as in ``pin_of_cut``."""
+        """Write the components of f_c, m_c that a tree joint's law needs, from the reaction N. whole: see ``pin_of_cut``."""
         j, pose = e.joint, self.moving[e.joint.child].pose
         if e.needs:
             primitive = signals_loads_energies.pin(j.kind_name, j.forward, j.fit, e.needs)

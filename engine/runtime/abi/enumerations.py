@@ -55,8 +55,8 @@ class EventKind(Named, prefix="TR_EV_"):
 
 class PairState(Named):
     """Flag of the mode of a sliding pair. Under a law with a kink, the pair is in the proportional or in the saturated zone. Under
-    a set-valued law, it sticks or slips; a ball may also spin inside its friction cone without sliding. Under a law whose only kink
-    is at rest, the flag stays 0, and only the direction of friction changes."""
+    a set-valued law, the pair sticks or slips; a ball may also spin inside its friction cone without sliding. Under a law whose
+    only kink is at rest, the flag stays 0, and only the direction of friction changes."""
 
     STUCK = 0
     SLIPS = 1

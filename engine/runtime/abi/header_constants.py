@@ -1,4 +1,4 @@
-"""Constants of the runtime that Python and the lanes use. They are read from ``base/tolerances.h`` and ``base/stick_rule.h``."""
+"""Constants of the runtime for Python and the lanes, read from ``base/tolerances.h`` and ``base/stick_rule.h``."""
 
 from __future__ import annotations
 

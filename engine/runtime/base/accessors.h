@@ -89,9 +89,9 @@ static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->n
  * engaged tooth, counted from 1. */
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
-/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` may be a null pointer. Otherwise, it
- * receives for an end stop the factor of the elastic force, which is 0 at release. For a hook it receives the excess of the hook's
- * signal over the release value. */
+/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. pushes (or null pointer) receives for an end
+ * stop the factor of the elastic force, which is 0 at release, and for a hook the excess of the hook's signal over the release
+ * value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + 1];

@@ -3,7 +3,7 @@
 
 static int tr_max(int a, int b) { return a > b ? a : b; }
 
-/* Set the offsets of all arrays behind the struct. Returns their total number of doubles. */
+/* Set the offsets of all arrays, which follow the struct. Returns their total number of doubles. */
 static int tr_lay_out(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;

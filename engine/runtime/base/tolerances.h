@@ -55,8 +55,8 @@
 #define ROUND_OFF_FRICTION 1e-11
 #define NO_CAPACITY 1e-12     /* N or N m: smallest capacity; keeps ratios finite */
 
-/* Largest violation of a mode by a pair or stop at the end of a step. TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE <
- * TOL_RELEASE. With this order, a decision does not cause a new event at once. */
+/* Largest violation of a mode by a pair or stop at the end of a step. The order TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE
+ * < TOL_RELEASE prevents a decision that causes a new event at once. */
 #define TOL_RESOLVE 1e-11 /* × the friction ratio; for accelerations × length · rate²: tolerance of decisions */
 #define TOL_RELEASE 1e-10 /* × the friction ratio: excess over the capacity at which a held pair is released */
 #define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between a sliding and a spinning ball */

@@ -54,7 +54,7 @@ static double tr_audit_power(const tr_sim *s, int i) {
   return power;
 }
 
-/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. checked: as in
+/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. checked: see
  * tr_audit_laws. */
 static void tr_audit_friction(tr_sim *s, int checked) {
   TR_NEED(s, TR_HAS_SOLUTION);

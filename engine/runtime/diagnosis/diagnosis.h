@@ -8,7 +8,7 @@
 static int tr_let_ball_spin(tr_sim *s);
 
 /* If friction has no solution, stop a sliding pair of negligible speed at the state `y`, and decide the modes of all pairs at rest.
- * (At such a speed, the sliding direction turns faster than steps can follow.) Returns 1 if the run can continue. */
+ * (At a negligible speed, the sliding direction turns faster than steps can follow.) Returns 1 if the run can continue. */
 static int tr_stop_slow_pair(tr_sim *s);
 
 /* Stop the jamming pair at the state `y` at once. At a speed below the tolerance, this is an ordinary stop. At a higher speed it is

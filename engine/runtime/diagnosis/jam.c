@@ -46,7 +46,7 @@ static int tr_find_obstructing_pair(tr_sim *s) {
 }
 
 /* The pair that causes the failure at the current state. If loops move several pairs as one freedom, the split of loads between
- * these pairs is arbitrary, and the function returns the weakest of them (tr_find_weakest_pair, at the last friction found). */
+ * these pairs is arbitrary. The function then returns the weakest of them (tr_find_weakest_pair, at the last friction found). */
 static int tr_find_jamming_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];

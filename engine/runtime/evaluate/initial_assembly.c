@@ -69,7 +69,7 @@ static double tr_position_residual(tr_sim *s, const double *y, double *h) {
   return tr_largest_residual(s, h, 0);
 }
 
-/* Largest residual at y that counts as closed. It is round-off, which grows with the coordinates (a screw thousands of turns from
+/* Largest residual at y that counts as closed: round-off, which grows with the coordinates (a screw thousands of turns from
  * zero). */
 static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   double far = 0.0;

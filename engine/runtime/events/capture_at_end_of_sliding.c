@@ -1,6 +1,6 @@
-/* End of sliding of pairs of several components (theory, "End of sliding"). Their speed reaches zero without a sign change. The
- * last stretch of sliding is therefore a separate step (capture). At its end, the pair and all pairs that stop with it are at
- * rest. */
+/* End of sliding of pairs of several components (theory, "End of sliding"). The speed of such a pair reaches zero without a sign
+ * change. The last stretch of sliding is therefore a separate step (capture). At the end of this step, the pair and all pairs that
+ * stop with it are at rest. */
 #include "events/events.h"
 
 #define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of any rate when the pair stops */
@@ -49,8 +49,8 @@ static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }
 
-/* Time, s, in which pair i comes to rest at its present acceleration; INFINITY if it does not brake. *across: the acceleration across
- * the sliding over the deceleration. Requires the solution. */
+/* Time, s, in which pair i comes to rest at its present acceleration; INFINITY if it does not brake. *across receives the ratio of
+ * the acceleration across the sliding to the deceleration. Requires the solution. */
 static double tr_braking_time(tr_sim *s, int i, double *across) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0, v = tr_pair_speed(s, i);
@@ -127,7 +127,7 @@ static double tr_fastest_rate(int n, const double *v, const double *unit) {
 
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
-  /* The first rate of a cylindrical pair is its travel. */
+  /* The first rate of a cylindrical pair is a translation. */
   const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0};
   tr_mode modes[s->k->nsliders + 1];
   double change[nv + 1], unit[nv + 1];

@@ -28,7 +28,7 @@ static double tr_closest_to_zero(const tr_contact *p, const tr_contact *q, doubl
   return at;
 }
 
-/* Contacts at the fraction `at` of the step, from the dense output. Returns 0 if the state there cannot be evaluated. */
+/* Contacts at the fraction `at` of the step, from the dense output. Returns 0 if this state cannot be evaluated. */
 static int tr_contacts_inside(tr_sim *s, double at, tr_contact *out) {
   double *y = TR_A(s, yout);
   tr_evaluate_dense(s, at, y);

@@ -40,8 +40,8 @@ static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, 
   return b;
 }
 
-/* Place of the largest corner distance in a…b, by golden sections that end at the first positive distance. *most receives the
- * distance there. */
+/* Place of the largest corner distance in a…b, by golden sections that end at the first positive distance. *most receives this
+ * distance. */
 static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, double b, double *most) {
   const double part = 0.61803398874989485;
   double x = b - part * (b - a), y = a + part * (b - a);

@@ -133,7 +133,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   if (known) memcpy(before, known, sizeof(tr_contact) * nc);
   s->step.margin_end = NAN;
   if (own && tr_is_at_cone(s, which)) {
-    tr_change_branch(s, which); /* a ball's friction is continuous here, so the event only changes its branch */
+    tr_change_branch(s, which); /* a ball's friction is continuous at its cone, so the event only changes the branch */
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_collect_pairs_at_rest(s, own ? which : -1, rest), decided = 1;

@@ -22,8 +22,8 @@
 #define CONE_SWING 2.0
 #define NEAR_RELEASE 0.05 /* × the friction ratio: if a stage is closer to release, the step may contain an event */
 
-/* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. It may lie on either
- * side of the exact root. */
+/* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. The result may lie on
+ * either side of the exact root. */
 static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, double gb, int *which) {
   double m = b;
   int side = 0;
@@ -73,8 +73,8 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
   return m > r->a && m < r->b ? m : half;
 }
 
-/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: the pair or stop expected, then the one
- * found. Returns NaN if the solution itself ends there. */
+/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: before the call the expected pair or stop,
+ * afterwards the one found. Returns NaN if the solution itself ends at this place. */
 static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   const double least = fmax(ROOT_ROUND_OFF, TIME_ROUND_OFF * fabs(s->step.t0) / s->step.size);

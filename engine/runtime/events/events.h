@@ -1,4 +1,4 @@
-/* Stage `events`: where modes end inside a step, and how such an event is handled. */
+/* Stage `events`: where modes end inside a step, and how these events are handled. */
 #ifndef TR_EVENTS_H
 #define TR_EVENTS_H
 #include "modes/modes.h"
@@ -42,8 +42,9 @@ static int tr_has_reversed(const tr_sim *s, int i);
 /* Speed of pair i along its frozen direction, m/s. Requires maps of the current state. */
 static double tr_speed_along(const tr_sim *s, int i);
 
-/* Pairs that left their line in the last step get a direction of norm TR_FROZEN, as in a first step. (In a loop of revolute joints,
- * such a pair reverses.) Returns 1 if there are such pairs; the step must then be refused. Requires maps of the step's end. */
+/* Give pairs that left their line in the last step a direction of norm TR_FROZEN, which is that of a first step. (In a loop of
+ * revolute joints, a pair that leaves its line reverses.) Returns 1 if there are any; the step must then be refused. Requires maps
+ * of the step's end. */
 static int tr_release_left_lines(tr_sim *s);
 
 /* Add the speed errors of the accepted step to the accumulated speed errors of the pairs, as a root sum of squares. */
@@ -176,8 +177,8 @@ static int tr_find_pair_to_capture(tr_sim *s);
  * pair near a dead centre of a loop, because its rest would stop the mechanism. Undoes its decision. */
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i);
 
-/* Mark pairs of one component that stop together with pair i, at the state evaluated last: their own stops follow within the error
- * of event times. In symmetric mechanisms these stops are simultaneous; only the step's error separates them. */
+/* Mark pairs of one component that stop together with pair i, at the state evaluated last. The stops of these pairs follow within
+ * the error of event times. In symmetric mechanisms these stops are simultaneous; only the step's error separates them. */
 static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i);
 
 static inline void tr_clear_stopping_marks(tr_sim *s) { memset(tr_stopping_marks(s), 0, sizeof(int) * s->k->nsliders); }

@@ -36,9 +36,9 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   zone->inside = 0;
 }
 
-/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists there. Otherwise restores the saturated
- * branch and returns 0. (The friction of a ball near its cone has hysteresis: its sliding branch ends slightly later than at the
- * kink.) */
+/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists at this state. Otherwise restores the
+ * saturated branch and returns 0. (The friction of a ball near its cone has hysteresis: its sliding branch ends slightly later than
+ * at the kink.) */
 static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, i);
   if (tr_sliding_of(s, i)->speed < 0.0) return 0; /* the direction turned by more than a right angle since it was frozen */

@@ -13,8 +13,8 @@ static void tr_event_state(tr_sim *s, double t, double *out) {
   if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
-/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes the evaluated state there. found:
- * θ of the event. */
+/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes the evaluated state at this
+ * place. found: θ of the event. */
 static int tr_has_branch_before(tr_sim *s, int i, double found, double part, double *y) {
   s->pending.theta = found * (1.0 - part);
   const double t = s->step.t0 + s->pending.theta * s->step.size;
@@ -32,7 +32,7 @@ static int tr_step_back_to_branch(tr_sim *s, double *y) {
   return there;
 }
 
-/* Whether all pairs at rest hold at (t, y) under loads that continue those of the step's start. If so, these loads become the
+/* Whether all pairs at rest hold at (t, y) under loads that continue the loads at the step's start. If so, these loads become the
  * solution. */
 static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) {
   int rest[s->k->nsliders + 1];

@@ -72,9 +72,9 @@ static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, 
   return which;
 }
 
-/* Whether the direction of a pair of several components, other than `which`, turned by more than a right angle before the planned
- * end of the step. Returns 0 if `which` slides. In explicit steps that are too long, directions oscillate, because they are stiff,
- * and cause spurious events of other pairs. */
+/* Whether another pair than `which` turned its direction by more than a right angle before the planned end of the step. Only pairs
+ * of several components can turn. Returns 0 if `which` slides. In explicit steps that are too long, directions oscillate, because
+ * they are stiff, and cause spurious events of other pairs. */
 static int tr_has_other_pair_turned(tr_sim *s, int which) {
   if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_is_moving_ball(s, which))) return 0;
   const double end = s->step.t0 + s->step.size, *y = TR_A(s, ynew);

@@ -19,7 +19,7 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   return best - 1.0;
 }
 
-/* tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; null pointer: multipliers
+/* Call tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; null pointer: multipliers
  * interpolated between the ends of the step. Returns NaN if there is no solution. */
 static double tr_violation_at_from(tr_sim *s, double theta, const double *from, int *worst) {
   double *y = TR_A(s, yout);
@@ -34,7 +34,7 @@ static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_v
 
 static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : TR_SAMPLES; }
 
-/* A point of the dense output: its place, the violation of one pair or stop there, and the largest of all violations. */
+/* A point of the dense output: its place, the violation of one pair or stop, and the largest of all violations. */
 typedef struct tr_point {
   double x, own, all;
 } tr_point;

@@ -54,7 +54,7 @@ static int tr_is_moving_ball(const tr_sim *s, int i);
 /* Unit of the surface speed of pair i, m/s: the rate scale times the pair's largest lever (for translation, the length scale). */
 static double tr_pair_speed_unit(const tr_sim *s, int i);
 
-/* Rates of pair i in the state `y`. If they are not part of the state, they come from maps, and `y` becomes the current state. */
+/* Rates of pair i in the state `y`. Rates that are not part of the state come from maps; `y` then becomes the current state. */
 static void tr_rates_of_state(tr_sim *s, int i, double *rates);
 
 /* Surface speed of pair i in the state `y`, m/s. May make `y` the current state (see tr_rates_of_state). */
@@ -189,8 +189,8 @@ static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c);
  * to z. law: see tr_creep_update_loads. */
 static void tr_creep_minimise(tr_sim *s, tr_creep_problem *c, const int *law);
 
-/* Whether the recursion can find friction in the modes in force. Each pair must slide, or store its load, or be held at freedoms
- * that are states of the tree, or (in a tree) have no friction. No loop row may be redundant. */
+/* Whether the recursion can find friction in the modes in force. Each pair must slide, store its load, or be held at freedoms that
+ * are states of the tree; in a tree it may also have no friction. No loop row may be redundant. */
 static int tr_is_recursive(const tr_sim *s);
 
 /* Factorise the inertias of the recursion for the closure of many loops: without friction, with all freedoms. Returns the sign of

@@ -202,8 +202,8 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
-/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities with which all pairs hold, so that a
- * growing load does not overload a pair at once. */
+/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities with which all pairs hold. A growing load
+ * then does not overload a pair at once. */
 static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
   memcpy(start, eta, sizeof(double) * s->k->neta);

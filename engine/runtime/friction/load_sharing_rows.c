@@ -4,8 +4,8 @@
  * The value of a member with one component is its capacity. In a group with one freedom, the value of a ball is its friction in the
  * impending motion; the group then begins to slide at a state where all members can slide. Near its cone, however, this friction is
  * not a smooth function of the ball's force. The value is then the capacity times the part of the motion's axis that is
- * perpendicular to the force, because a ball holds no torque about its force. The direction of this force changes while the ball is
- * at rest. */
+ * perpendicular to the force. (A ball holds no torque about its force.) The direction of this force changes while the ball is at
+ * rest. */
 #include "friction/friction.h"
 
 

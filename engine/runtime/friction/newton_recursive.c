@@ -235,7 +235,7 @@ static double tr_response_by_recursion(tr_sim *s, int i) {
   return (with[i] - without[i]) / large;
 }
 
-/* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. Returns 0
+/* Whether every held pair is held independently of the others. The freedoms of a held pair must be states of the tree. Returns 0
  * also if the body between two joints is so light that one joint holds the other. */
 static int tr_are_held_pairs_independent(tr_sim *s) {
   const tr_kernel *k = s->k;

@@ -97,8 +97,8 @@ static int tr_is_root_with_spinning_balls(tr_sim *s) {
   return fits;
 }
 
-/* Find η on the branches of the modes from all starts of this file. If there is no such root, accept a root at which balls would
- * have to spin. Returns 1 on success. */
+/* Find η on the branches of the modes from all starts of this file. If there is none, accept a root at which balls would have to
+ * spin. Returns 1 on success. */
 static int tr_newton_from_anywhere(tr_sim *s, double *eta) {
   double size[s->k->neta], spinning[s->k->neta];
   int spins = 0;

@@ -32,8 +32,8 @@ void tr_gap(tr_sim *s, double *h) {
   if (k->rows) tr_evaluate_closure(s, TR_A(s, y), h);
 }
 
-/* Set the units of the tolerance. The unit of angles and quaternions is 1, that of lengths the length scale, that of a rate the
- * unit of its coordinate times the rate scale. */
+/* Set the units of the tolerance. The unit of angles and quaternions is 1, and that of lengths the length scale. The unit of a rate
+ * is that of its coordinate times the rate scale. */
 static void tr_set_tolerance_units(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *u = TR_A(s, scale);

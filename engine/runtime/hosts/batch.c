@@ -1,6 +1,6 @@
 /* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
- * Each case makes the same calls as a single run, in a fresh block, so its results are bitwise identical to those of a single run.
- * The host owns all memory. A call returns when its step budget is used up. */
+ * Each case makes the same calls as a single run, in a fresh block. Its results are therefore bitwise identical to those of a
+ * single run. The host owns all memory. A call returns when its step budget is used up. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

@@ -132,19 +132,19 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
  * restitution]. */
 size_t tr_impact_length(const tr_sim *s);
 
-/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start
- * (begin) and its end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, 1 if these
- * multipliers belong to it, 0 if an event has cut it. made: number of recorded steps. rows: room for `capacity` rows, of which
- * *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards events.
- * Returns a status, as tr_advance does. */
+/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), and external values at the start
+ * (begin) and end (x) of the step. Also record the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, 1
+ * if these multipliers belong to it, 0 if an event has cut it. made: number of recorded steps. rows: room for `capacity` rows, of
+ * which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards
+ * events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 
 /* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);
 
-/* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
- * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
+/* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y. g->S: tangents of y. x: external values. In
+ * df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
  * it. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 

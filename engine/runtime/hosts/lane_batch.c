@@ -1,6 +1,6 @@
-/* Cases of a batch that step together (theory, "Ensembles"). Each case has its own step size, method and modes, and runs the code of
- * a single run. A case that waits for lanes (``evaluate/lane_requests.c``) waits until enough similar requests fill them. Lanes are
- * independent, so results do not depend on the other cases. If a case cannot continue here, the host runs it alone. */
+/* Cases of a batch that step together (theory, "Ensembles"). Each case has its own step size, method and modes, and runs the code
+ * of a single run. A case that waits for lanes (``evaluate/lane_requests.c``) waits until enough similar requests fill them. Lanes
+ * are independent, so results do not depend on the other cases. A case that cannot continue with lanes is run alone by the host. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

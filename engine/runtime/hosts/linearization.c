@@ -1,7 +1,8 @@
 /* Exact derivatives of ẏ and of columns along a direction of inputs and state.
  *
- * Derivatives of multipliers follow from the implicit function theorem, as in the stiff method. In redundant loops, derivatives of
- * the minimum-norm reactions (output/rows.c), and of friction that depends on them, are central differences instead. */
+ * Derivatives of multipliers follow from the implicit function theorem (``integrators/jacobian.c``). In redundant loops,
+ * derivatives of the minimum-norm reactions (output/rows.c), and of friction that depends on them, are central differences
+ * instead. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 

@@ -38,15 +38,15 @@ void tr_set_state(tr_sim *s, double t, const double *y) {
   if (y) tr_copy(tr_states(s), y, TR_A(s, y));
 }
 
-/* Surface speed of pair i, m/s. It is negative if the pair slides against its direction. Requires a solution. */
+/* Surface speed of pair i, m/s; negative if the pair slides against its direction. Requires a solution. */
 static double tr_speed_in_mode(const tr_sim *s, int i) {
   if (tr_pair_of(s, i)->nrates == 1) return tr_sliding_of(s, i)->speed;
   if (tr_frozen_length(s, i) > TR_LINE) return tr_speed_along(s, i);
   return tr_has_reversed(s, i) ? -tr_pair_speed(s, i) : tr_pair_speed(s, i);
 }
 
-/* Indicator of a sliding pair of several components. It is positive until the direction must be renewed, or until the pair leaves
- * its line. */
+/* Indicator of a sliding pair of several components; positive until the direction must be renewed, or until the pair leaves its
+ * line. */
 static double tr_direction_indicator(const tr_sim *s, int i) {
   const double speed = tr_pair_speed(s, i), unit = tr_pair_speed_unit(s, i);
   if (tr_is_starting_to_slide(s, i)) return BEGUN_SPEED - speed / unit;

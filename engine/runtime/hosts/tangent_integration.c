@@ -12,7 +12,8 @@
 #define LEAST_STEP_PART 0x1p-10   /* × a step: smallest part of a step that is made at once; all parts are powers of 2 */
 
 /* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. The
- * direction of its friction is then the limit before rest, and its velocity perpendicular to this direction has zero tangents. */
+ * direction of the pair's friction is then the limit before rest, and the velocity perpendicular to this direction has zero
+ * tangents. */
 static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   const tr_tangents *g = c->g;
   for (int p = 0; p < g->turning; ++p) {

@@ -1,4 +1,5 @@
-/* Error norm of all methods. It combines the errors of positions and velocities, of works, and of directions of slow sliding. */
+/* Error norm of all methods: a combination of the errors of positions and velocities, of works, and of directions of slow
+ * sliding. */
 #include "integrators/integrators.h"
 
 /* The error of a work is divided by the work itself. The divisor is at least SMALL_WORK times the largest work and the scene's
@@ -72,8 +73,8 @@ static double tr_squared_error(tr_sim *s, const double *e, const double *y, cons
   return sum + turns;
 }
 
-/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_outcome_margin.c``). Only pairs
- * whose rates are states have such errors. */
+/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_outcome_margin.c``). Only
+ * pairs whose rates are states have speed errors. */
 static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

@@ -76,7 +76,7 @@ def _rosenbrock(t: Rosenbrock) -> str:
 
 
 def _impulses(t: Impulses) -> str:
-    """C table of the weights of time stepping: for the whole step and for the two half steps."""
+    """C table of the weights of time stepping, for the whole step and for the two half steps."""
     whole, halves = t.weights
     return f"static const tr_impulses {t.name}_method={{.whole={float(whole)!r},.halves={float(halves)!r}}};\n"
 

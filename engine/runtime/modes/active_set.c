@@ -98,8 +98,8 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
   }
 }
 
-/* Try all combinations of modes. The first combination that satisfies all laws stays in force. Returns the number of such
- * combinations with different accelerations, at most `most`. Returns 0 if there are too many combinations to try. */
+/* Try all combinations of modes. The first combination that satisfies all laws stays in force. Returns the number of combinations
+ * that satisfy all laws and differ in their accelerations, at most `most`. Returns 0 if there are too many combinations to try. */
 static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) {
   const tr_kernel *k = s->k;
   int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);

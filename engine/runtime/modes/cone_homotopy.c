@@ -23,7 +23,7 @@
 /* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
 typedef struct tr_homotopy_path {
   double load;     /* N: unit of y */
-  double *at, *way;/* e + 1: present point, and the unit tangent there */
+  double *at, *way;/* e + 1: present point, and unit tangent at this point */
   double *by;      /* e components: derivative of y by the fraction, at the point evaluated last */
 } tr_homotopy_path;
 

@@ -7,9 +7,9 @@
  * acceleration. */
 #define NO_SPEED 1e-15
 
-/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest, if the pair's rates across
- * this direction are below the rest speed. These rates are round-off, but divided by the length of a short step they would turn the
- * direction off its line. */
+/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest. Condition: the pair's rates
+ * across this direction are below the rest speed. These rates are round-off; divided by the length of a short step, they would turn
+ * the direction off its line. */
 static void tr_straighten_direction(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;

@@ -6,8 +6,8 @@
  * a violation (``events/event_location.c``). */
 #define HELD_PART 0.25
 
-/* Whether pair i counts as at rest because pair j of the same class is at rest. The speed of i must be at most the rest speed. If i
- * moves faster than j in the common motion of the class, this limit is multiplied by the ratio of their speeds. */
+/* Whether pair i counts as at rest because pair j of the same class is at rest. The limit of the speed of i is the rest speed; it
+ * is multiplied by the ratio of the speeds of i and j in the common motion of the class if this ratio is above 1. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);

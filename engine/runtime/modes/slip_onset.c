@@ -167,7 +167,7 @@ static double tr_same_direction(tr_sim *s, int i) {
 }
 
 /* Find the direction in which pair i starts to slide; its mode contains a guess. An attracting direction is preferred. A repelling
- * direction is accepted if there is no other, or if it equals the guess, so that symmetric motion (a ball swinging in a plane)
+ * direction is accepted if there is no other, or if it equals the guess. Symmetric motion (a ball that swings in a plane) then
  * stays symmetric. near: 1 accepts only the direction found from the guess, and within a right angle of it. Returns 0 if there is
  * no direction. */
 static int tr_find_onset(tr_sim *s, int i, int near) {

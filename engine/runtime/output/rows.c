@@ -1,11 +1,11 @@
-/* Output rows: from the state to multipliers and columns. Also the values of columns that only the runtime can compute. */
+/* Output rows: multipliers and columns at a state. Also the values that only the runtime can compute. */
 #include "output/output.h"
 
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
 #define ANGLE_PROBE 1e-6  /* rad: test rotation, whose effect gives the rate of an angle */
 
-/* At the solution, write the directions of λ that the motion does not determine to dir (rows × count), and their scaled reactions
- * to N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
+/* Find the directions of λ that the motion does not determine at the solution. dir (rows × count) receives them, N (nkappa × count)
+ * their scaled reactions, and base the scaled reactions of z. Returns their count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;

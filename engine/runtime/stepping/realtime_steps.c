@@ -85,8 +85,8 @@ static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   }
 }
 
-/* One relaxation sweep: each pair gets its stopping friction. If this exceeds the capacity, the pair slips, and its friction is
- * reduced to the capacity. */
+/* One relaxation sweep: each pair gets its stopping friction. A pair whose stopping friction exceeds its capacity slips, and its
+ * friction is the capacity. */
 static void tr_sweep_pairs(tr_sim *s, double *eta) {
   tr_evaluate_laws(s, eta);
   for (int i = 0; i < s->k->nsliders; ++i) {

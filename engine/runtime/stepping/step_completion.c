@@ -12,8 +12,8 @@
  * other border */
 #define ZONE_PART 2.2
 
-/* Whether SIMD lanes can compute the rows inside the pending step. The columns must need only the dense output, multipliers and
- * accelerations. */
+/* Whether SIMD lanes can compute the rows inside the pending step. Requires columns that depend only on the dense output,
+ * multipliers and accelerations. */
 static int tr_has_row_lanes(tr_sim *s) {
   const tr_outputs *o = s->o;
   if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
@@ -190,8 +190,8 @@ static void tr_complete_whole_step(tr_sim *s) {
   tr_set_next_step(s);
 }
 
-/* Complete an impulse step. In the next step, Newton's method starts from this step's multipliers, not from those of rows, so that
- * rows do not influence the motion. */
+/* Complete an impulse step. Newton's method of the next step starts from this step's multipliers, not from those of rows. Rows
+ * therefore do not influence the motion. */
 static void tr_complete_impulse_step(tr_sim *s) {
   if (s->set.hfixed <= 0.0) tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
@@ -267,8 +267,8 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends where a contact of a joint that only pushes opens or closes, or where a pin passes a mouth of its slot.
- * Returns a status. */
+/* Complete a step that ends at an event of a joint that only pushes: its contact opens or closes, or a pin passes a mouth of its
+ * slot. Returns a status. */
 static int tr_complete_contact_event(tr_sim *s) {
   const double te = s->pending.t;
   double *ye = TR_A(s, event_y);

@@ -111,7 +111,7 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   return trial;
 }
 
-/* Project y at time t and evaluate ẏ there. Returns 0 if the projection or the evaluation fails. */
+/* Project y at time t and evaluate ẏ. Returns 0 if the projection or the evaluation fails. */
 static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double *dy) {
   return tr_take_from_lane(s, TR_ASK_END, 1) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
 }

@@ -4,7 +4,7 @@
  *
  * The maps at the middle position give the accelerations a + A η as a function of the friction η. The rates at the end of the step
  * are then v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the end; otherwise it slips along its rate. The search of
- * ``modes/active_set.c`` decides which pairs stick. It uses v⁺/h in place of the accelerations (tr_form_held_maps). */
+ * ``modes/active_set.c`` decides which pairs stick, with v⁺/h in place of the accelerations (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
 #define MOREAU_STEP 0.03   /* s, × √rtol / rate: size of the first impulse step; also the time unit of MOREAU_EVENTS */
@@ -49,9 +49,8 @@ static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || ((held || h <= s->moreau.decides) && tr_decide_modes(s, rest, n, -1));
 }
 
-/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y): in the
- * middle, the rates of cut and driven joints would follow from drives and positions there, which are ahead of the rates of the
- * state. */
+/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). (In the
+ * middle, rates of cut and driven joints follow from drives and positions, which are ahead of the rates of the state.) */
 static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, double h, const double *mid) {
   const tr_kernel *k = s->k;
   double *rates = (double *)map_rates(k, TR_A(s, maps)), start[k->nrates + 1];

@@ -87,7 +87,7 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
 /* Largest surface acceleration of the pairs at the start of the step, in the modes in force, m/s². Returns 0 if these modes have no
- * solution there. */
+ * solution at the start. */
 static double tr_largest_start_acceleration(tr_sim *s) {
   double most = 0.0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));

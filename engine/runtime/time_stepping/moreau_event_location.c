@@ -10,7 +10,7 @@
 typedef struct tr_moreau_course {
   tr_mode *start, *middle;
   int steady; /* whether the modes of start, middle and end are equal */
-  int smooth; /* whether the whole step also has these modes */
+  int smooth; /* whether the whole step has these modes, too */
   double let_go; /* place of releases in the first half of the step: 0 at its start, 1 at its end, ½ unknown */
 } tr_moreau_course;
 

@@ -24,8 +24,8 @@ def closed(given: Given) -> bool:
 
 
 def profile(given: Given, roller: Leaf) -> Profile:
-    """The cubic spline through a checked profile. The spline is periodic if the profile is closed. Otherwise it has no curvature at
-    its ends and continues linearly beyond them."""
+    """The cubic spline through a checked profile. The spline is periodic if the profile is closed. Otherwise, the spline has no
+    curvature at its ends and continues linearly beyond them."""
     angle, radius = np.array(given.angle, float), np.array(given.radius, float)
     if closed(given):
         angle[-1], radius[-1] = angle[0] + TURN, radius[0]

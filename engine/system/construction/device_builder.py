@@ -187,7 +187,7 @@ class SignalLeaves:
     limited: bool = False
 
     def own(self, key: str, value: float, unit: str = "") -> Leaf:
-        """The leaf of a number; unit: default that of the signal."""
+        """The leaf of a number. unit: by default, the unit of the signal."""
         table = self.builder.table
         return (table.kink if self.limited else table.own)(f"{self.path}.{key}", value, unit or self.unit)
 

@@ -93,7 +93,7 @@ def _largest_outboard(bodies: Sequence[Body], sizes: Sequence[float]) -> list[fl
 
 
 def _with_outboard(bodies: Sequence[Body], on_loops: Sequence[int]) -> list[int]:
-    """These bodies and all bodies outboard of them."""
+    """The given bodies and all bodies outboard of them."""
     found = set(on_loops)
     for i, b in enumerate(bodies):  # inboard bodies come first
         if b.parent in found:

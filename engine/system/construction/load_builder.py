@@ -100,5 +100,5 @@ def _bushing(points: Points, name: str, f: sm.Bushing) -> Load:
 
 
 def as_joint(f: sm.Bushing) -> sm.Joint:
-    """A joint that stands for a bushing: it has the same points and frames."""
+    """A joint with the points and frames of a bushing, in place of the bushing."""
     return sm.Joint("free", *f.between, axis=f.axis, reference=f.reference)

@@ -11,8 +11,8 @@ from trunnion.system.structure.parameter_table import Leaf
 
 
 def curve(given: Given, roller: Leaf = 0.0) -> Curve:
-    """The cubic spline through checked points. Its parameter is the length of the polygon through the points. The spline is
-    periodic if the curve is closed. Otherwise it has no curvature at its ends and continues straight beyond them."""
+    """The cubic spline through checked points. The spline's parameter is the length of the polygon through the points. The spline
+    is periodic if the curve is closed. Otherwise, it has no curvature at its ends and continues straight beyond them."""
     points = np.array(given.points, float)
     if given.closed:
         points = np.vstack([points, points[:1]])
@@ -51,7 +51,8 @@ def length(given: Given) -> float:
 
 
 def along(given: Given, stations: int) -> tuple[np.ndarray, np.ndarray]:
-    """Positions on a curve (n × 2), m, and unit tangents there (n × 2). stations: number of positions for each spline piece."""
+    """Positions on a curve (n × 2), m, and unit tangents at these positions (n × 2). stations: number of positions for each spline
+    piece."""
     real = [p for p in curve(given).pieces if p.start < p.end < ENDLESS]
     both = []
     for k, p in enumerate(real):

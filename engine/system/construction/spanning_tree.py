@@ -55,8 +55,8 @@ def light_bodies(scene: Scene) -> set[str]:
 
 
 def span(scene: Scene) -> Spanning:
-    """The spanning tree. If a branch ends with a light body at a cut joint, the tree is built again, with a higher cost of cutting
-    a joint of a light body."""
+    """The spanning tree. If a branch ends with a light body at a cut joint, the tree is built again; to cut a joint of a light body
+    then costs more."""
     made = _span(scene, set())
     carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
     loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying

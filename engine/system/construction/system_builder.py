@@ -56,8 +56,8 @@ def fit(j: sm.Joint) -> Fit:
 
 
 def build(scene: sm.Scene) -> Built:
-    """Reduce a checked scene to the data of its system, without symbolic expressions. Raises SceneError if poses of wheels do not
-    fit, if nothing determines the motion of a massless body, or if a real-time scene has joints that only push."""
+    """Reduce a checked scene to the data of its system, without symbolic expressions. Raises SceneError for poses of wheels that do
+    not fit, for a massless body whose motion nothing determines, and for joints that only push in a real-time scene."""
     table = ParameterTable(scene.tunable)
     spanning = span(scene)
     maker = _Maker(scene, table, spanning)
@@ -125,7 +125,7 @@ class _Maker(Points):
         return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
 
     def joint(self, name: str) -> Joint:
-        """A joint, still without its friction and its offsets in the state and among the constraint rows."""
+        """A joint without friction, and without its offsets in the state and among the constraint rows; ``place`` adds them."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
         a, b = sides_of(self.scene, j)
