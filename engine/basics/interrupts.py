@@ -1,9 +1,10 @@
 """Ctrl-C deferred until the work is in a consistent state.
 
 Python may raise KeyboardInterrupt between any two instructions, for example between a call that computes rows and the line that
-stores them. In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of ``Held.open``,
-Ctrl-C raises at once; these blocks are for long calls without side effects, such as a compiler. Only the main thread receives
-signals; work in another thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
+stores them. In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of
+``DeferredInterrupt.open``, Ctrl-C raises at once; these blocks are for long calls without side effects, such as a compiler. Only
+the main thread receives signals; work in another thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the
+thread's watch."""
 
 from __future__ import annotations
 
@@ -17,16 +18,16 @@ from types import FrameType
 from typing import Any
 
 
-class Held:
+class DeferredInterrupt:
     """State of Ctrl-C in a block of ``held``. asked: whether Ctrl-C has been pressed. lets_through: whether Ctrl-C raises
     KeyboardInterrupt."""
 
     asked = False
     lets_through = False
-    _around: Held | None = None
+    _around: DeferredInterrupt | None = None
     _handler: Any = None
 
-    def __enter__(self) -> Held:
+    def __enter__(self) -> DeferredInterrupt:
         global _in_force
         around = _in_force
         handler = _signal.getsignal(_signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
@@ -71,19 +72,20 @@ class Held:
             self.lets_through = False
 
 
-def held() -> Held:
+def held() -> DeferredInterrupt:
     """Defer Ctrl-C during the block; only in the main thread, which receives the signal. Replaces two signal handlers: that of
-    Python, and that of an enclosing ``Held`` whose ``open`` block surrounds this block. A program's own handler stays."""
-    return Held()
+    Python, and that of an enclosing ``DeferredInterrupt`` whose ``open`` block surrounds this block. A program's own handler
+    stays."""
+    return DeferredInterrupt()
 
 
-_in_force: Held | None = None
+_in_force: DeferredInterrupt | None = None
 """The innermost block of the main thread that defers interrupts."""
 
 
 def heed() -> None:
-    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. (The
-    signal handler's own exception may be lost in a library that catches all exceptions, such as CasADi's wrappers.)"""
+    """In a block of ``DeferredInterrupt.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this
+    thread. (The signal handler's own exception may be lost in a library that catches all exceptions, such as CasADi's wrappers.)"""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
     if (look := getattr(_watch, "look", None)) is not None:

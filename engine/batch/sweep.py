@@ -10,7 +10,7 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from typing import Any
 
-from trunnion.basics.interrupts import Held, Unwanted, held, watched
+from trunnion.basics.interrupts import DeferredInterrupt, Unwanted, held, watched
 from trunnion.basics.optional_packages import brought
 from trunnion.batch.plan_and_runner import Plan, Runner, Stopped, plan
 from trunnion.batch.preparation.case_parameters import Preparer
@@ -112,7 +112,7 @@ def run_plan(of: Plan, workers: int | None = None, progress: SweepProgress | Non
     return work.result(time.perf_counter() - started)
 
 
-def _await(waiting: list[Future[None]], work: _Work, interrupt: Held) -> None:
+def _await(waiting: list[Future[None]], work: _Work, interrupt: DeferredInterrupt) -> None:
     """Wait for the threads. KeyboardInterrupt after Ctrl-C; errors of threads after Ctrl-C are ignored."""
     left: set[Future[None]] = set(waiting)
     while left:

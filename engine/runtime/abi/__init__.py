@@ -4,10 +4,10 @@ and layouts are declared here only."""
 from trunnion.runtime.abi.enumerations import (
     LINE,
     Array,
+    AuditLaw,
     Breaks,
     Coordinate,
     EventKind,
-    Law,
     Overrun,
     PairKind,
     PairState,
@@ -22,6 +22,6 @@ from trunnion.runtime.abi.enumerations import (
 )
 
 __all__ = [
-    "LINE", "Array", "Breaks", "Coordinate", "EventKind", "Law", "Overrun", "PairKind", "PairState", "Post", "RowKind", "Status",
+    "LINE", "Array", "AuditLaw", "Breaks", "Coordinate", "EventKind", "Overrun", "PairKind", "PairState", "Post", "RowKind", "Status",
     "StopState", "TableKind", "Verdict", "Wants", "Why",
 ]  # fmt: skip

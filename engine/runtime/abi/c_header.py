@@ -8,7 +8,7 @@ import re
 from functools import lru_cache
 
 from trunnion.runtime.abi import batch_records, kernel_records, lane_records, run_records, tangent_records
-from trunnion.runtime.abi.enumerations import ENUMERATIONS, LINE, Ask, Law
+from trunnion.runtime.abi.enumerations import ENUMERATIONS, LINE, Ask, AuditLaw
 from trunnion.runtime.abi.record_definition import Record
 from trunnion.runtime.integrators import METHODS
 
@@ -36,7 +36,7 @@ def records() -> list[Record]:
 def sizes() -> str:
     """C definitions of counts and thresholds outside records."""
     counts = {"TR_EVENT_CONTACTS": run_records.EVENT_CONTACTS, "TR_EVENT_KINDS": batch_records.EVENT_KINDS}
-    counts |= {"TR_STRANDS": batch_records.STRANDS, "TR_ASKS": len(Ask), "TR_METHODS": len(METHODS), "TR_LAWS": len(Law)}
+    counts |= {"TR_STRANDS": batch_records.STRANDS, "TR_ASKS": len(Ask), "TR_METHODS": len(METHODS), "TR_LAWS": len(AuditLaw)}
     lengths = f"#define TR_LINE {LINE!r} /* norm of a mode's direction above which the pair moves along a line */\n"
     return "enum {" + ", ".join(f"{k} = {v}" for k, v in counts.items()) + "};\n" + lengths
 

@@ -155,7 +155,7 @@ class Verdict(Named, prefix="TR_VERDICT_"):
     INACCURATE = 2, "the energy error exceeds the tolerance by far: the run counts as failed"
 
 
-class Law(Named, prefix="TR_LAW_"):
+class AuditLaw(Named, prefix="TR_LAW_"):
     """Figures of the audit besides energy, each relative to the unit in brackets."""
 
     CLOSURE = 0, "gap of a loop (length scale; 1 rad)"

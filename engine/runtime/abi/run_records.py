@@ -3,7 +3,7 @@ except settings and statistics contain only doubles."""
 
 from __future__ import annotations
 
-from trunnion.runtime.abi.enumerations import Law
+from trunnion.runtime.abi.enumerations import AuditLaw
 from trunnion.runtime.abi.record_definition import Record
 from trunnion.runtime.integrators import METHODS
 
@@ -192,5 +192,5 @@ double turned : energy turned over, J
 double share : unexplained energy over the energy turned over
 double noted : a law's figure above this value gets a note (in the unit of the figure)
 double noted_energy : a share above this value gets a note
-tr_worst law[{len(Law)}] : worst figure of every law
+tr_worst law[{len(AuditLaw)}] : worst figure of every law
 """)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trunnion.basics.interrupts import Held, heed, held
+from trunnion.basics.interrupts import DeferredInterrupt, heed, held
 from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
@@ -128,7 +128,7 @@ class OneRun:
         except KeyboardInterrupt:
             return Outcome.named(CANCELLED, max(self.model.block.time, float(self.rows[-1][-1, 0])), "")
 
-    def _step(self, interrupt: Held) -> Outcome:
+    def _step(self, interrupt: DeferredInterrupt) -> Outcome:
         """Step to the end in calls of about ``CHUNK_SECONDS``. Ctrl-C raises KeyboardInterrupt only between calls."""
         block = self.model.block
         rows_at_once = CHUNK_ROWS if self.every <= 0.0 else int(min(CHUNK_ROWS, self.until / self.every + 2))
@@ -178,7 +178,7 @@ class OneRun:
         """Number of steps of the next call into C. steps, seconds: of the last call."""
         return next_steps(steps, seconds)
 
-    def _attach_jacobian(self, interrupt: Held) -> None:
+    def _attach_jacobian(self, interrupt: DeferredInterrupt) -> None:
         """Build and attach the Jacobian unit. An interrupt during the build leaves the block unchanged. The time counts as build
         time."""
         started = time.perf_counter()

@@ -8,24 +8,24 @@ from dataclasses import asdict, field, replace
 from typing import Any
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.runtime.abi import Law, Status, Verdict
+from trunnion.runtime.abi import AuditLaw, Status, Verdict
 from trunnion.runtime.abi.run_records import JUDGEMENT
 from trunnion.simulation.results.outcome import Outcome, from_status
 
 WORDS = {int(v): v.name.lower() for v in Verdict}
 """The word for each verdict."""
 WITHIN, INACCURATE = WORDS[Verdict.WITHIN], WORDS[Verdict.INACCURATE]
-LAW_NAMES = tuple(law.name.lower() for law in Law)
+LAW_NAMES = tuple(law.name.lower() for law in AuditLaw)
 WORST_FIGURES = JUDGEMENT.at("law")
 """Index of the first ``tr_worst`` in a judgement."""
 NUMBERS = struct.Struct(f"{JUDGEMENT.numbers}d")
 VIOLATIONS = {
-    Law.CLOSURE: "a loop is open (relative to its length)",
-    Law.CONE: "friction exceeds the limit of its law (relative to this limit)",
-    Law.DRIVES: "friction adds energy to the motion (power, relative to the largest power of friction)",
-    Law.CREEPS: "a sticking pair moves (relative to the speed scale of the scene)",
-    Law.UNREST: "a sticking pair accelerates (relative to the accelerations that should cancel)",
-    Law.FRICTION: "the equations of friction have a residual (relative to the largest friction)",
+    AuditLaw.CLOSURE: "a loop is open (relative to its length)",
+    AuditLaw.CONE: "friction exceeds the limit of its law (relative to this limit)",
+    AuditLaw.DRIVES: "friction adds energy to the motion (power, relative to the largest power of friction)",
+    AuditLaw.CREEPS: "a sticking pair moves (relative to the speed scale of the scene)",
+    AuditLaw.UNREST: "a sticking pair accelerates (relative to the accelerations that should cancel)",
+    AuditLaw.FRICTION: "the equations of friction have a residual (relative to the largest friction)",
 }
 """Description of the violation of each law. The brackets state to what the figure is relative."""
 
@@ -35,7 +35,7 @@ class Figure:
     """The largest violation of a law in a run.
 
     Attributes:
-        size: violation, divided by the reference that ``trunnion.runtime.abi.Law`` gives for the law.
+        size: violation, divided by the reference that ``trunnion.runtime.abi.AuditLaw`` gives for the law.
         time: time of the violation, s; None if unknown.
         joint: name of the joint; "" if the violation belongs to no joint.
     """
@@ -63,7 +63,7 @@ class Audit:
         jump_joint: joint of the event before ``jump_time``; "" if there is no such event.
         turned_over: energy turned over, J.
         share: energy error relative to ``turned_over``.
-        laws: largest violation of every other law, by the law's name in ``trunnion.runtime.abi.Law``.
+        laws: largest violation of every other law, by the law's name in ``trunnion.runtime.abi.AuditLaw``.
         notes: a note for every figure beyond the tolerance.
     """
 
@@ -109,7 +109,7 @@ def audit_of(record: bytes, joints: Sequence[str]) -> Audit:
     if word == WITHIN:
         return audit
     notes = [_energy_note(audit)] if known and said["share"] > said["noted_energy"] else []
-    notes += [_law_note(law, f) for law, f in zip(Law, figures, strict=True) if f.size > said["noted"]]
+    notes += [_law_note(law, f) for law, f in zip(AuditLaw, figures, strict=True) if f.size > said["noted"]]
     return replace(audit, notes=tuple(notes))
 
 
@@ -127,7 +127,7 @@ def _figures(worst: Sequence[float], joints: Sequence[str]) -> list[Figure]:
     return [Figure(size, _time(time), _joint(joint, joints)) if size else NO_VIOLATION for size, time, joint in records]
 
 
-def _law_note(law: Law, f: Figure) -> str:
+def _law_note(law: AuditLaw, f: Figure) -> str:
     where = f", joint {f.joint}" if f.joint else ""
     return f"audit at t = {f.time or 0.0:.6g} s{where}: {VIOLATIONS[law]}: {f.size:.1g}"
 

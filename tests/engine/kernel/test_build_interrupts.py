@@ -19,7 +19,7 @@ import trunnion
 from trunnion.basics.interrupts import heed, held
 from trunnion.kernel import shared_libraries
 from trunnion.kernel.compilation import compiler_processes, library_cache
-from trunnion.kernel.compilation.compiler_processes import Ended, Programs, side_by_side
+from trunnion.kernel.compilation.compiler_processes import BuildCancelled, CompilerProcesses, side_by_side
 
 SLEEPS = ["sleep", "600"]
 GROUPS = pytest.mark.skipif(not hasattr(os, "killpg"), reason="programs have no groups here")
@@ -120,11 +120,11 @@ def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
 @GROUPS
 def test_a_failure_of_one_ends_the_others() -> None:
     """Work that has not started does not start afterwards."""
-    group: list[Programs] = []
+    group: list[CompilerProcesses] = []
     work: list[Future[Any]] = []
 
     def sleep() -> None:
-        group.append(compiler_processes._CURRENT.get() or Programs())
+        group.append(compiler_processes._CURRENT.get() or CompilerProcesses())
         compiler_processes.run(SLEEPS, os.environ)
 
     def fails() -> None:
@@ -136,8 +136,8 @@ def test_a_failure_of_one_ends_the_others() -> None:
 
     with pytest.raises(ZeroDivisionError):
         fails()
-    assert isinstance(work[0].exception(), Ended)
-    assert work[1].cancelled() or isinstance(work[1].exception(), Ended)
+    assert isinstance(work[0].exception(), BuildCancelled)
+    assert work[1].cancelled() or isinstance(work[1].exception(), BuildCancelled)
 
 
 def test_what_holds_interrupts_back_within_what_lets_them_through_keeps_them() -> None:

@@ -14,7 +14,7 @@ from tests.reference.mechanics.rotation import matrix_from_quaternion
 from tests.reference.scenes.brief_threshold_crossings import brief_pass
 from trunnion import scene_from_dict
 from trunnion.batch.sweep import sweep
-from trunnion.runtime.abi import Law
+from trunnion.runtime.abi import AuditLaw
 from trunnion.scene import load_scene
 from trunnion.simulation.execution.run_loop import OneRun
 from trunnion.simulation.results.result import Result
@@ -183,7 +183,7 @@ def test_friction_that_drives_is_told_with_its_joint() -> None:
         block.prepare()
 
     r = disturbed(model, 0.3, 0.1, turn)
-    drives = r.audit.laws[Law.DRIVES.name.lower()]
+    drives = r.audit.laws[AuditLaw.DRIVES.name.lower()]
     assert r.audit.verdict == "note"
     assert drives.joint == "ball"
     assert drives.size > 0.1

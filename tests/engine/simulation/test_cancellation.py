@@ -14,7 +14,7 @@ import pytest
 from tests.engine.mechanisms.friction_chains import balls
 from tests.engine.mechanisms.scissor_lift import scissor
 from tests.engine.stick_slip.test_active_set_many_pairs import links, rough, work
-from trunnion.basics.interrupts import Held, Unwanted, watched
+from trunnion.basics.interrupts import DeferredInterrupt, Unwanted, watched
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import apply
@@ -97,7 +97,7 @@ def test_loops_that_are_closed_for_long_ask_too() -> None:
     assert model.block.assemble() == 0
 
 
-class At(Held):
+class At(DeferredInterrupt):
     """An interrupt that comes when the runtime asks for the n-th time."""
 
     def __init__(self, n: int):
@@ -117,7 +117,7 @@ def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
     """A run is interrupted when it asks for the n-th time."""
 
     @contextmanager
-    def at_the_nth() -> Iterator[Held]:
+    def at_the_nth() -> Iterator[DeferredInterrupt]:
         yield At(n)
 
     monkeypatch.setattr(run_loop, "held", at_the_nth)

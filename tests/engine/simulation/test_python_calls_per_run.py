@@ -8,7 +8,7 @@ from types import FrameType
 import pytest
 
 from trunnion import load_scene
-from trunnion.basics.interrupts import Held
+from trunnion.basics.interrupts import DeferredInterrupt
 from trunnion.scene.overrides import apply
 from trunnion.simulation.execution.run_loop import FIRST_STEPS, OneRun
 from trunnion.simulation.results.outcome import Outcome
@@ -25,7 +25,7 @@ def calls_while_stepping(monkeypatch: pytest.MonkeyPatch, until: float) -> tuple
         if what in ("call", "c_call"):
             called.append(what)
 
-    def watched(run: OneRun, interrupt: Held) -> Outcome:
+    def watched(run: OneRun, interrupt: DeferredInterrupt) -> Outcome:
         before = sys.getprofile()
         sys.setprofile(note)
         try:
