@@ -22,6 +22,6 @@ from trunnion.runtime.abi.enumerations import (
 )
 
 __all__ = [
-    "LINE", "Array", "AuditLaw", "Breaks", "Coordinate", "EventKind", "Overrun", "PairKind", "PairState", "Post", "RowKind", "Status",
-    "StopState", "TableKind", "Verdict", "Wants", "Why",
+    "LINE", "Array", "AuditLaw", "Breaks", "Coordinate", "EventKind", "Overrun", "PairKind", "PairState", "Post", "RowKind",
+    "Status", "StopState", "TableKind", "Verdict", "Wants", "Why",
 ]  # fmt: skip
