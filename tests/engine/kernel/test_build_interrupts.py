@@ -27,8 +27,8 @@ GROUPS = pytest.mark.skipif(not hasattr(os, "killpg"), reason="programs have no 
 
 @pytest.fixture
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A kernel cache that holds only the runtime."""
-    shared_libraries.runtime()
+    """An empty kernel cache, after the runtime and the digest of the sources were found in the usual one."""
+    shared_libraries.runtime(), shared_libraries.sources_key()
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     return tmp_path
 
