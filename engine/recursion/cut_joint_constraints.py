@@ -35,7 +35,8 @@ INSIDE = "inside"
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
-    """A cut joint with its constraint rows. A coupling has a single row, which ties the follower's freedom to the leader's."""
+    """A cut joint with its constraint rows. A coupling has a single row, which ties the freedom of the follower to that of the
+    leader."""
     made = locate_cut(sym, motions_of(motions, (j.inb, j.out)), j)
     if j.light is not None:
         made.rows.append(Row(SX(0), SX(0), zeros(6), zeros(6), SX(0)))  # empty, because ``inward_reduction`` applies λ

@@ -227,7 +227,8 @@ def needed(who: str, what: str, instead: str = "") -> None:
 
 @lru_cache(maxsize=1)
 def _program() -> Path:
-    """The compiler's executable in the package ``ziglang``. ``python -m ziglang`` would start it through another interpreter."""
+    """The compiler's executable in the package ``ziglang``. (``python -m ziglang`` would start it through another Python
+    interpreter.)"""
     found = find_spec("ziglang")
     if found is None or found.origin is None:
         raise SceneError([Problem("the C compiler", "is missing: the package ziglang is not installed", remedy("compile"))])

@@ -43,7 +43,7 @@ class DifferentiableScene(ScenePasses):
             super().body_call(program, i, function, **operands)
 
     def reduced_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
-        """Call a function of body i's primitive. The recursion computes accelerations with this primitive."""
+        """Call a function of the primitive with which the recursion computes the accelerations of body i."""
         SceneTables.body_call(self, program, i, function, **operands)
 
 

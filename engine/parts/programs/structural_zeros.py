@@ -60,7 +60,7 @@ class StructureProbe:
 
     def coupled(self, active: list[int]) -> bool:
         """Whether friction couples the multipliers of inactive rows to the other multipliers. The motion does not determine the
-        multipliers of inactive rows (``redundancy.inactive_rows_couple``)."""
+        multipliers of inactive rows (``recursion.redundant_loop_reactions``)."""
         inactive = [k for k in range(self.maps.active) if k not in active]
         return bool(inactive) and any(self._couples(maps, turns, inactive) for maps, turns in self.made)
 

@@ -1,5 +1,5 @@
-/* Why the friction equations have no solution (theory, "Jams"). A pair jams if a solution exists after a sudden stop of this pair.
- * If no solution exists even then, the pair is inconsistent. */
+/* Diagnosis of friction equations without a solution (theory, "Jams"). A pair jams if a solution exists after a sudden stop of this
+ * pair. If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
 /* × the squared component of the pairs before: a later pair must exceed it; of equal pairs, the first counts */

@@ -25,8 +25,8 @@ static void tr_loop_residual(const tr_sim *s, const double *h, double *position,
   }
 }
 
-/* dv (nv) = M⁻¹Gᵀ δλ: the change that removes the residual h of the active rows (positions or rates) at y. `again`: use maps and
- * factor of the previous call, whose state is close. */
+/* dv (nv) = M⁻¹Gᵀ δλ: the change that removes the residual h of the active rows (positions or rates) at y. again: whether to use
+ * maps and factor of the previous call, whose state must be close. */
 static void tr_loop_correction(tr_sim *s, const double *y, const double *h, int again, double *dv) {
   const tr_kernel *k = s->k;
   int a = k->active;

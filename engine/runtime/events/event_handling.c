@@ -1,4 +1,4 @@
-/* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
+/* Handling of events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
 #include "events/events.h"
 
 #define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs that turn by more are logged, too */

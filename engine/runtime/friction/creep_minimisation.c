@@ -75,7 +75,8 @@ static void tr_creep_project_ball(const tr_sim *s, const tr_creep_problem *c, in
   for (int j = 0; j < 3; ++j) x[j] -= along * f[j];
 }
 
-/* Surface accelerations x = B w of all pairs. `across`: keep only the components of balls perpendicular to their forces. */
+/* Surface accelerations x = B w of all pairs. across: whether to keep, of balls, only the components perpendicular to their
+ * forces. */
 static void tr_creep_surface_accelerations(const tr_sim *s, const tr_creep_problem *c, const double *w, int across, double *x) {
   for (int i = 0; i < c->m; ++i) {
     x[i] = 0.0;

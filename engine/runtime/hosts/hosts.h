@@ -193,7 +193,7 @@ const double *tr_begin_exchange(tr_sim *s);
 /* Write the row at the block's (t, y) in the modes in force. Returns a status. */
 int tr_row_in_modes(tr_sim *s, double *row);
 
-/* Nominal value of state i for the importer (``NOMINAL`` of fmu/exchange.py). */
+/* Nominal value of state i for the importer (``NOMINAL`` of fmu/variables/model_exchange_states.py). */
 double tr_nominal(const tr_sim *s, int i);
 
 /* Like tr_directional, at the block's (t, y) in the modes in force; projects y. rates, dy: tr_states values. integral: 1 for each

@@ -35,8 +35,8 @@ static void tr_set_direction(tr_sim *s, int i, const double *d) {
   for (int j = 0; j < pair->nrates; ++j) tr_mode_of(s, i)->direction[j] = length * d[j] / (pair->nrates > 1 ? TR_A(s, lever)[pair->eta0 + j] : 1.0);
 }
 
-/* Evaluate the laws with unit loads on balls, with all pairs in motion. `spins`: balls spin about their contact, oblique to the
- * load; otherwise they slide perpendicular to the load. u (e) receives unit friction along these directions. */
+/* Evaluate the laws with unit loads on balls, with all pairs in motion. spins: 1 if balls spin about their contact, oblique to the
+ * load; 0 if they slide perpendicular to the load. u (e) receives unit friction along these directions. */
 static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spins, double *u) {
   const double load[3] = {0.0, 0.0, 1.0}, along[3] = {1.0, 0.0, 0.0}, oblique[3] = {sqrt(0.5), 0.0, sqrt(0.5)};
   memset(u, 0, sizeof(double) * c->e);

@@ -64,7 +64,7 @@ static void tr_pair_acceleration(tr_sim *s, int i, double *acc) {
   for (int j = 0; j < pair->nrates; ++j) acc[j] = tr_freedom_acceleration(s, pair->eta0 + j) * TR_A(s, lever)[pair->eta0 + j];
 }
 
-/* Surface acceleration, m/s², below which the direction of pair i is round-off; at the present solution. */
+/* At the present solution: surface acceleration, m/s², below which the direction of pair i is round-off. */
 static double tr_faint_acceleration(tr_sim *s, int i) {
   tr_form_all_maps(s);
   const tr_pair *pair = tr_pair_of(s, i);

@@ -23,7 +23,7 @@ static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
  * and other pairs of their classes. Requires maps of the current state. Returns their number. */
 static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
 
-/* Set the speeds of the n pairs `rest` in y to zero. In loops, other pairs may come to rest with them; these are appended to
+/* Set the speeds of the n pairs `rest` in y to zero. In loops, other pairs may come to rest at the same time; they are appended to
  * `rest`. also: see tr_collect_pairs_at_rest. Requires maps of y; leaves maps of the new y. Returns the final number of pairs. */
 static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n);
 
@@ -53,7 +53,7 @@ static void tr_clear_line_directions(tr_sim *s);
  * to the line is so stiff that explicit stages amplify round-off.) */
 static int tr_is_on_line(const tr_sim *s, int i, const double *rate, double width);
 
-/* tr_is_on_line at the state `y` with LINE_WIDTH. Returns 0 if pair i does not slide along a line. */
+/* Call tr_is_on_line at the state `y` with LINE_WIDTH. Returns 0 if pair i does not slide along a line. */
 static int tr_is_still_on_line(tr_sim *s, int i);
 
 /* Freeze the direction of pair i, which has the rates r and the speed v, as that of a line (norm ON_LINE). The pair's friction then

@@ -8,8 +8,8 @@
  * evaluations. columns ((evaluations + 1) × nout, or null pointer) ← the columns at z, then those of each evaluation. */
 static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share, double *columns, int *evaluations);
 
-/* full ← [λ | η] with λ of all rows, from [λ active | η] of the solution. resolve: choose the undetermined reactions with minimum
- * norm. Requires a solution. */
+/* full ← [λ | η] with λ of all rows, from [λ active | η] of the solution. resolve: whether to choose the undetermined reactions
+ * with minimum norm. Requires a solution. */
 static void tr_expand_multipliers(tr_sim *s, const double *y, double *full, int resolve);
 
 /* Contact forces of all pairs at the solution. a: time derivatives of the rates. Returns 0 if the mechanism has no contacts. */

@@ -220,7 +220,7 @@ int tr_reach_bounded(tr_sim *s, double t, double *row) {
   return code == TR_OK ? s->clock.status = TR_DONE : tr_end_run(s, code);
 }
 
-/* tr_advance by bounded steps, with rows at the ends of steps. */
+/* Like tr_advance, by bounded steps, with rows at the ends of steps. */
 static int tr_advance_bounded(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count) {
   for (long step = 0; s->clock.t < target - tr_time_tolerance(target); ++step) {
     const long evaluations = tr_counted_evaluations(s), iterations = tr_counted_iterations(s);

@@ -56,7 +56,7 @@ static int tr_write_rows_in_lanes(tr_sim *s, double t_end, double *rows, long ro
   for (; made < count && of[made].ok; ++made) {
     double *row = rows + made * wide;
     row[0] = times[made];
-    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary computation of the row then reports the failure */
+    if (!tr_is_finite(s->o->nout, row + 1)) break; /* the ordinary computation of this row reports the failure */
     tr_finish_columns(s, row + 1);
     s->stats.outputs++, s->stats.projections += of[made].projections;
     s->stats.rhs_evaluations += of[0].solved, s->stats.newton_iterations += of[made].iterations;

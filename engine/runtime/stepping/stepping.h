@@ -35,7 +35,8 @@ static int tr_has_redundant_contacts(tr_sim *s);
 /* Returns TR_FAIL_PENETRATION if the closing of an open contact was missed, otherwise TR_OK. */
 static int tr_check_missed_contacts(tr_sim *s);
 
-/* Longest step while a contact is open: error control of a part at rest would not notice a part that passes within one step. */
+/* Longest step while a contact is open: error control of a part at rest does not notice another part that passes within one
+ * step. */
 static double tr_longest_open_step(const tr_sim *s);
 
 /* Whether, after a jump of forces, a closed contact pulls at the present solution, or the parts of an open contact begin to

@@ -86,7 +86,7 @@ class Builder:
         return tuple(out)
 
     def constants(self, path: str, numbers: Sequence[float]) -> Leaves:
-        """The constant parts of a formula. path: of the formula's group."""
+        """The constant parts of a formula. path: path of the formula's group."""
         units = [(unit_of(n.dimension) if isinstance(n, Quantity) else "") or "1" for n in numbers]
         return tuple(self.table.own(f"{path}.numbers[{i + 1}]", n, u) for i, (n, u) in enumerate(zip(numbers, units, strict=True)))
 
