@@ -97,13 +97,13 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
     """The shaft that closes loop 26 comes to rest and reverses. Friction accelerates it a thousand times as much along its axis as
     about it, so that every method's steps shrink with the remaining time. It reverses at 0.2447825447 s (the stiff method at rtol
-    1e-10)."""
+    1e-10), with an error of up to 7 rtol × the time scale in every method."""
     case = rubbing("loop", 26)
     method, rtol = setting
     r = simulate(case.scene, until=1.5 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
     (turns,) = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
     assert r.outcome.ok
-    assert abs(turns - 0.2447825447) < 1e-5 * time_scale(case)
+    assert abs(turns - 0.2447825447) < 10.0 * rtol * time_scale(case)
     near = r.time[np.abs(r.time - turns) < 1e-5 * time_scale(case)]
     assert len(near) <= 20  # hundreds if steps shrink with the speed; at 1e-8 the reversal itself takes 15
     assert np.diff(near).min(initial=np.inf) > 1e-8 * time_scale(case)
