@@ -1,1 +1,1 @@
-"""Small tools for all folders of the engine. The modules here import nothing from the other folders."""
+"""Small tools for all folders of the engine. These modules import nothing from the other folders."""

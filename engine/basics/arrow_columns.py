@@ -1,5 +1,5 @@
-"""Arrow columns, built from memory buffers, and their fields. To convert a NumPy array or a list, Arrow would import pandas if
-pandas is installed, which takes half a second."""
+"""Arrow columns, built from memory buffers, and their fields. (From a NumPy array or a list, Arrow would build columns only after
+an import of pandas, if it is installed; this takes half a second.)"""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def field(name: str, kind: pyarrow.DataType, unit: str, text: str, nullable: boo
 
 
 def numbers(values: np.ndarray, nulls: bool = False) -> pyarrow.Array:
-    """Column of the n values, as int64 if their type is integer, else as float64. nulls: NaN becomes null."""
+    """Column of the n values, as int64 if their type is integer, otherwise as float64. nulls: whether NaN becomes null."""
     import pyarrow as pa
 
     kind, dtype = (pa.int64(), np.int64) if np.issubdtype(values.dtype, np.integer) else (pa.float64(), np.float64)

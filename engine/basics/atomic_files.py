@@ -1,4 +1,4 @@
-"""Files written completely or not at all, and early checks of file names."""
+"""Files that are written completely or not at all, and early checks of file names."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.basics.problems import Problem, SceneError
 
 PARQUET = ".parquet"
 WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}
-"""For each suffix that needs an optional package: the package, and the extra that installs the package."""
+"""Suffixes that need an optional package: the package, and the extra that installs it."""
 
 
 def destination_problems(path: str | os.PathLike[str], suffixes: Sequence[str], where: str) -> list[Problem]:
@@ -44,7 +44,7 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
     """Yield a temporary path in the same folder. At the end of the block the file is renamed to ``path``; after an error it is
     removed.
 
-    SceneError for an unknown suffix, a folder that is not writable, or a full disk."""
+    Raises SceneError for an unknown suffix, a folder that is not writable, or a full disk."""
     problems = destination_problems(path, suffixes, where)
     if problems:
         raise SceneError(problems)
@@ -57,8 +57,8 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
-    """Yield a temporary path in the folder of ``path`` (links are resolved). It has the given suffix, or the suffix of ``path``.
-    At the end of the block the file replaces ``path`` in one step; after an error it is removed. OSError is not caught."""
+    """Yield a temporary path in the folder of ``path`` (links are resolved), with the given suffix or that of ``path``.
+    At the end of the block the file replaces ``path`` in one step; after an error it is removed. Does not catch OSError."""
     target = Path(os.path.realpath(path))
     work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{suffix or target.suffix}")
     try:

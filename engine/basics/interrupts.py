@@ -1,13 +1,13 @@
 """Ctrl-C deferred until the work is in a consistent state.
 
-Python raises KeyboardInterrupt between any two instructions, also between a call that computes rows and the line that stores them.
-In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of ``Held.open``, Ctrl-C raises
-at once; such blocks are for long calls without side effects, such as a compiler. Only the main thread gets signals; work in another
-thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
+Python may raise KeyboardInterrupt between any two instructions, for example between a call that computes rows and the line that
+stores them. In a block of ``held``, Ctrl-C only sets a flag, which the work checks where it can stop. In a block of ``Held.open``,
+Ctrl-C raises at once; these blocks are for long calls without side effects, such as a compiler. Only the main thread receives
+signals; work in another thread runs in a block of ``watched``. ``heed`` checks for Ctrl-C and calls the thread's watch."""
 
 from __future__ import annotations
 
-# ``_signal`` is the C part of ``signal``, whose functions turn handlers into enumerations and take ten times as long.
+# ``_signal`` is the C part of ``signal``. Functions of the latter turn handlers into enumerations, and take ten times as long.
 import _signal  # type: ignore[import-not-found]
 import signal
 import threading
@@ -18,7 +18,8 @@ from typing import Any
 
 
 class Held:
-    """State of Ctrl-C in a block of ``held``. asked: Ctrl-C has been pressed. lets_through: Ctrl-C raises KeyboardInterrupt."""
+    """State of Ctrl-C in a block of ``held``. asked: whether Ctrl-C has been pressed. lets_through: whether Ctrl-C raises
+    KeyboardInterrupt."""
 
     asked = False
     lets_through = False
@@ -47,14 +48,14 @@ class Held:
         return self.asked and self.lets_through
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """Signal handler that records Ctrl-C. Only the first Ctrl-C raises: a second must not disturb the clean-up."""
+        """Signal handler that records Ctrl-C. Only the first Ctrl-C raises, so that a second one does not disturb the clean-up."""
         again, self.asked = self.asked, True
         if self.lets_through and not again:
             raise KeyboardInterrupt
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Within this block Ctrl-C raises KeyboardInterrupt. If Ctrl-C was pressed before, the block starts with the exception."""
+        """In this block, Ctrl-C raises KeyboardInterrupt. If Ctrl-C was pressed before, the block begins with this exception."""
         self.lets_through = True
         try:
             if self.asked:
@@ -71,20 +72,18 @@ class Held:
 
 
 def held() -> Held:
-    """Hold Ctrl-C back during the block. This has an effect only in the main thread, which gets the signal. Python's default signal
-    handler is replaced, and so is the handler of an enclosing ``Held`` whose ``open`` block surrounds this block. A program's own
-    handler is not replaced."""
+    """Defer Ctrl-C during the block; only in the main thread, which receives the signal. Replaces two signal handlers: that of
+    Python, and that of an enclosing ``Held`` whose ``open`` block surrounds this block. A program's own handler stays."""
     return Held()
 
 
 _in_force: Held | None = None
-"""The innermost block of the main thread that holds interrupts."""
+"""The innermost block of the main thread that defers interrupts."""
 
 
 def heed() -> None:
-    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. This
-    second exception is needed because a library that catches all exceptions, such as CasADi's wrappers, may drop the signal
-    handler's exception."""
+    """In a block of ``Held.open``, raise KeyboardInterrupt if Ctrl-C has been pressed. Then call the watch of this thread. (The
+    signal handler's own exception may be lost in a library that catches all exceptions, such as CasADi's wrappers.)"""
     if _in_force is not None and _in_force.heard:
         raise KeyboardInterrupt
     if (look := getattr(_watch, "look", None)) is not None:
@@ -93,8 +92,8 @@ def heed() -> None:
 
 @contextmanager
 def watched(look: Callable[[], object]) -> Iterator[None]:
-    """Within this block, on this thread, ``heed`` also calls ``look``, which may raise to end the work (job cancelled, time used
-    up). ``look`` must be fast: it is called 100 times a second or more often."""
+    """In this block, on this thread, ``heed`` also calls ``look``, which may raise an exception to end the work (job cancelled,
+    time used up). ``look`` must be fast, because it is called 100 times a second or more often."""
     around = getattr(_watch, "look", None)
     _watch.look = look
     try:

@@ -1,8 +1,8 @@
 """CasADi, imported when the first expression is built.
 
-The file of a law or contact element declares data, which every scene needs, and expressions, which only kernels need. Only
-expressions need CasADi, whose import takes longer than reading most scenes. Modules that a scene reader imports therefore import
-``ca`` from this module."""
+The file of a law or contact element declares data, which every scene needs, and expressions, which only kernels need. The import of
+CasADi takes longer than the reading of most scenes, and only expressions need it. Modules that a scene reader imports therefore
+import ``ca`` from this module."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ if TYPE_CHECKING:
 else:
     ca = _Deferred()
     SX = Any
-    """Only for annotations; code that makes expressions uses ``ca.SX``."""
+    """For annotations only; code that makes expressions uses ``ca.SX``."""
 
 __all__ = ["SX", "ca"]

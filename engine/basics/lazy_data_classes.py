@@ -1,9 +1,8 @@
-"""``dataclass`` as in the standard library, and ``validated`` as in pydantic, but a class is made at its first use.
-
-The decorators compile six methods of each class, which took a third of a command's start, and most classes have no instance in a
-run. Here, the first call of one of these methods or the first request for the fields lets the true decorator make the class. An
-instance that is unpickled uses none of them, so that a stored scene needs neither validation nor pydantic. Classes with an own
-``__init__``, ``__eq__``, ``__setattr__`` or slots are made at once."""
+"""Decorators like ``dataclass`` of the standard library and of pydantic, which make a class at its first use. The original
+decorators compile six methods of each class. This took a third of a command's start, although most classes have no instance in a
+run. With this module, the first call of one of these methods, or the first request for the fields, lets the original decorator make
+the class. To unpickle an instance requires none of them, so that a stored scene needs neither validation nor pydantic. Classes with
+an own ``__init__``, ``__eq__``, ``__setattr__`` or slots are made at once."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 _LOCK = threading.RLock()
 METHODS = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
-"""Methods that make the class, then go on with its method of this name."""
+"""Methods that make the class when they are called, then call the class's method of the same name."""
 FACTS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
 """Attributes that make the class when they are read."""
 AT_ONCE = {"__init__", "__eq__", "__setattr__", "__slots__"}
@@ -48,7 +47,7 @@ _MARK = "_until_made"
 
 
 def _make(owner: type, options: dict[str, Any]) -> None:
-    """Let the true decorator make the class, once."""
+    """Let the original decorator make the class, once."""
     with _LOCK:
         if not isinstance(vars(owner).get(FACTS[0]), _Fact):
             return
@@ -72,7 +71,7 @@ if TYPE_CHECKING:
 else:
 
     def dataclass(cls: type | None = None, **options: Any) -> Any:
-        """The decorator of the standard library, or with ``config`` that of pydantic, which makes the class at its first use."""
+        """The decorator of the standard library, or that of pydantic (with ``config``), applied at the first use of the class."""
         if cls is None:
             return lambda cls: dataclass(cls, **options)
         if AT_ONCE & vars(cls).keys() or "slots" in options:

@@ -1,4 +1,4 @@
-"""Symbolic smooth curves through given points, monotone wherever the points are."""
+"""Smooth curves through given points as symbolic expressions. They are monotone wherever the points are."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from trunnion.basics.lazy_casadi import SX, ca
 
 KNOTS = 12
-"""Largest number of points of a curve. Shorter curves repeat the last point, so that all curves have the same expression."""
+"""Largest number of points of a curve. Curves with fewer points repeat the last one, so that all curves have the same
+expression."""
 
 
 def filled(points: Sequence, count: int = KNOTS) -> list:
@@ -17,7 +18,7 @@ def filled(points: Sequence, count: int = KNOTS) -> list:
 
 def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) -> SX:
     """The curve of cubic pieces through the points (at, value), with slopes by Fritsch and Butland; constant beyond the ends. The
-    slope at the first point is 0 with ``flat``, else the slope of the first chord. The last point may be repeated."""
+    slope at the first point is 0 with ``flat``, otherwise the slope of the first chord. The last point may be repeated."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]
@@ -32,8 +33,8 @@ def monotone(x: SX, at: Sequence[SX], value: Sequence[SX], flat: bool = True) ->
 
 
 def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, SX]:
-    """(curve, integral of the curve from the first point to x). The curve is as in ``monotone``, but continues straight beyond its
-    ends, with the slopes of its first and last chord. At a point, the derivatives are those of the piece above it."""
+    """Curve, and integral of the curve from the first point to x. The curve is that of ``monotone``, continued straight beyond its
+    ends with the slopes of its first and last chord. At a point, the derivatives are those of the piece above it."""
     n = len(at)
     h = [at[i + 1] - at[i] for i in range(n - 1)]
     safe = [ca.if_else(x > 0, x, 1) for x in h]
@@ -53,7 +54,7 @@ def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, S
 
 
 def _slope(h: Sequence[SX], rise: Sequence[SX]) -> SX:
-    """Slope at the point between two pieces: 0 at a local extremum, else a weighted harmonic mean of both chords' slopes."""
+    """Slope at the point between two pieces: 0 at a local extremum, otherwise a weighted harmonic mean of both chords' slopes."""
     one, two, product = 2 * h[1] + h[0], h[1] + 2 * h[0], rise[0] * rise[1]
     below = one * rise[1] + two * rise[0]
     return ca.if_else(product > 0, (one + two) * product / ca.if_else(product > 0, below, 1), 0)

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable
 from fnmatch import translate
 
 MOST_WILD = 1000
-"""Largest number of patterns with wild cards in one list, because each is compared with every name. Plain names are unlimited."""
+"""Largest number of patterns with wild cards in one list; limited, because each is compared with every name. The number of plain
+names is unlimited."""
 
 
 def is_wild(pattern: str) -> bool:

@@ -11,8 +11,8 @@ from trunnion.basics.lazy_data_classes import dataclass
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 ZERO_BELOW = 1e-100
-"""Values of smaller magnitude are printed and written as 0. The norm of a zero vector is computed as sqrt(1e-300) = 1e-150, to
-avoid a division by zero; files then show 0."""
+"""Values of smaller magnitude are printed and written as 0. (To avoid a division by zero, the norm of a zero vector is computed as
+sqrt(1e-300) = 1e-150; files show it as 0.)"""
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ class Number:
     bound        allowed values.
     example      a value as written in a scene.
     needed       whether the law or element always requires the number.
-    needed_with  name of another number; if the scene gives that number, it must give this number too ("": no such rule).
-    derived      whether the scene's geometry gives the number if the scene does not.
+    needed_with  name of another number; if the scene gives that one, it must give this number, too ("": no such rule).
+    derived      whether the scene's geometry determines the number if the scene does not give it.
     default      value for joints that do not give the number (the scene's ``friction`` group then has this key too).
     not_below    name of another number of the same law or element, which is the lower limit of this number ("": no such limit).
     count        number of values. A cross has two journals: a scene gives one value for both, or a list.
@@ -140,7 +140,7 @@ class Number:
 
 
 def checked_numbers(owner: str, numbers: Any) -> None:
-    """Check the numbers of one owner, such as "law lugre". ValueError if they are inconsistent."""
+    """Check the numbers of one owner, such as "law lugre". Raises ValueError if they are inconsistent."""
     if not isinstance(numbers, tuple) or not all(isinstance(n, Number) for n in numbers):
         raise ValueError(f"{owner}: its numbers are a tuple of Number(name, unit, text, …)")
     names = [n.name for n in numbers]
@@ -155,7 +155,7 @@ def checked_numbers(owner: str, numbers: Any) -> None:
 
 
 def merged(owners: dict[str, tuple[Number, ...]]) -> dict[str, tuple[Number, tuple[str, ...]]]:
-    """{name: (number, its owners)} for the numbers of several owners. ValueError if two owners declare a name differently."""
+    """The numbers of several owners by name, each with its owners. Raises ValueError if two owners declare a name differently."""
     out: dict[str, tuple[Number, tuple[str, ...]]] = {}
     for owner, numbers in owners.items():
         for n in numbers:

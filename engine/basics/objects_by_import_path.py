@@ -1,4 +1,4 @@
-"""Objects of a package, imported by their paths, so that a registry lists each object in one line."""
+"""Objects of a package, imported by their paths, so that a registry has one line for each object."""
 
 from __future__ import annotations
 

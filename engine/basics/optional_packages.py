@@ -1,4 +1,4 @@
-"""Optional packages: the extra that installs each, and the message when a package is missing."""
+"""Optional packages: which extra installs each, and the message when a package is missing."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from trunnion.basics.problems import Problem
 
 PROJECT = "trunnion"
 LAST = ("test", "bench")
-"""Extras for development. A message names them only if no other extra installs the package."""
+"""Extras for development. A message names such an extra only if no other one installs the package."""
 REQUIREMENT = re.compile(r"^([\w.-]+).*;.*\bextra\s*==\s*['\"]([\w-]+)['\"]")
 
 
 @lru_cache(maxsize=1)
 def _extras() -> dict[str, set[str]]:
-    """{extra: modules that it installs}, from the metadata of the installation, including extras within extras."""
+    """Modules that each extra installs, by extra, from the metadata of the installation. Includes the extras that an extra
+    contains."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -33,8 +34,8 @@ def _extras() -> dict[str, set[str]]:
 
 
 def _module(package: str) -> str:
-    """Import name of a package. For all packages of the extras, the import name differs from the package's name only in
-    case and dashes."""
+    """Import name of a package. (The import names of all packages in extras differ from the packages' names only in case and
+    dashes.)"""
     return re.sub(r"[-.]", "_", package).lower()
 
 
@@ -51,17 +52,18 @@ def brings(extra: str, module: str) -> bool:
 
 
 def absent(extra: str, use: str) -> list[Problem]:
-    """A problem that names the missing packages of an extra; empty if all are installed. use: the feature that needs them."""
+    """A list with one problem, which names the missing packages of an extra; an empty list if all are installed. use: the feature
+    that needs them."""
     missing = sorted(m for m in _extras().get(extra, ()) if not there(m))
     what = f"needs {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed"
     return [Problem(use, what, remedy(extra))] if missing else []
 
 
 def there(module: str) -> bool:
-    """Whether a module is installed, as far as can be found without importing the module."""
+    """Whether a module is installed, tested without an import of the module."""
     try:
         return find_spec(module) is not None
-    except ValueError:  # the module is in sys.modules without a specification, because a program made the module object
+    except ValueError:  # a program made this module object, so it is in sys.modules without a specification
         return True
 
 
@@ -79,7 +81,7 @@ class Missing(ImportError):
 
 
 def brought(module: str, extra: str, use: str) -> Any:
-    """Import a module that an extra installs. Missing, with the command to install the extra, if there is no such module. use: the
+    """Import a module that an extra installs. If it is absent, raises Missing with the command that installs the extra. use: the
     feature that needs the module."""
     try:
         return import_module(module)
@@ -88,9 +90,8 @@ def brought(module: str, extra: str, use: str) -> Any:
 
 
 class Later:
-    """A module that an extra installs, imported at the first use of one of its names. Missing is raised at once if the package is
-    absent. The import is late because scipy's modules would take a quarter of the start-up time, and most processes never use
-    them."""
+    """A module that an extra installs, imported at the first use of one of its names. Raises Missing at once if the package is
+    absent. (scipy's modules would take a quarter of the start-up time, and most processes never use them.)"""
 
     def __init__(self, module: str, extra: str, use: str):
         self._source = (module, extra, use)

@@ -46,8 +46,8 @@ _collected: ContextVar[list[str] | None] = ContextVar("deprecation_notes", defau
 
 @contextmanager
 def deprecation_notes() -> Iterator[list[str]]:
-    """Collect the notes about deprecated words that are read in the block, without repetitions. Outside such a block, each note is
-    a FutureWarning."""
+    """Collect the notes about deprecated words that are read in the block, without repetitions. Outside this block, each note is a
+    FutureWarning."""
     notes: list[str] = []
     token = _collected.set(notes)
     try:
@@ -87,7 +87,7 @@ def current_path(path: str) -> str:
 
 
 def current_paths(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """{dotted path: value}, with the paths in current words."""
+    """Values by dotted path, with the paths in current words."""
     return {current_path(path): value for path, value in changes.items()}
 
 
@@ -105,8 +105,8 @@ def current_column(name: str) -> str:
 
 
 def current_pattern(pattern: str, matches: bool) -> str:
-    """A pattern of columns in current words; a change is reported. matches: whether the pattern as written matches a column; such a
-    pattern stays unchanged."""
+    """A pattern of columns in current words; a change is reported. matches: whether the pattern matches a column as it is written;
+    it then stays unchanged."""
     new = pattern if matches else current_column(pattern)
     if new != pattern:
         report("column", pattern, new)
@@ -120,6 +120,6 @@ def current_result(name: str) -> str:
 
 
 def known_result(name: str, known: Collection[str]) -> str:
-    """The known name of a column in the table of a batch that a name means. An unknown name is unchanged."""
+    """The known name that a name means, for a column in the table of a batch. An unknown name stays unchanged."""
     kind, _, what = name.partition(":")
     return next((n for n in (name, current_result(name), f"{kind}:{EVENTS.get(what, what)}") if n in known), name)

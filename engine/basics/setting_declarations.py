@@ -1,8 +1,7 @@
 """The settings of a run: name, unit, valid values, help text, and the commands, functions and requests that offer each setting.
 
-Options of the command line, checks of Python functions and fields of REST requests are made from this table. A new setting needs
-an entry here, and code that uses the setting.
-"""
+This table is the source of options of the command line, checks of Python functions and fields of REST requests. A new setting needs
+an entry in this table, and code that uses the setting. """
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, POSITIVE, Bound
 
 RTOL = Bound(1e-14, 0.1, advice="1e-6 is a good start")
-"""Allowed relative tolerances. Below 1e-14, round-off spoils the error estimate of a step; above 0.1, results are meaningless."""
+"""Allowed relative tolerances. Below 1e-14, the error estimate of a step is round-off; above 0.1, results are meaningless."""
 STUDIES = ("trunnion sweep", "trunnion optimise", "trunnion refine")
 SWEEPS = (*STUDIES, "trunnion.sweep", "POST /v1/jobs")
 DERIVATIVES = ("trunnion sensitivity", "trunnion.sensitivity", "POST /v1/sensitivities")
@@ -56,7 +55,8 @@ class Setting:
         return self.own_bounds.get(who, self.bound)
 
     def told(self, who: str) -> str:
-        """The help text of the setting at a command, function or request, with the default. Its placeholders are not filled yet."""
+        """The help text of the setting at a command, function or request, with the default. The text still contains its
+        placeholders."""
         many = " Repeatable." if who in self.several else ""
         return f"{self.text}{many} Default: {self.default_at(who)}."
 

@@ -1,1 +1,1 @@
-"""Output columns. Both kernels use the same declarations of the columns."""
+"""Output columns: declarations that both kernels use."""

@@ -1,7 +1,7 @@
 """Declarations of output columns: names, units, descriptions, operands, and one symbolic expression.
 
-An expression is a function that takes operands by name and returns outputs by name. It imports the symbolic library inside the
-function body, so that names and units can be read without the library."""
+An expression is a function that takes operands by name and returns outputs by name. The function imports the symbolic library in
+its body, so that names and units can be read without this library."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Quantity:
     """One output of a kind's expression, and the columns that hold the output.
 
     name       key for callers ("position"); a suffix after a dot distinguishes outputs with the same name ("extra.events").
-    output     key of the output in the dict that the expression returns.
+    output     key of the output in the dictionary that the expression returns.
     column     template of the columns' names, with words of ``Subject.words`` in braces: "{body}.position[{component}]".
     unit       template of the unit ("{displacement}/s").
     text       template of the description.
@@ -87,7 +87,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnKind:
-    """Columns with a common expression, which is evaluated once per subject.
+    """Columns with a common expression, which is evaluated once for each subject.
 
     of           type of the subjects.
     operands     operands of the expression, by parameter name.
@@ -116,7 +116,7 @@ class ColumnKind:
 
 
 def registered(*kinds: ColumnKind) -> dict[str, ColumnKind]:
-    """{name: kind}, in the order given. Raises ValueError with all faults, if a declaration is faulty."""
+    """Kinds by name, in the given order. Raises ValueError with all faults of all declarations."""
     wrong = [f"column kind {k.name or '?'}: {fault}" for k in kinds for fault in faults(k)]
     patterns = [f"{q.column} of {k.of.name}" for k in kinds for q in k.quantities]
     for what, names in (("column kind", [k.name for k in kinds]), ("column", patterns)):

@@ -49,8 +49,8 @@ CONTACT = REGISTRY["contact"]
 
 
 def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
-    """All (kind, subject) pairs of a system in the order of a result: bodies, joints, couplings, loads, the system. The pairs of
-    one item are adjacent. The pairs of consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
+    """All pairs of a kind and a subject, in the order of a result: bodies, joints, couplings, loads, the system. The pairs of one
+    item are adjacent. Pairs of consecutive kinds with ``SubjectType.by_freedom`` are sorted by freedom."""
     for scope, kinds in groupby(REGISTRY.values(), key=lambda kind: kind.of.scope):
         runs = [(by, list(run)) for by, run in groupby(kinds, key=lambda kind: kind.of.by_freedom)]
         for number, item in enumerate(items(system, scope)):
@@ -60,8 +60,8 @@ def subjects(system: System) -> Iterator[tuple[ColumnKind, Subject]]:
 
 
 def shown(kind: ColumnKind, s: Subject) -> Iterator[tuple[int, int | None, int | None]]:
-    """For each column of a subject: the indices of the quantity, the item and the component, from 0. The item is None if the kind
-    does not repeat; the component is None for a scalar."""
+    """For each column of a subject: the indices, from 0, of the quantity, the item (None if the kind does not repeat) and the
+    component (None for a scalar)."""
     for item in range(kind.repeats(s)) if kind.repeats else (None,):
         for number, q in enumerate(kind.quantities):
             if q.given(s):

@@ -1,4 +1,4 @@
-"""Subjects of columns: bodies, joints, freedoms, loads, the system. Each subject has words to fill the templates of names and
+"""Subjects of columns: bodies, joints, freedoms, loads, the system. Each subject has words that fill the templates of names and
 units."""
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Subject:
     """What a set of columns describes.
 
     key       unique among the subjects of one type in a system.
-    words     {word: text} to fill the templates of names, units and descriptions.
+    words     texts by word, which fill the templates of names, units and descriptions.
     data      the body, joint, load or system.
     freedom   index of the joint's freedom, from 0."""
 
@@ -42,7 +42,7 @@ class SubjectType:
     name         phrase for messages.
     scope        the items of a system that have such subjects ("bodies", "joints", "ties", "loads", "system").
     words        the words that every subject of this type has.
-    found        function of an item's index and the item that yields the item's subjects.
+    found        function that yields the subjects of an item, from its index and the item.
     by_freedom   whether consecutive kinds with this flag are sorted by freedom (see ``registry.subjects``)."""
 
     name: str
@@ -122,11 +122,11 @@ def _system(_: int, system: System) -> Iterator[Subject]:
 
 
 def _friction_freedoms(_: int, j: Joint) -> Iterator[Subject]:
-    """Freedoms along which friction acts. The column name of a rotational freedom contains its number among the rotational
-    freedoms, from 1. The column name of a translation contains its number only if friction acts along several translations."""
+    """Freedoms along which friction acts. The column name of a rotation contains the rotation's number, from 1. The column name of
+    a translation contains a number only if friction acts along several translations."""
     if not j.friction:
         return
-    bound = CONTACTS[j.friction.contact].bound  # The outputs of the contacts include the friction along these freedoms.
+    bound = CONTACTS[j.friction.contact].bound  # outputs of the contacts include the force along these freedoms
     travels = [k for k in range(j.kind.nv) if k not in bound and not j.kind.turns(k)]
     for k in range(j.kind.nv):
         if k in bound:
@@ -160,7 +160,7 @@ def _work(_: int, j: Joint) -> Iterator[Subject]:
 
 
 def _only(found: Callable[[int, Any], Iterator[Subject]], holds: Callable[[Any], Any]) -> Callable[[int, Any], Iterator[Subject]]:
-    """The function ``found``, but without subjects for the items for which ``holds`` is false."""
+    """The function ``found``, without subjects of items for which ``holds`` is false."""
     return lambda number, item: found(number, item) if holds(item) else iter(())
 
 

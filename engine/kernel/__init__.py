@@ -1,1 +1,1 @@
-"""From a system to a compiled library: symbolic expressions, C text, compiler, cache."""
+"""The way from a system to a compiled library: symbolic expressions, C text, compiler, cache."""

@@ -37,8 +37,8 @@ class KernelSource:
 
 @contextmanager
 def _quickly() -> Iterator[None]:
-    """Build without garbage collection, which would take a twentieth of the time: symbols are many, small, and in use until the
-    end."""
+    """Switch garbage collection off during a build. It would take a twentieth of the time, because symbols are many, small, and in
+    use until the end."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -53,7 +53,7 @@ def _quickly() -> Iterator[None]:
 def kernel_source(
     system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False
 ) -> KernelSource:
-    """C sources for a run. The Jacobian unit is separate, because few methods need it."""
+    """C sources for a run. The Jacobian unit is separate (``jacobian_source``), because few methods need it."""
     plain = build_model(Symbols(system, parameters))
     main = main_unit(plain, redundant)
     out = output_unit(plain, chosen, quadratures)

@@ -1,9 +1,8 @@
 """Compiled kernels and the runtime as ctypes libraries, from the cache or built on demand.
 
-The key of a kernel covers the system's structure, the columns, all sources that influence code, the compiler and the CPU level. A
-warm start therefore needs neither the symbolic library nor the compiler. Units are also cached by their text. Scenes that differ
-only in names or columns then use the same units.
-"""
+The key of a kernel depends on the system's structure, the columns, all sources that influence code, the compiler and the CPU level.
+A start with a filled cache therefore needs neither the symbolic library nor the compiler. Units are also cached by their text, so
+that scenes that differ only in names or columns use the same units. """
 
 from __future__ import annotations
 
@@ -34,15 +33,15 @@ ENGINE = Path(__file__).resolve().parent.parent
 RUNTIME = ENGINE / "runtime"
 SHAPING = ("columns", "elements", "kernel", "recursion", "runtime", "system")
 GUARDED = "host_"
-"""Prefix of the runtime's functions that Python calls. They set the floating-point environment, and restore the host's environment
-at their end."""
+"""Prefix of the runtime's functions that Python calls. Each sets the floating-point environment, and restores the host's
+environment at its end."""
 UNITS = {"kernel": "trunnion_kernel", "outputs": "trunnion_outputs", "jacobian": "trunnion_jacobian", "linear": "trunnion_linear",
          "lanes": "trunnion_lanes"}
 MOST_FRICTIONS = 12
-"""Largest number of friction multipliers with which lanes are used. With more, lanes need large maps."""
+"""Largest number of friction multipliers with which lanes are used. With more of them, lanes would need large maps."""
 MOST_TEXT, MOST_MAPS = 60_000, 1_000
-"""Lanes compute rows only up to these sizes: the text of the unit of columns (characters), and the maps (doubles). Compilation for
-lanes takes as long as the unit itself, and each case holds the data of rows on its stack."""
+"""Largest sizes with which lanes compute rows: of the text of the unit of columns (characters), and of the maps (doubles). The unit
+is compiled a second time for lanes, and each case has the data of rows on its stack."""
 
 
 @lru_cache(maxsize=1)
@@ -72,7 +71,7 @@ def kernel_key(system: System, parameters: int, chosen: list[Column], quadrature
 
 @lru_cache(maxsize=1)
 def runtime() -> ctypes.CDLL:
-    """The stepping library. If it is not installed, this machine compiles it once."""
+    """The stepping library. If this library is not installed, this machine compiles it once."""
     found = built.library("runtime")
     if found:
         return found
@@ -80,7 +79,7 @@ def runtime() -> ctypes.CDLL:
 
 
 def compiled_runtime(machine: c_compiler.Machine | None = None) -> Path:
-    """Path of the runtime's library for a machine, by default this machine. It is compiled once."""
+    """Path of the runtime's library for a machine, by default this machine. The library is compiled once."""
     name = f"runtime{machine.suffix if machine else c_compiler.library_suffix()}"
 
     def make(folder: Path) -> None:
@@ -155,7 +154,7 @@ class Kernel:
 
 
 def _cached(unit: str, key: str, make: Callable[[Path], None]) -> ctypes.CDLL:
-    """The library of a unit, from the cache. If it is missing, ``make(folder)`` builds it."""
+    """The library of a unit, from the cache. ``make(folder)`` builds a missing library."""
     folder, _ = library_cache.entry(f"{unit}-{key}", make)
     return ctypes.CDLL(str(folder / f"{unit}{c_compiler.library_suffix()}"))
 
@@ -173,8 +172,7 @@ def columns_library(built: Kernel) -> ctypes.CDLL | None:
 
 
 def lanes_fit(kernel: Kernel) -> bool:
-    """Whether lanes can step the cases of a kernel. This requires compiled code, few friction multipliers, no tables and few
-    loops."""
+    """Whether lanes can step the cases of a kernel. Requires compiled code, few friction multipliers, no tables and few loops."""
     table = KERNEL.ctype.from_address(kernel.address("kernel"))
     compiled = (kernel.folder / "kernel.c").exists() and table.neta <= MOST_FRICTIONS
     return compiled and not any(getattr(table, n) for n in ("ntables", "nfill", "nkappa", "begin", "shift"))
@@ -194,7 +192,7 @@ def _vectors(unit: str, text: str) -> ctypes.CDLL:
 
 
 def _compile(source: Path, text: str, flags: tuple[str, ...]) -> None:
-    """Write a unit's text to a file. Compile this file to a library with the same name, in the same folder."""
+    """Write a unit's text to a file. Compile it to a library of the same name, in the same folder."""
     source.write_text(text)
     (source.parent / "tr_abi.h").write_text(header())
     library = source.with_suffix(c_compiler.library_suffix())
@@ -254,8 +252,8 @@ def _build_kernel(folder: Path, system: System, parameters: int, chosen: list[Co
 
 
 def _compile_unit(folder: Path, unit: str, text: str) -> None:
-    """Write a unit's text and library into a folder. The cache is searched by the text, so other columns do not rebuild the
-    stepping unit, and other names do not rebuild any unit."""
+    """Write a unit's text and library into a folder. The text is the key of the cache, so other columns do not rebuild the stepping
+    unit, and other names rebuild no unit."""
     library, flags = f"{unit}{c_compiler.library_suffix()}", c_compiler.unit_flags(unit, text)
 
     name = f"unit-{library_cache.digest(unit, text, header(), *flags, *_toolchain())}"

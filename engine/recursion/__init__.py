@@ -10,6 +10,6 @@ Modules in the order in which a model is built:
   outward_accelerations     outward pass (§6)
   joint_reactions           transmitted wrenches (§5)
   complement_equation_terms inputs of the contact forms (§7)
-  redundant_loop_reactions  scaled reactions; their least norm selects the reactions of redundant loops
+  redundant_loop_reactions  scaled reactions, whose least norm selects the reactions of redundant loops
 
 All modules use ``vector_algebra``."""

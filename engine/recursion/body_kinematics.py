@@ -1,8 +1,8 @@
 """Positions and velocities from one body to the next (paper §2; theory, "Kinematics"), in the world frame.
 
-Body i's reference origin is its joint definition point p_i. So c_i = 0, the rotation centre is d_i = r_i, and Π = [P^s; P^r]. The
-recursion crosses a joint *forward* from its inboard to its outboard part, or *backward*. Coordinates always describe the outboard
-part relative to the inboard part."""
+Body i's reference origin is its joint definition point p_i. Therefore c_i = 0, the rotation centre is d_i = r_i, and Π = [P^s;
+P^r]. The recursion crosses a joint *forward* from its inboard to its outboard part, or *backward*. Coordinates always describe the
+outboard part relative to the inboard part."""
 
 from __future__ import annotations
 
@@ -111,12 +111,12 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
-    """(freedom, axis) of all rotation axes of a joint if ``rot``, else of all translation axes."""
+    """Freedom and axis of all rotation axes of a joint (``rot``), or of all translation axes."""
     return [(k, a) for k, axes in enumerate(j.kind.axes) for a in axes if a.rot == rot]
 
 
 def _scaled(a: Axis, Ein: SX, Eout: SX, pitch: SX) -> SX:
-    """A translation axis in the world. The axis of a screw's travel is multiplied by the travel per angle."""
+    """A translation axis in the world. The axis of a screw's translation is multiplied by the travel per angle."""
     v = axis_world(a, Ein, Eout)
     return v * pitch if a.by_pitch else v
 
@@ -138,11 +138,11 @@ def _column(j: Joint, k: int, Ein: SX, Eout: SX, travel: list[SX], pitch: SX) ->
 
 
 def _sigma(j: Joint, Ein: SX, Eout: SX, rates: list[SX], inner: SX, outer: SX) -> SX:
-    """Angular acceleration σ (10) of the outboard part relative to the inboard part at constant rates. It is the sum of ω_c × (axis
-    · rate) over all rotation axes, where ω_c is the angular velocity of the part that carries the axis.
+    """Angular acceleration σ (10) of the outboard part relative to the inboard part at constant rates. σ = Σ ω_c × (axis · rate)
+    over all rotation axes, where ω_c is the angular velocity of the part that carries the axis.
 
     inner: ω of the body where the step starts. outer: ω of the body where the step ends. A single rotation axis is fixed in both
-    parts, so ω_c may be inner or outer."""
+    parts; ω_c may then be inner or outer."""
     omega = {"in": inner if j.forward else outer, "out": outer if j.forward else inner}
     out = zeros(3)
     for k, a in _axes(j, True):

@@ -2,8 +2,8 @@
 
 E and E_b are the bushing's axes on the first and second body, δ = Eᵀ(x_b − x_a) and Q = Eᵀ E_b. The force on the second body is
 −(K δ + C δ̇). The elastic torque on the second body is minus the gradient of Σ 2 k_i v_i², where v is the vector part of Q's
-quaternion. All products in this gradient are sums of entries of Q. So the code needs no division, and the quaternion's sign does
-not matter."""
+quaternion. All products in this gradient are sums of entries of Q. The code therefore needs no division, and the quaternion's sign
+has no effect."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.recursion.vector_algebra import SX, cross, row_major
 from trunnion.system.structure.bodies_and_joints import GROUND, Load
 
 SMALL = 1e-20
-"""Limit of the squared norm of the vector part of a quaternion. Below this limit, the rotation angle equals twice the norm to the
+"""Limit of the squared norm of the vector part of a quaternion. Below this limit, twice the norm equals the rotation angle to the
 last digit."""
 
 
@@ -84,7 +84,7 @@ def bushing_state(ends: tuple[Motion, Motion], numbers: SX) -> Bushing:
 
 
 def wrenches_of(state: Bushing, load: Load) -> list[tuple[int, SX]]:
-    """The pairs (body, wrench) for each body of the bushing except the ground. A wrench is 6×1 at the body's reference origin."""
+    """A pair (body, wrench) for each body of the bushing except the ground. The wrench (6×1) is at the body's reference origin."""
     force, torque = state.world
     return [
         (body, ca.sparsify(ca.vertcat(sign * force, sign * (torque + cross(lever, force)))))
@@ -99,7 +99,8 @@ def _square(Q: SX, i: int) -> SX:
 
 
 def _gradient(Q: SX, k: SX) -> SX:
-    """The gradient 2 (w K v + v × K v), by 4 w v_1 = Q_32 − Q_23 and 4 v_2 v_3 = Q_32 + Q_23; w: the quaternion's scalar part."""
+    """The gradient 2 (w K v + v × K v), where w is the quaternion's scalar part. Uses 4 w v_1 = Q_32 − Q_23 and 4 v_2 v_3 = Q_32 +
+    Q_23."""
     rows = []
     for i in range(3):
         j, n = (i + 1) % 3, (i + 2) % 3

@@ -14,8 +14,8 @@ from trunnion.recursion.vector_algebra import SX, cross
 
 
 @dataclass
-class Seen:
-    """A vector v projected on the plane normal to the cam's axis: the vector to a follower's point, or the normal of its face.
+class ProjectedVector:
+    """Projection on the cam's plane of a vector v: the vector to the follower's point, or the normal of the follower's face.
 
     angle, length   polar coordinates of v in that plane (rad; m or 1), with rates.
     e2, e3          axes from which the angle is measured, world (3 each)."""
@@ -27,12 +27,13 @@ class Seen:
 
 
 def bearing(sym: Symbols, c: Cut) -> SX:
-    """Angle of the vector of ``Seen`` in the cam's plane, rad, within ±π. The cam's curve is evaluated at this angle."""
+    """Angle in the cam's plane, rad, within ±π, of the vector of ``ProjectedVector``. The cam's curve is evaluated at this
+    angle."""
     return _seen(sym, c).angle[0]
 
 
 @dataclass
-class Touch:
+class FollowerContact:
     """Contact of a follower with a cam.
 
     phi               distance of the follower from the curve, m.
@@ -51,7 +52,7 @@ class Touch:
 def following_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX]:
     """The constraint row, the freedom and the contact frame of a cut joint whose outboard part follows a cam.
 
-    The freedom is sliding of the follower along the cam. It is a ``Row`` of which only the rate, the wrenches and ξ are used.
+    The freedom is sliding of the follower along the cam: a ``Row`` of which only the rate, the wrenches and ξ are used.
     The columns of the frame (3×3, world) are the cam's axis, the normal towards the follower and the sliding direction."""
     seen = _seen(sym, c)
     curve = sym.curve(c.joint, seen.angle[0])
@@ -60,7 +61,7 @@ def following_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX]:
     return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame
 
 
-def _seen(sym: Symbols, c: Cut) -> Seen:
+def _seen(sym: Symbols, c: Cut) -> ProjectedVector:
     assert c.joint.profile is not None
     cosine, sine = (sym.leaf(x) for x in c.joint.profile.middle)
     e2, e3 = cosine * c.Ein[:, 1] + sine * c.Ein[:, 2], cosine * c.Ein[:, 2] - sine * c.Ein[:, 1]
@@ -73,11 +74,11 @@ def _seen(sym: Symbols, c: Cut) -> Seen:
     x, y, xdot, ydot = (ca.dot(e, of) for of in (v, rate) for e in (e2, e3))
     length = ca.sqrt(x * x + y * y)
     angle = (ca.atan2(y, x), (x * ydot - y * xdot) / (length * length))
-    return Seen(angle, (length, (x * xdot + y * ydot) / length), e2, e3)
+    return ProjectedVector(angle, (length, (x * xdot + y * ydot) / length), e2, e3)
 
 
-def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
-    """The contact frame (e1 of the cam, n, t), n with its rate, and t with its rate. angle: of n, measured from ``seen.e2``."""
+def _frame(c: Cut, seen: ProjectedVector, angle: Moving) -> tuple[SX, Moving, Moving]:
+    """The contact frame (e1 of the cam, n, t), n with its rate, and t with its rate. angle: angle of n from ``seen.e2``."""
     a = c.Ein[:, 0]
     cosine, sine = ca.cos(angle[0]), ca.sin(angle[0])
     n, t = cosine * seen.e2 + sine * seen.e3, cosine * seen.e3 - sine * seen.e2
@@ -85,9 +86,9 @@ def _frame(c: Cut, seen: Seen, angle: Moving) -> tuple[SX, Moving, Moving]:
     return ca.horzcat(a, n, t), (n, cross(turning, n)), (t, cross(turning, t))
 
 
-def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
+def _point(sym: Symbols, c: Cut, seen: ProjectedVector, curve: tuple[SX, SX, SX]) -> FollowerContact:
     """Contact of a point with the cam. The curve gives the distance of the point from the cam's axis as a function of the point's
-    angle. A roller around the point touches the cam at the point's position minus the roller's radius times n."""
+    angle. A roller around the point touches the cam at a distance of its radius from the point, against n."""
     (angle, turned), (length, spread), (r, slope, bend) = seen.angle, seen.length, curve
     square = length * length + slope * slope
     lean = (ca.atan2(slope, length), (bend * turned * length - slope * spread) / square)
@@ -97,12 +98,12 @@ def _point(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
-    # The residual is the radial deviation times the cosine of the pressure angle. The cosine is evaluated on the curve. At the
-    # point itself, cosine and residual would vanish if the point lay on the cam's axis.
-    return Touch((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
+    # The residual is the radial deviation times the cosine of the pressure angle. The cosine is that on the curve. At the point
+    # itself, cosine and residual would vanish if the point lay on the cam's axis.
+    return FollowerContact((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
 
 
-def _face(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
+def _face(sym: Symbols, c: Cut, seen: ProjectedVector, curve: tuple[SX, SX, SX]) -> FollowerContact:
     """Contact of a flat face with the cam. The curve gives the distance h of the face from the cam's axis as a function of the
     angle of the face's normal n. The contact point is h n + (dh/dangle) t from the axis."""
     (h, slope, bend), turned = curve, seen.angle[1]
@@ -112,4 +113,4 @@ def _face(sym: Symbols, c: Cut, seen: Seen, curve: tuple[SX, SX, SX]) -> Touch:
     own = c.c_in, cross(c.inb.omega, c.c_in)
     arm_in = (own[0] + foot, own[1] + moved)
     arm_out = (c.c_out - c.s + foot, own[1] + moved + c.inb.rdot - c.out.rdot)
-    return Touch(ca.dot(n[0], c.s) - h, n, t, arm_in, arm_out, E)
+    return FollowerContact(ca.dot(n[0], c.s) - h, n, t, arm_in, arm_out, E)

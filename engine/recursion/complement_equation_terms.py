@@ -1,7 +1,7 @@
 """Terms of the complement equations η = law(N(η)) (theory, "Complement equations"), joint by joint.
 
-The terms of a joint with friction are the reaction components that the contact forms need, the rates and accelerations of the
-freedoms, and the friction law with its parameters."""
+The terms of a joint with friction are: reaction components that the contact forms need, rates and accelerations of the freedoms,
+and the friction law with its parameters."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ from trunnion.system.structure.friction_joint_indices import Element, elements
 
 
 def reaction_rows(m: Model, acc: Accelerations, e: Element, combine: SX | None = None) -> SX:
-    """The components of f_c, m_c that an element needs, as affine maps (n×columns). If ``combine`` is given, they are values
-    (n×1)."""
+    """The components of f_c, m_c that an element needs, as affine maps (n×columns); with ``combine``, as values (n×1)."""
     if not e.needs:
         return SX(0, 1 if combine is not None else m.columns)
     f, t = on_pin(m, acc, e.joint, combine)
@@ -98,8 +97,8 @@ def bristle_rates(m: Model, acc: Accelerations, combine: SX) -> list[SX]:
 
 
 def by_loads(values: SX, e: Element, N: SX) -> SX:
-    """Dense derivative ∂values/∂N. N: the components that the element needs. The derivative with respect to a span (``SPAN``) is
-    set to 0, because a span does not depend on the multipliers."""
+    """Dense derivative ∂values/∂N. N: the components that the element needs. The derivative by a span (``SPAN``) is 0, because a
+    span does not depend on the multipliers."""
     out = ca.densify(ca.jacobian(values, N))
     if SPAN in e.needs:
         out[:, e.needs.index(SPAN)] = 0
@@ -107,8 +106,8 @@ def by_loads(values: SX, e: Element, N: SX) -> SX:
 
 
 def numbers(sym: Symbols, e: Element) -> Mapping[str, SX]:
-    """Parameters of an element (sizes, law) by name. A parameter that depends on time or on an input is limited to values ≥ 0. If
-    the element has such a parameter, mu_static is raised to mu where it is smaller."""
+    """Parameters of an element (sizes, law) by name. A parameter that depends on time or on an input is limited to values ≥ 0. In
+    an element with such a parameter, mu_static is at least mu."""
     out = {n: ca.fmax(sym.load(x), 0) if isinstance(x, Signal) else sym.leaf(x) for n, x in e.friction.numbers}
     if e.friction.varies and "mu_static" in out:
         out["mu_static"] = ca.fmax(out["mu_static"], out["mu"])

@@ -10,7 +10,7 @@ from trunnion.recursion.vector_algebra import SX
 from trunnion.system.structure.coupling_joint_data import ENDLESS, FOOT, Curve, gauss_points
 
 ROUNDS, STEPS = 3, 3
-"""The foot is searched in ROUNDS rounds. A round takes STEPS Newton steps, and then searches for the piece that contains the
+"""ROUNDS: number of rounds of the search for a foot. A round makes STEPS Newton steps, then finds the piece that contains the
 foot."""
 
 
@@ -25,7 +25,7 @@ def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
 
 def refine_foot(foot: Sequence[SX], p: SX) -> SX:
     """Parameter of the foot of point p after one Newton step from ``foot``. If p is near or beyond the centre of curvature, the
-    slope for Newton's step is too small, and a Gauss–Newton step is taken instead."""
+    slope for Newton's step is too small; a Gauss–Newton step replaces it."""
     at, way, bend = evaluate_curve(foot)
     gap, square = p - at, ca.dot(way, way)
     slope: SX = square - ca.dot(gap, bend)
@@ -43,12 +43,12 @@ def arc_length(foot: Sequence[SX]) -> SX:
 
 def find_foot(curve: Curve, p: SX) -> SX:
     """The foot nearest to point p, by Newton's method. Each piece gives a candidate: the projection of p on the piece's chord. The
-    method starts at the candidate whose curve point is nearest to p."""
+    method starts at the candidate that is nearest to p."""
     best, nearest = [SX(0)] * FOOT, SX(0)
     for k, piece in enumerate(curve.pieces):
         numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
         low, high = piece.start if k or curve.around else -ENDLESS, piece.end
-        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # An endless piece is straight, so any h gives its chord.
+        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # an endless piece is straight: any h gives its chord
         chord = ca.vertcat(*(_chord(of, h) for of in (piece.e2, piece.e3)))
         begin = ca.vertcat(piece.e2[0], piece.e3[0])
         u = ca.fmin(ca.fmax(piece.start + ca.dot(p - begin, chord) / ca.dot(chord, chord), low), high)
@@ -81,8 +81,7 @@ def _with_piece(curve: Curve, u: SX) -> list[SX]:
 
 
 def numbers_of_piece(pieces: Sequence[tuple[float, ...]], x: SX) -> list[SX]:
-    """The numbers of the piece at x. The first number of a piece is its start. Before the start of the first piece, the result is
-    the first piece."""
+    """The numbers of the piece at x, or of the first piece if x is before it. The first number of a piece is its start."""
     out = [SX(0)] * len(pieces[0])
     begun = [SX(1), *[x >= piece[0] for piece in pieces[1:]], SX(0)]
     for k, numbers in enumerate(pieces):

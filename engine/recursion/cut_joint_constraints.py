@@ -1,6 +1,6 @@
 """Constraint equations of cut joints (paper §4): residuals (46), (49), rows G (47), (50), ξ (48), (51), and rates.
 
-The transpose of a row G is the force column W^N (59), (61) of the row's multiplier. Therefore S is symmetric (theory, "Cut
+S is symmetric, because the transpose of a row G is the force column W^N (59), (61) of the row's multiplier (theory, "Cut
 joints")."""
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from trunnion.system.structure.bodies_and_joints import GROUND, Joint
 from trunnion.system.structure.coupling_joint_data import Mimic
 
 FREEDOMS = "freedoms"
-"""Key in ``Cut.made`` of the freedoms of a bodiless joint, as rows."""
+"""Key in ``Cut.made``: the freedoms of a bodiless joint, as rows."""
 ALONG = "along"
-"""Key in ``Cut.made`` of the coordinate of a point along its curve."""
+"""Key in ``Cut.made``: the coordinate of a point along its curve."""
 
 
 INSIDE = "inside"
-"""Key in ``Cut.made`` of the distance of a pin inside the mouths of its slot."""
+"""Key in ``Cut.made``: the distance of a pin inside the mouths of its slot."""
 
 
 def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
@@ -51,7 +51,7 @@ def cut(sym: Symbols, motions: list[Motion], j: Joint) -> Cut:
 
 
 def add_tie(sym: Symbols, c: Cut, follows: Cut, leads: Cut, of: list[tuple[SX, SX]], m: Mimic) -> None:
-    """Set the row of a coupling, and for a gearbox its freedom, which is the follower's. The row of a gearbox is the ratio
+    """Set the row of a coupling; for a gearbox also its freedom, which is that of the follower. The row of a gearbox is the ratio
     times the angle of the output shaft, minus the angle of the input shaft; its multiplier is the torque of the input shaft."""
     geared = c.joint.kind.nv > 0
     c.rows = [mimic_row(sym, follows, leads, of, m, geared)]
@@ -104,8 +104,8 @@ def _centripetal(c: Cut) -> SX:
 def _travel_row(c: Cut, k: int) -> Row:
     """Row of a translational constraint (49)–(51): no travel along an axis h.
 
-    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the outboard part if that part is the
-    ground, else in the inboard part. For an axis that does not rotate, the generated code is shorter."""
+    If all three directions are constrained, h is fixed in the world. Otherwise h is fixed in the ground if this is the outboard
+    part, else in the inboard part. (The generated code is shorter if the axis does not rotate.)"""
     vel, acc = point_velocity(c), _centripetal(c)
     if len(c.joint.kind.rows_s) == 3:
         h, omega, arm_in, arm_out = SX.eye(3)[:, k], zeros(3), c.c_in, c.c_out
@@ -161,7 +161,7 @@ def axis_wrenches(c: Cut, freedom: int) -> tuple[SX, SX]:
     freedom."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].g_in, c.made[FREEDOMS][freedom].g_out
-    a = c.joint.kind.axes[freedom][0]  # A screw has a second axis, which stands for the travel caused by the rotation.
+    a = c.joint.kind.axes[freedom][0]  # the second axis of a screw is the travel that the rotation causes
     h = axis_world(a, c.Ein, c.Eout)
     if a.rot:
         w = ca.sparsify(ca.vertcat(zeros(3), h))
@@ -174,7 +174,7 @@ def acceleration_bias(c: Cut, freedom: int) -> SX:
     times Ż."""
     if c.joint.kind.bodiless:
         return c.made[FREEDOMS][freedom].xi
-    a = c.joint.kind.axes[freedom][0]  # A screw has a second axis, which stands for the travel caused by the rotation.
+    a = c.joint.kind.axes[freedom][0]  # the second axis of a screw is the travel that the rotation causes
     h = axis_world(a, c.Ein, c.Eout)
     carrier = c.inb.omega if a.side == "in" else c.out.omega
     hdot = cross(carrier, h)

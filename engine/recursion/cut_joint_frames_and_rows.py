@@ -67,7 +67,7 @@ T = TypeVar("T")
 
 
 def once(build: Callable[[Cut], T]) -> Callable[[Cut], T]:
-    """Decorator: build an expression of a cut joint at the first call, and return the same expression at later calls."""
+    """Decorator: the first call builds an expression of a cut joint, later calls return it."""
 
     @wraps(build)
     def kept(c: Cut) -> T:
@@ -87,9 +87,9 @@ def point_velocity(c: Cut) -> SX:
 def force_row(
     c: Cut, phi: SX, push: Moving, arm_in: Moving, arm_out: Moving, torque_in: Moving = NOTHING, torque_out: Moving = NOTHING
 ) -> Row:
-    """Row of a multiplier λ. The multiplier applies the force λ·push to the outboard part and −λ·push to the inboard part. arm_in
-    and arm_out are vectors from each part's origin to the point of the force. The multiplier also applies the torques λ·torque_in
-    and λ·torque_out. phi: the residual."""
+    """Row of a multiplier λ. The multiplier applies the force λ·push to the outboard part and −λ·push to the inboard part. arm_in,
+    arm_out: vectors from each part's origin to the point of the force. The multiplier also applies the torques λ·torque_in and
+    λ·torque_out. phi: the residual."""
     (k, kdot), (x_in, x_in_dot), (x_out, x_out_dot) = push, arm_in, arm_out
     velocity = c.out.rdot + cross(c.out.omega, x_out) - c.inb.rdot - cross(c.inb.omega, x_in)
     bend = cross(c.out.omega, x_out_dot) - cross(c.inb.omega, x_in_dot)

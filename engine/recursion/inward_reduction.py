@@ -1,7 +1,7 @@
 """The inward pass (paper §3, §6). Bodies are removed one by one, from the leaves of the tree to the ground. Each removed body
 transfers its inertia and forces to its inboard body.
 
-Forces have the columns [known | λ | η]. Therefore one pass gives the affine maps of all results. Derivation: theory, "Reduction"
+Because forces have the columns [known | λ | η], one pass gives the affine maps of all results. Derivation: theory, "Reduction"
 and "Cut joints"."""
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ class Model:
         return next(c for c in self.cuts if c.joint.name == j.name)
 
     def once(self, build: Callable[[Model], Any]) -> Any:
-        """The result of ``build(self)``, which is called once. The model and its reduced copy share the result, so the reduction
-        must not change it."""
+        """The result of ``build(self)``, which is called only once. The model and its reduced copy share this result, so it must
+        not depend on the reduction."""
         if build not in self.made:
             self.made[build] = build(self)
         return self.made[build]
@@ -108,7 +108,7 @@ def model(sym: Symbols) -> Model:
 
 
 def build_model(sym: Symbols) -> Model:
-    """The model before reduction. ``outward_accelerations.balance`` uses this model where the accelerations are known."""
+    """The model before reduction. For ``outward_accelerations.balance``, where the accelerations are known."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []
@@ -179,8 +179,8 @@ def eta_column(m: Model, j, freedom: int) -> int:
 
 def _generalised(m: Model, step: Step) -> SX:
     """Forces on the outboard part of a tree joint along its n free freedoms (n×columns). Column 0 contains the forces of devices.
-    A freedom's own η column has the entry −1 for the freedom, because η acts on the inboard part. The column of a light freedom's
-    row has the entry 1."""
+    The η column of a freedom has the entry −1 in the freedom's row, because η acts on the inboard part. The column of a light
+    freedom's multiplier has the entry 1."""
     j = step.joint
     Q = zeros(len(j.free), m.columns)
     forces = joint_forces(m.sym, step)

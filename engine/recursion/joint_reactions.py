@@ -68,8 +68,8 @@ def pose_of(m: Model, j: Joint) -> Pose:
 
 
 def span(m: Model, j: Joint, columns: int) -> SX:
-    """Half the length over which the parts of a joint overlap, m, as a row of the affine maps. Only column 0 is nonzero, because
-    the length does not depend on the multipliers."""
+    """Half the length over which the parts of a joint overlap, m, as a row of the affine maps. All columns but column 0 are zero,
+    because the length does not depend on the multipliers."""
     both, pose = lengths(m.sym, j), pose_of(m, j)
     assert both is not None
     return ca.horzcat(overlap(pose.s, pose.Ein, both)[1], SX(1, columns - 1))
@@ -86,7 +86,7 @@ def pin_axes(j: Joint, Ein: SX, Eout: SX) -> SX:
 
 def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) -> tuple[SX, SX]:
     """f_c, m_c (3×columns each): total wrench on the part with the pin, about the point of the part with the ends, resolved in
-    ``pin_axes``. For a universal joint, the wrench acts on the inboard part; the contact element assigns the journals to the
+    ``pin_axes``. Of a universal joint, it is the wrench on the inboard part; the contact element assigns the journals to the
     parts."""
     f, t, s = on_outboard(m, acc, j, combine)
     pose = pose_of(m, j)
@@ -94,8 +94,8 @@ def on_pin(m: Model, acc: Accelerations, j: Joint, combine: SX | None = None) ->
 
 
 def lengths(sym: Symbols, j: Joint) -> SX | None:
-    """Lengths of the inboard and the outboard part (2), m, if the joint has friction and its parts touch where they overlap.
-    Otherwise None."""
+    """Lengths of the inboard and the outboard part (2), m, if the joint has friction and its parts touch where they overlap;
+    otherwise None."""
     if j.fit.ends != OVERLAP or not j.friction:
         return None
     return ca.vertcat(*[sym.leaf(j.friction.number(s.name)) for s in LENGTHS])
@@ -111,8 +111,8 @@ def overlap(s: SX, Ein: SX, both: SX) -> tuple[SX, SX]:
 
 
 def on_pin_part(j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, both_lengths: SX | None = None) -> tuple[SX, SX]:
-    """f_c, m_c (3×columns each) about the point of the part with the ends. If ``both_lengths`` is given, m_c is about the middle of
-    the overlap. f, t: force and torque on the outboard part at p_out. s, Ein, Eout: as in ``Pose``."""
+    """f_c, m_c (3×columns each) about the point of the part with the ends. With ``both_lengths``, m_c is about the middle of the
+    overlap. f, t: force and torque on the outboard part at p_out. s, Ein, Eout: see ``Pose``."""
     E, both = pin_axes(j, Ein, Eout), CONTACTS[j.kind.friction].frame == "both"
     if both_lengths is not None:
         t = t + cross(s - overlap(s, Ein, both_lengths)[0] * Ein[:, 0], f)
@@ -129,7 +129,7 @@ def by_component(f: SX, t: SX) -> dict[str, SX]:
 
 
 def pin_wrench(step: Step, j: Joint, N: SX, needs: tuple[str, ...], both_lengths: SX | None = None) -> SX:
-    """The components ``needs`` of f_c, m_c of a tree joint. A span among them is given as 0. N: reaction on the joint's child at
+    """The components ``needs`` of f_c, m_c of a tree joint. The entry of a span is 0. N: reaction on the joint's child at
     the child's origin (6×1)."""
     rows = by_component(*on_pin_part(j, *_of_child(j, N, step.s), step.s, step.Ein, step.Eout, both_lengths))
     return ca.sparsify(ca.vertcat(*[rows.get(n, SX(0)) for n in needs]))

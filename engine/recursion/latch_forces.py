@@ -12,8 +12,8 @@ LIFTED = 0.5
 """A hook is lifted while the release signal is above this value."""
 
 SLACK = 5e-13
-"""A hook already falls when the part is this distance before the tooth, m or rad. So it catches a part that starts at the tooth.
-The distance is half of the tolerance of end stops."""
+"""A hook falls when the part is this distance before the tooth, m or rad, so that it catches a part that starts at the tooth. The
+distance is half of the tolerance of end stops."""
 
 BEYOND = 2e-12
 """When a hook falls, a tooth counts as passed if the part is within this distance of the tooth, m or rad. The distance is twice the
@@ -21,8 +21,8 @@ tolerance of end stops, so that no tooth is passed twice."""
 
 
 def tooth(sym: Symbols, x: Latch, hook: SX) -> SX:
-    """Position of the tooth on which the hook is. hook: number of the tooth, from 1. If the hook is up (0), the position of the
-    first tooth."""
+    """Position of the tooth on which the hook is. hook: number of the tooth, from 1; 0 (hook up) gives the position of the first
+    tooth."""
     at = sym.leaf(x.at)
     return at + x.side * sym.leaf(x.pitch) * (ca.fmax(hook, 1) - 1) if toothed(x) else at
 
@@ -33,7 +33,7 @@ def toothed(x: Latch) -> bool:
 
 
 def force(sym: Symbols, x: Latch, flags: tuple[SX, SX], q: SX, rate: SX) -> SX:
-    """Force of a hook on the outboard part while the hook is down and pressed. It follows the force law of an end stop."""
+    """Force of a hook on the outboard part while the hook is down and pressed, by the force law of an end stop."""
     give = ca.fmax(1 - sym.leaf(x.damping) * x.side * rate, 0)
     return elastic(sym, x, flags, q) * give
 
@@ -57,8 +57,8 @@ def depths(sym: Symbols, x: Latch, hook: SX, q: SX, release: SX) -> tuple[SX, SX
 
     1. Hook up: positive where it falls. Hook down: positive where it stays down.
     2. Hook up: minus the number of the tooth on which it would fall. Hook down: depth by which it is pressed.
-    3. Release signal minus LIFTED. Of the three, only this function crosses zero smoothly when the signal releases the hook; steps
-       end at its zeros."""
+    3. Release signal minus LIFTED. Only the third function crosses zero smoothly when the signal releases the hook; steps end at
+    its zeros."""
     depth, lifted = x.side * (tooth(sym, x, hook) - q), release - LIFTED
     stays, falls = ca.fmin(-lifted, sym.leaf(x.holds) / sym.leaf(x.stiffness) - depth), ca.fmin(-lifted, SLACK - depth)
     first = ca.SX(1)

@@ -1,7 +1,7 @@
 """Contacts of joints in loops as springs (theory, "Redundant loops").
 
 All contacts of a joint have the same radial stiffness; an end face has this stiffness along the axis. Each row is a contact force
-divided by the square root of the contact's stiffness. Therefore the sum of the squared rows is proportional to the elastic energy.
+divided by the square root of the contact's stiffness. The sum of the squared rows is therefore proportional to the elastic energy.
 A joint without friction has no contact sizes; its contacts get an arm that is a fraction of the distances between joints."""
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ PART = 0.1
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:
-    """Spring forces of a joint. f, t: force and torque on the outboard part at p_out (3×columns each). s, Ein, Eout: as in
-    ``Pose``. arm: the result of ``contact_arm``."""
+    """Spring forces of a joint. f, t: force and torque on the outboard part at p_out (3×columns each). s, Ein, Eout: see ``Pose``.
+    arm: the result of ``contact_arm``."""
     element = contact_of(j)
     drives = [_along(j, k, f, t, Ein, Eout, arm) / arm for k in j.driven]
     if element is None:
@@ -45,13 +45,13 @@ def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, 
 
 
 def _by_stiffness(sym: Symbols, j: Joint, rows: SX) -> SX:
-    """The rows divided by √(k/USUAL), where k is the joint's stiffness. A joint without given stiffness has k = USUAL."""
+    """The rows divided by √(k/USUAL), where k is the joint's stiffness. k = USUAL if the scene gives no stiffness."""
     return rows if j.stiffness is None else ca.sqrt(USUAL / sym.leaf(j.stiffness)) * rows
 
 
 def friction_change_rows(m: Model, e: Element, values: SX, sliding: bool = False) -> SX:
     """Change of a joint's first spring rows (those of contacts) due to friction (rows×1). values: the components of f_c, m_c that
-    the element needs. sliding: whether to leave out friction at rest."""
+    the element needs. sliding: whether to omit friction at rest."""
     eta = [] if sliding else [m.sym.eta[i] for i in e.eta]
     return friction_change(m.sym, e, complete_wrench(e, values), joint_rates(m, e.joint), laws(m.sym, e), numbers(m.sym, e), eta)
 
@@ -72,7 +72,7 @@ def friction_change(sym: Symbols, e: Element, w: Wrench, rates: list[SX], ls: li
 
 
 def _sizes(sym: Symbols, j: Joint, element: ContactElement, arm: SX) -> Mapping[str, SX]:
-    """The joint's own sizes, if the joint has all sizes that the element needs. Otherwise ``arm`` is used for every size."""
+    """The joint's own sizes, if it has all sizes that the element needs; otherwise ``arm`` for every size."""
     own = {n: sym.leaf(x) for n, x in j.friction.numbers if not isinstance(x, Signal)} if j.friction else {}
     if all(label in own for s in element.sizes if s.needed and s.bears and not s.ends for label in s.labels):
         return own
@@ -88,15 +88,15 @@ def contact_arm(m: Model, j: Joint, points: Mapping[int, Sequence[Leaves]]) -> S
 
 
 def arm_of(size: SX, wide: SX, spins: Sequence[SX], masses: Sequence[SX]) -> SX:
-    """PART times the size of the joint's block, m. size, wide: its square, m², without and with mass centres; the first above 0
-    counts. If both are 0, the block counts as large as the radius of gyration of the joint's parts."""
+    """PART times the size of the joint's block, m. size, wide: square of the block's size, m², without and with mass centres; the
+    first one above 0 counts. If both are 0, the radius of gyration of the joint's parts replaces the size."""
     square = sum((j / m for j, m in zip(spins, masses, strict=True)), SX(0)) / len(masses)
     return PART * ca.sqrt(ca.if_else(size > NO_SIZE, size, ca.if_else(wide > NO_SIZE, wide, square + NO_SIZE)))
 
 
 def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:
-    """Mean square of the distances of points from the mean point of their body, m². It does not depend on masses, frames, or the
-    place where a loop is cut."""
+    """Mean square of the distances of points from the mean point of their body, m². Masses, frames, and the place where a loop is
+    cut do not affect it."""
     total, count = SX(0), 0
     for own in (list(map(sym.leaves, x)) for x in points.values()):
         middle = sum(own, SX(3, 1)) / len(own)
@@ -106,8 +106,8 @@ def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:
 
 
 def spin(m: Model, b: Body) -> SX:
-    """Half the trace of a body's inertia, kg m². For a point mass, the result is instead the mass times the squared distance of the
-    mass centre from the reference origin. If this distance is also 0, ``_spread`` replaces its square."""
+    """Half the trace of a body's inertia, kg m². For a point mass, the result is the mass times the squared distance of the mass
+    centre from the reference origin. If this distance is 0, too, ``_spread`` replaces its square."""
     j = [m.sym.leaf(x) for x in b.inertia[:3]]
     mass, c = m.sym.leaf(b.mass), m.sym.leaves(b.center)
     if all(x.is_zero() for x in j):

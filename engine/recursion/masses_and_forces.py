@@ -1,6 +1,6 @@
 """Masses (16), velocity-dependent forces (17), applied forces F^a, and forces of devices along freedoms.
 
-Gravity is modelled as an acceleration −g of the ground (Ż_0). This saves a force on each body, and the reactions are the same."""
+Gravity is modelled as an acceleration −g of the ground (Ż_0), which saves a force on each body and gives the same reactions."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def applied(sym: Symbols, motions: Motions) -> list[SX]:
 
 
 def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """The pairs (body, wrench) for each body on which a load acts, except the ground. A wrench is 6×1 at the body's reference
+    """A pair (body, wrench) for each body on which a load acts, except the ground. The wrench (6×1) is at the body's reference
     origin."""
     if load.kind == "spring_damper":
         return _spring(sym, motions, load)
@@ -126,8 +126,8 @@ def line_of(sym: Symbols, motions: Motions, load: Load) -> SpringLine:
 
 
 def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
-    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇ + nonlinear forces). The
-    force on the first body is opposite."""
+    """Wrenches of a spring-damper. The force on the second body along ``unit`` is −(K (L − l0) + C L̇ + nonlinear forces); the
+    first body gets the opposite force."""
     k, c, free = (sym.leaf(x) for x in load.numbers)
     line = line_of(sym, motions, load)
     force = line.unit * (k * (line.length - free) + c * line.rate + nonlinear_force(sym, load.nonlinear, line.length, line.rate))
@@ -156,7 +156,7 @@ def nonlinear_power(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
     """Sum of the forces of spring, damper, end stops, latch, effort and motor along a freedom, on the outboard part. The effort of
-    a drive is a reaction and therefore not included."""
+    a drive is not included, because it is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))
@@ -195,8 +195,8 @@ def stop_force(sym: Symbols, d: Device, q: SX, rate: SX) -> SX:
 
 
 def stop_push(damping: SX, sign: int, rate: SX) -> SX:
-    """Factor of an end stop's elastic force. Where it is 0, the part leaves faster than the stop expands, and the stop releases the
-    part. A time step ends where the factor becomes 0."""
+    """Factor of an end stop's elastic force. Where the factor is 0, the part leaves faster than the stop expands, and the stop
+    releases the part. A time step ends where the factor becomes 0."""
     return 1 - damping * sign * rate
 
 

@@ -26,8 +26,8 @@ class Accelerations:
 
 
 def outward(m: Model, combine: SX | None = None, reactions: bool = True) -> Accelerations:
-    """The outward pass (96)–(102). combine = [1; λ; η] (columns×1): values of the multipliers; if given, all results have a single
-    column. reactions: if false, N is zero."""
+    """The outward pass (96)–(102). combine = [1; λ; η] (columns×1): values of the multipliers; all results then have a single
+    column. reactions: whether to compute N; otherwise N is zero."""
     n = m.columns if combine is None else 1
     pick = SX.eye(n) if combine is None else combine
     first = zeros(1, n)

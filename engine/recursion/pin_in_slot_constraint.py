@@ -14,7 +14,7 @@ from trunnion.recursion.vector_algebra import SX, cross
 
 
 def slot_axes(sym: Symbols, c: Cut) -> tuple[SX, SX]:
-    """e2 and e3 of the slot nearest to the pin, among equal slots around e1."""
+    """Axes e2 and e3 of the slot nearest to the pin, among equal slots around e1."""
     assert c.joint.slot is not None
     x, y = ca.dot(c.Ein[:, 1], c.s), ca.dot(c.Ein[:, 2], c.s)
     pitch = 2.0 * math.pi / sym.leaf(c.joint.slot.repeated)
@@ -26,7 +26,7 @@ def slot_axes(sym: Symbols, c: Cut) -> tuple[SX, SX]:
 def slot_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
     """The row of the gap, the freedom, the contact frame, and the distance of the pin inside the mouths (negative: it has left).
 
-    The freedom is sliding along the wall. It is a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
+    The freedom is sliding along the wall: a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n from the wall towards the middle of the slot, and t = e1 × n."""
     assert c.joint.slot is not None
     at = curve_contact(sym, c, slot_axes(sym, c))
@@ -41,7 +41,7 @@ def slot_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
 
 def _offset(c: Cut, at: CurveContact, past: SX) -> tuple[SX, Moving, Moving]:
     """Distance of the pin from the nearest point of the curve, m; n and t with their rates. past: distance beyond an end without a
-    mouth, m (negative before the start). There, n turns with the line from the end to the pin."""
+    mouth, m (negative before the start). Beyond an end, n turns with the line from the end to the pin."""
     e1, across, beyond = c.Ein[:, 0], at.touch.phi, past != 0
     far = ca.if_else(beyond, ca.sqrt(past * past + across * across + TINY), 1)
     side = ca.if_else(across < 0, 1, -1)

@@ -5,22 +5,22 @@ from __future__ import annotations
 import casadi as ca
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.recursion.cam_follower_constraint import Touch
+from trunnion.recursion.cam_follower_constraint import FollowerContact
 from trunnion.recursion.curve_foot_point import arc_length, evaluate_curve, refine_foot
 from trunnion.recursion.cut_joint_frames_and_rows import Cut, Moving, Row, force_row, point_velocity
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX, cross
 
 REFINED = 2
-"""Number of Newton steps from the given foot. One step makes the first derivative of the foot correct; two steps make the second
-derivative correct too."""
+"""Number of Newton steps from the given foot. After one step, the first derivative of the foot is correct; after two steps, the
+second one, too."""
 
 
 @dataclass
 class CurveContact:
     """Contact of a point with a curve. way: arc length at the foot, m. turning: angular velocity of the contact frame."""
 
-    touch: Touch
+    touch: FollowerContact
     way: SX
     turning: SX
 
@@ -31,17 +31,16 @@ def spot(axes: tuple[SX, SX], c: Cut) -> SX:
 
 
 def curve_row(sym: Symbols, c: Cut) -> tuple[Row, Row, SX, SX]:
-    """The constraint row, the freedom, the contact frame and the position along the curve (m) of a cut joint whose outboard point
-    stays on a curve.
+    """Constraint row, freedom, contact frame and position along the curve (m) of a cut joint whose outboard point stays on a curve.
 
-    The freedom is sliding along the curve. It is a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
+    The freedom is sliding along the curve: a ``Row`` of which only the rate, the wrenches and ξ are used. The columns of the
     frame (3×3, world) are e1, the normal n, and the direction t of increasing parameter. Seen along −e1, n is to the right of t."""
     found = curve_contact(sym, c, (c.Ein[:, 1], c.Ein[:, 2]))
     at, arms = found.touch, rim(sym, c, found.touch.n, found.touch)
     return force_row(c, at.phi, at.n, *arms), force_row(c, SX(0), at.t, *arms), at.frame, found.way
 
 
-def rim(sym: Symbols, c: Cut, n: Moving, at: Touch) -> tuple[Moving, Moving]:
+def rim(sym: Symbols, c: Cut, n: Moving, at: FollowerContact) -> tuple[Moving, Moving]:
     """Arms of the contact force, with rates, at the rim of a roller around the point. n: direction from the wall to the point."""
     assert c.joint.curve is not None
     r = sym.leaf(c.joint.curve.roller)
@@ -64,5 +63,5 @@ def curve_contact(sym: Symbols, c: Cut, axes: tuple[SX, SX]) -> CurveContact:
     n, t = (way[1] * e2 - way[0] * e3) / size, (way[0] * e2 + way[1] * e3) / size
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in, phi = (c.c_in + c.s, carried + own[1]), (gap[0] * way[1] - gap[1] * way[0]) / size
-    touch = Touch(phi, (n, cross(turning, n)), (t, cross(turning, t)), arm_in, own, ca.horzcat(e1, n, t))
+    touch = FollowerContact(phi, (n, cross(turning, n)), (t, cross(turning, t)), arm_in, own, ca.horzcat(e1, n, t))
     return CurveContact(touch, arc_length(foot), turning)

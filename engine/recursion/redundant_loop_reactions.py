@@ -1,6 +1,6 @@
 """Scaled reactions of joints in loops. Redundant loops have many possible reactions; the model uses those whose scaled reactions
-have the least sum of squares (theory, "Redundant loops"). If the loops have no friction, the scale is the parts' inertia; otherwise
-it is the compliance of the contacts."""
+have the least sum of squares (theory, "Redundant loops"). The scale is the inertia of the parts; in loops with friction, it is the
+compliance of the contacts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trunnion.system.structure.loop_joints import block_points, loop_joints, row
 
 
 def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX:
-    """Scaled reactions as affine maps (rows×columns). If ``pick`` = [1; λ; η] is given, they are values (rows×1)."""
+    """Scaled reactions as affine maps (rows×columns). With ``pick`` = [1; λ; η], they are values (rows×1)."""
     system = m.sym.system
     if not rubs(system):
         return _by_inertia(m, acc, pick)
@@ -30,7 +30,7 @@ def scaled_reactions(m: Model, acc: Accelerations, pick: SX | None = None) -> SX
 
 def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
     """Scaled reactions of every joint in a loop, on each of its two parts: force/√m, and torque about the mass centre/√j. m: mass
-    of the part. j: half the trace of the part's inertia. Arguments and result as in ``scaled_reactions``."""
+    of the part. j: half the trace of the part's inertia. Arguments and result are those of ``scaled_reactions``."""
     blocks = [SX(0, m.columns if pick is None else 1)]
     for j in loop_joints(m.sym.system):
         f, t, _ = on_outboard(m, acc, j, pick)
@@ -46,7 +46,7 @@ def _by_inertia(m: Model, acc: Accelerations, pick: SX | None) -> SX:
 
 def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> bool:
     """Whether the norm of the scaled reactions couples the inactive multipliers to the other multipliers. The motion does not
-    determine inactive multipliers. Without coupling, as in a planar mechanism of symmetric bodies, they are zero."""
+    determine inactive multipliers. Without coupling (example: a planar mechanism of symmetric bodies), they are zero."""
     if not inactive:
         return False
     maps = scaled_reactions(m, acc)
@@ -58,8 +58,9 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
-    """The change of the scaled reactions that sliding friction causes, as affine maps (rows×columns). It is linearised in the
-    reactions. Friction at rest is left out: it couples the same reactions, but the sparsity of its formula does not show this."""
+    """The change of the scaled reactions that sliding friction causes, as affine maps (rows×columns). The change is linearised in
+    the reactions. Friction at rest is omitted; it couples the same reactions, but the sparsity of its formula does not show
+    this."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):

@@ -20,7 +20,7 @@ class Symbols:
     """Symbols of one system.
 
     t      time, s.
-    ts     a time inside the current step, s; it selects the active piece of a signal.
+    ts     a time inside the current step, s, which selects the active piece of a signal.
     x      external values (``system.structure.external_value_layout``); the first two are t and ts.
     q, v   state coordinates (nq) and rates (nv).
     b      bristle states.
@@ -47,8 +47,8 @@ class Symbols:
         return vector([self.leaf(x) for x in leaves])
 
     def curve(self, j: Joint, angle: SX) -> tuple[SX, SX, SX]:
-        """Distance of a cam follower from the cam's axis at an angle of the profile, and the first and second derivatives of the
-        distance with respect to the angle."""
+        """Distance of a cam follower from the cam's axis at an angle of the profile, and its first and second derivatives by the
+        angle."""
         assert j.profile is not None
         pieces = [(start, *piece) for start, piece in zip(j.profile.starts, j.profile.pieces, strict=True)]
         return along_piece(numbers_of_piece(pieces, angle), angle)
@@ -115,7 +115,7 @@ class Symbols:
         return out
 
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
-        """{freedom: acceleration} for the driven freedoms of a joint."""
+        """Accelerations of the driven freedoms of a joint, by freedom."""
         return {k: self.motion(d.drive)[2] for k, d in enumerate(j.devices) if d.drive is not None}
 
 

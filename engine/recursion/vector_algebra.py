@@ -10,7 +10,7 @@ SX = ca.SX
 
 
 def symbol(value) -> SX:
-    """A number as an SX. An SX is returned unchanged, because making a new SX takes ten times as long."""
+    """A number as an SX. An SX is returned unchanged, because a copy would take ten times as long."""
     return value if isinstance(value, SX) else SX(value)
 
 
@@ -30,7 +30,7 @@ def row_major(values: SX) -> SX:
 
 
 def zeros(rows: int, columns: int = 1) -> SX:
-    """A matrix of structural zeros, which cost nothing in the code."""
+    """A matrix of structural zeros, for which no code is generated."""
     return SX(rows, columns)
 
 
@@ -55,7 +55,7 @@ def GammaT(lever: SX, F: SX) -> SX:
 
 
 def symmetric(a: SX) -> SX:
-    """The matrix with the lower triangle copied from the upper triangle, so that each entry is computed once."""
+    """The matrix with its upper triangle copied to the lower one, so that each entry is computed once."""
     out = SX(a)
     for i in range(a.size1()):
         for j in range(i):

@@ -22,9 +22,9 @@ NO_LEAD = SX(0)
 
 
 @dataclass
-class Touch:
-    """Contact of a wheel pair per unit multiplier: the force on the outboard part (norm 1, less for belts), the arms of the force
-    from the origins of both parts, and the torques on both parts. Each vector has its rate."""
+class WheelContact:
+    """Contact of a wheel pair for a unit multiplier, as vectors with rates. push: force on the outboard part (norm 1, less for
+    belts). arm_in, arm_out: arms of the force from the origins of both parts. torque_in, torque_out: torques on both."""
 
     push: Moving
     arm_in: Moving
@@ -34,8 +34,8 @@ class Touch:
 
 
 Parting = tuple[tuple[Moving, Moving], tuple[Moving, Moving]]
-"""((axis of the relative rotation, direction in which the wheels separate), (arms of a force along this direction, from the origins
-of both parts))."""
+"""Two pairs: axis of the relative rotation and direction in which the wheels separate; arms of a force along this direction from
+the origins of both parts."""
 
 
 def rolling_row(sym: Symbols, c: Cut) -> Row:
@@ -64,14 +64,14 @@ def worm_frame(sym: Symbols, c: Cut) -> SX:
     return ca.horzcat(at.a[0], at.u[0], at.w[0])
 
 
-def _row(c: Cut, t: Touch, phi: SX) -> Row:
+def _row(c: Cut, t: WheelContact, phi: SX) -> Row:
     return force_row(c, phi, t.push, t.arm_in, t.arm_out, t.torque_in, t.torque_out)
 
 
 def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
-    """The two freedoms of a pair of toothed wheels: the relative rotation (of a worm: the motion along its thread), which makes the
-    flanks slide, and the distance. The two freedoms of a belt that may slide: sliding, and half the change of its length. Each is
-    a ``Row`` of which only the rate, the wrenches and ξ are used."""
+    """Two freedoms, each as a ``Row`` of which only the rate, the wrenches and ξ are used. Of toothed wheels: the relative rotation
+    (of a worm: the motion along its thread), which makes the flanks slide, and the distance. Of a belt that may slide: the sliding,
+    and half the change of the belt's length."""
     wheels, rolls = c.joint.wheels, c.joint.kind.rolls
     assert wheels is not None
     assert rolls is not None
@@ -83,14 +83,14 @@ def rolling_freedoms(sym: Symbols, c: Cut) -> list[Row]:
         at, lead = _pitch(c, r1, r2), SX(of.lead)
         return [at.row(c, SX(0), push) for push in (at.mixed(ca.sin(lead), ca.cos(lead)), at.u)]
     (turns, apart), (arm_in, arm_out) = APART[rolls.touch](c, r1, r2)
-    turn = Touch(NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
-    return [_row(c, turn, SX(0)), _row(c, Touch(apart, arm_in, arm_out, NOTHING, NOTHING), SX(0))]
+    turn = WheelContact(NOTHING, NOTHING, NOTHING, _times(SX(-1), turns), turns)
+    return [_row(c, turn, SX(0)), _row(c, WheelContact(apart, arm_in, arm_out, NOTHING, NOTHING), SX(0))]
 
 
 def _between(c: Cut) -> tuple[Moving, Moving, SX, SX]:
-    """The vector s from the inboard to the outboard point, split with respect to the inboard axis. Returns the component along the
-    axis and the component perpendicular to the axis (both with rates), then the squared norm of the perpendicular component, and
-    the rate of this square."""
+    """The vector s from the inboard to the outboard point, split with respect to the inboard axis. Returns four results: the
+    component along the axis and the perpendicular one (both with rates), the squared norm of the latter, and the rate of this
+    square."""
     (a, adot), _ = _axes(c)
     sdot = point_velocity(c)
     h, hdot = ca.dot(c.s, a), ca.dot(sdot, a) + ca.dot(c.s, adot)
@@ -122,8 +122,8 @@ def _crossed(a: Moving, b: Moving) -> Moving:
     return cross(a[0], b[0]), cross(a[1], b[0]) + cross(a[0], b[1])
 
 
-def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
-    """Contact of two wheels with parallel axes, in the plane of the inboard point. The force per unit multiplier is perpendicular
+def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> WheelContact:
+    """Contact of two wheels with parallel axes, in the plane of the inboard point. The force of a unit multiplier is perpendicular
     to the line of centres. Its norm is (r1 + r2)/distance: 1 for gears, less for belts."""
     (a, adot), _ = _axes(c)
     arm_in, arm_out = _arms(c)
@@ -131,18 +131,18 @@ def _wheels(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
     across = _crossed((a, adot), p)
     part = (r1 + r2) / square
     push = (part * across[0], part * (across[1] - rate / square * across[0]))
-    return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
+    return WheelContact(push, arm_in, _plus(arm_out, _times(SX(-1), along)), _times(-r1, (a, adot)), _times(-r2, (a, adot)))
 
 
-def _sliding(c: Cut, r1: SX, r2: SX) -> Touch:
-    """Sliding of a belt: the row of the wheels per unit, or its opposite. It is positive if the surface of the inboard pulley runs
-    ahead in the sense of e1."""
+def _sliding(c: Cut, r1: SX, r2: SX) -> WheelContact:
+    """Sliding of a belt: the row of the wheels for a unit force, or its opposite; positive if the surface of the inboard pulley
+    runs ahead in the sense of e1."""
     made, way = _wheels(c, r1, r2), ca.if_else(r1 < 0, 1.0, -1.0)
     push, torque_in, torque_out = (_times(way, v) for v in (made.push, made.torque_in, made.torque_out))
     return replace(made, push=push, torque_in=torque_in, torque_out=torque_out)
 
 
-def _strands(c: Cut, r1: SX, r2: SX) -> Touch:
+def _strands(c: Cut, r1: SX, r2: SX) -> WheelContact:
     """Equal tensions in both strands of a belt, whose sum is 1. Each strand is inclined to the line of centres by the angle whose
     sine is (r1 + r2)/distance."""
     arm_in, arm_out = _arms(c)
@@ -150,7 +150,7 @@ def _strands(c: Cut, r1: SX, r2: SX) -> Touch:
     inner = ca.sqrt(square - (r1 + r2) ** 2)
     part, partdot = inner / square, rate * (0.5 / (inner * square) - inner / square**2)
     push = (part * p[0], part * p[1] + partdot * p[0])
-    return Touch(push, arm_in, _plus(arm_out, _times(SX(-1), along)), NOTHING, NOTHING)
+    return WheelContact(push, arm_in, _plus(arm_out, _times(SX(-1), along)), NOTHING, NOTHING)
 
 
 def _wheels_apart(c: Cut, r1: SX, r2: SX) -> Parting:
@@ -181,30 +181,30 @@ def _rack_apart(c: Cut, r: SX, _: SX) -> Parting:
     return (a, _times(side(one, two, between, ca), _crossed(a, b))), (own.arm_in, own.arm_out)
 
 
-def _cones(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> Touch:
+def _cones(c: Cut, r1: SX, r2: SX, lead: SX = NO_LEAD) -> WheelContact:
     """Contact of two wheels whose axes meet at the joint's point. The contact lies where the pitch circles touch."""
     a, b = _axes(c)
     n = _crossed(a, b)
     sine = ca.norm_2(n[0])
     touch = _times(1 / sine, _plus(_times(r2, a), _times(r1, b)))
     arm_in, arm_out = (_plus(arm, touch) for arm in _arms(c))
-    return Touch(_times(1 / sine, n), arm_in, arm_out, NOTHING, NOTHING)
+    return WheelContact(_times(1 / sine, n), arm_in, arm_out, NOTHING, NOTHING)
 
 
-def _rack(c: Cut, r: SX, _: SX, lead: SX = NO_LEAD) -> Touch:
+def _rack(c: Cut, r: SX, _: SX, lead: SX = NO_LEAD) -> WheelContact:
     """Contact of a wheel and a rack, at the wheel's radius from its axis."""
     a, b = _axes(c)
     one, two, between = ([v[i] for i in range(3)] for v in (a[0], b[0], c.s))
     reach = _times(r * side(one, two, between, ca), _crossed(a, b))
     arm_in, arm_out = _arms(c)
     back = (-c.s, -point_velocity(c))
-    return Touch(b, _plus(arm_in, reach), _plus(arm_out, back, reach), NOTHING, NOTHING)
+    return WheelContact(b, _plus(arm_in, reach), _plus(arm_out, back, reach), NOTHING, NOTHING)
 
 
-def _worm(c: Cut, r1: SX, r2: SX, lead: SX) -> Touch:
+def _worm(c: Cut, r1: SX, r2: SX, lead: SX) -> WheelContact:
     """Contact of a worm and its wheel, at the pitch point, across the thread."""
     at = _pitch(c, r1, r2)
-    return Touch(at.mixed(ca.cos(lead), -ca.sin(lead)), at.arm_in, at.arm_out, NOTHING, NOTHING)
+    return WheelContact(at.mixed(ca.cos(lead), -ca.sin(lead)), at.arm_in, at.arm_out, NOTHING, NOTHING)
 
 
 def _pitch(c: Cut, r1: SX, r2: SX) -> Pitch:
@@ -212,4 +212,4 @@ def _pitch(c: Cut, r1: SX, r2: SX) -> Pitch:
 
 
 APART: dict[str, Callable[[Cut, SX, SX], Parting]] = {"wheels": _wheels_apart, "cones": _cones_apart, "straight": _rack_apart}
-TOUCHES: dict[str, Callable[[Cut, SX, SX, SX], Touch]] = {"wheels": _wheels, "cones": _cones, "straight": _rack, "skew": _worm}
+TOUCHES: dict[str, Callable[..., WheelContact]] = {"wheels": _wheels, "cones": _cones, "straight": _rack, "skew": _worm}

@@ -1,8 +1,8 @@
 """Constraint of a worm and its wheel (theory, "Worms"): no relative motion of their flanks across the thread.
 
-a, b: axes of worm and wheel. u: direction from the worm's axis to the wheel's axis, ±(a × b); the sign is ``side``. The pitch
-point is on the common perpendicular of the axes, at the worm's pitch radius. There the thread has the direction d = sin γ a + cos γ
-a × u. In the plane of a and a × u, its flank has the normal k = cos γ a − sin γ a × u."""
+a, b: axes of worm and wheel. u: direction from the worm's axis to the wheel's axis, ±(a × b); the sign is ``side``. The pitch point
+is on the common perpendicular of the axes, at the worm's pitch radius. At this point, the thread has the direction d = sin γ a +
+cos γ a × u. In the plane of a and a × u, its flank has the normal k = cos γ a − sin γ a × u."""
 
 from __future__ import annotations
 

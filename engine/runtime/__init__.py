@@ -1,1 +1,2 @@
-"""The C that steps a mechanism, by stages, and the Python tables it is generated from: ``abi`` and ``integrators``."""
+"""The C runtime that steps a mechanism, by stages, and the Python declarations from which C code is generated: ``abi`` and
+``integrators``."""

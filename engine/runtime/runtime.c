@@ -1,5 +1,5 @@
-/* The runtime as one translation unit. It includes all files stage by stage; a file follows all files that it calls. Code
- * between TR_RARE and TR_OFTEN is compiled for size (``base/compiler.h``). */
+/* The runtime as one translation unit. This file includes all files, stage by stage; each file follows all files that it calls.
+ * Code between TR_RARE and TR_OFTEN is compiled for size (``base/compiler.h``). */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -9,7 +9,7 @@ TR_RARE
 TR_OFTEN
 #include "base/signals.c"
 #include "base/debug_validity_checks.c"
-#include "base/unilateral_rows.c"
+#include "base/unilateral_contact_rows.c"
 #include "base/kernel_calls.c"
 
 #include "constraints/internal_forces.c"
@@ -64,7 +64,7 @@ TR_OFTEN
 TR_RARE
 #include "modes/pairs_at_rest.c"
 #include "modes/frozen_sliding_directions.c"
-#include "modes/mode_misfits.c"
+#include "modes/mode_corrections.c"
 #include "modes/slip_onset.c"
 #include "modes/cone_equations_ball.c"
 #include "modes/cone_equations.c"
@@ -76,7 +76,7 @@ TR_RARE
 #include "modes/active_set.c"
 
 TR_OFTEN
-#include "events/end_stop_events.c"
+#include "events/end_stop_event_detection.c"
 #include "events/sliding_direction_turns.c"
 #include "events/event_outcome_margin.c"
 #include "events/violation_maxima_in_step.c"
@@ -86,7 +86,7 @@ TR_RARE
 #include "events/event_location_projected.c"
 TR_OFTEN
 #include "events/event_log.c"
-#include "events/kink_and_stop_events.c"
+#include "events/kink_and_stop_event_handling.c"
 #include "events/contact_separation.c"
 #include "events/follower_pulls.c"
 #include "events/end_stop_and_hook_release.c"

@@ -19,7 +19,7 @@ from trunnion.scene.overrides import list_parameters
 from trunnion.scene.queries.numbers_by_path import bound_of, order_of
 from trunnion.simulation.run import Model
 from trunnion.simulation.settings.realtime_steps import bounds_of
-from trunnion.system.signals.signal_tables import Outside
+from trunnion.system.signals.signal_tables import ExternalInput
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 NUMBER, START_Q, START_QD, BANDWIDTH = "FMU_NUMBER", "FMU_START_Q", "FMU_START_QD", "FMU_BANDWIDTH"
@@ -142,10 +142,10 @@ def _inputs(model: Model) -> Iterator[Variable]:
             yield Variable(f"inputs.{name}.{kind}", unit, text, "input", "continuous", "", 0.0, index=at + k)
 
 
-def followed(model: Model) -> dict[str, Outside]:
+def followed(model: Model) -> dict[str, ExternalInput]:
     """The inputs that motions follow, by name."""
     tables = zip(model.system.inputs, model.built.numbers.tables, strict=False)
-    return {name: given for name, given in tables if isinstance(given, Outside) and given.tracked}
+    return {name: given for name, given in tables if isinstance(given, ExternalInput) and given.tracked}
 
 
 def _numbers(model: Model) -> Iterator[Variable]:

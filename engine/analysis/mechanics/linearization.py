@@ -17,7 +17,7 @@ from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Amounts, Names
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import OK, Settings
-from trunnion.system.signals.signal_tables import Outside
+from trunnion.system.signals.signal_tables import ExternalInput
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 from trunnion.system.structure.external_value_layout import TABLE
 
@@ -157,7 +157,7 @@ class _Point:
         count, tables = len(self.model.system.inputs), self.model.built.numbers.tables
         out = np.zeros((count, TABLE * count))
         for i, given in enumerate(tables[:count]):
-            assert isinstance(given, Outside)
+            assert isinstance(given, ExternalInput)
             out[i, TABLE * i + (2 if given.tracked else 0)] = given.bandwidth**2 if given.tracked else 1.0
         return out
 

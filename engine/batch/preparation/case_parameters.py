@@ -34,7 +34,7 @@ from trunnion.simulation.settings.realtime_steps import problems as bounded
 from trunnion.simulation.settings.run_settings import Run
 from trunnion.system.construction.start_values_and_scales import turning
 from trunnion.system.construction.system_builder import Built
-from trunnion.system.signals.signal_tables import Curve, Outside
+from trunnion.system.signals.signal_tables import ExternalInput, SignalCurve
 
 MANY = 8
 """A group's entries are written directly (without building scenes) after the group has had more new values than this."""
@@ -224,7 +224,7 @@ class Preparer:
         return out
 
 
-Tables = tuple[Curve | Outside, ...]
+Tables = tuple[SignalCurve | ExternalInput, ...]
 
 
 def same_tables(a: Tables, b: Tables) -> bool:

@@ -1,1 +1,1 @@
-"""A file for each kind of output column."""
+"""Kinds of output columns, each in a file of its own."""

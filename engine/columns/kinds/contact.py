@@ -56,7 +56,7 @@ def _touch(c: Contact, turn: SX) -> dict[str, list[SX]]:
 
 
 def angle(y: SX, x: SX) -> SX:
-    """atan2(y, x), except at the origin. There, where the derivatives of atan2 are NaN, the result is 0."""
+    """atan2(y, x), but 0 at the origin, where the derivatives of atan2 are NaN."""
     none = x * x + y * y <= TINY
     return ca.if_else(none, 0, ca.atan2(y, ca.if_else(none, 1, x)))
 
@@ -72,7 +72,7 @@ def elevates(s: Subject) -> bool:
 
 
 def held(_: Subject) -> str:
-    """An open contact has no angle. The runtime therefore outputs the angle that the contact had last."""
+    """Post-processing: an open contact has no angle, so the runtime outputs its last one."""
     return "hold"
 
 

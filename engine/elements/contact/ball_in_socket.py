@@ -17,6 +17,7 @@ from trunnion.basics.number_declarations import POSITIVE
 from trunnion.elements.contact.ball_in_socket_friction import (
     TINY,
     adams_friction,
+    ball_contact,
     bristles,
     cross,
     dot,
@@ -24,7 +25,6 @@ from trunnion.elements.contact.ball_in_socket_friction import (
     level_of,
     load_of,
     slope_of,
-    touch_of,
 )
 from trunnion.elements.contact.clearance import Play
 from trunnion.elements.contact.contact_element import HELD_MOST, Contact, ContactElement, Hold, Place, Size, Solid, Wrench
@@ -48,7 +48,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     if law.bristles:
         fn, nfn = load_of(w, rates, law, g)
         return [w.pin * g["radius"] * x / fn for x in cross(nfn, [w["f1"], w["f2"], w["f3"]])]
-    touch = touch_of(w, rates, law, g)
+    touch = ball_contact(w, rates, law, g)
     f, slides = touch.f, [w.pin * g["radius"] * x for x in touch.turning()]
     if not law.sets:
         return slides
@@ -57,8 +57,8 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _spin_normal(w: Wrench, rates: list[SX], law: Law) -> list[SX]:
-    """Contact normal n = ∓ω̂ of a ball that turns without sliding, because ω lies inside the friction cone. The sign gives
-    n · f < 0."""
+    """Contact normal n = ∓ω̂ of a ball that turns without sliding, because ω lies inside the friction cone. The sign is chosen so
+    that n · f < 0."""
     f = [w["f1"], w["f2"], w["f3"]]
     omega = [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     size = ca.sqrt(dot(omega, omega) + TINY)
@@ -71,14 +71,14 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
     torque about the force."""
     f, most = [w["f1"], w["f2"], w["f3"]], laws[0].static
     F = ca.sqrt(dot(f, f) + TINY)
-    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # 0 for zero torque, so a ball without load holds
+    size = (ca.sqrt(dot(u, u) + TINY) - math.sqrt(TINY)) / g["radius"]  # 0 for zero torque, so that a ball without load holds
     capacity = most * F if adams else most * F / ca.sqrt(1 + most * most)
     return [Hold(capacity, size, ca.SX(0) if adams else ca.fabs(dot(u, f)) / (F * g["radius"]))]
 
 
 def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula serves for both branches. The result only
-    selects the branch, and both formulas cross the kink together (theory, "Ball")."""
+    """Sliding speed r |ω × n|; in Adams' form r |ω × f̂|. The proportional formula is used on both branches, because the result
+    only selects the branch, and both formulas cross the kink together (theory, "Ball")."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in rates]
     FF, ww, fw = dot(f, f) + TINY, dot(omega, omega), dot(f, omega)
     along2 = fw * fw / FF
@@ -91,7 +91,7 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
     """s²/|ω|²: positive while the ball slides, negative while ω lies inside the friction cone about the force. For a law with a
-    viscous part, only the sign is correct unless the mode gives the tilt. In Adams' form, which has no cone, the value is 1."""
+    viscous part, only the sign is correct, unless the mode gives the tilt. The value is 1 in Adams' form, which has no cone."""
     law, f = laws[0], [w["f1"], w["f2"], w["f3"]]
     level = level_of(f, rates, law, g)
     if adams or level is None:
@@ -104,7 +104,7 @@ def _cone(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adam
 
 
 def _at_rest(w: Wrench, eta: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) of a ball at rest, computed from its friction torque m. From m = r n × f_c follows n = −cosφ f̂ + sinφ f̂ × m̂
+    """f_n and n f_n of a ball at rest, from its friction torque m. From m = r n × f_c follows n = −cosφ f̂ + sinφ f̂ × m̂
     with sinφ = |m|/(r F). The friction ratio tanφ is limited to HELD_MOST · μ_static, as in ``ratio_held``."""
     f, m = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in eta]
     F, M = ca.sqrt(dot(f, f) + TINY), ca.sqrt(dot(m, m) + TINY)
@@ -119,7 +119,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # branch and direction of this instant replace those that the step froze or that Adams' friction selected
+    if law.kinks:  # branch and direction of this instant, not those frozen over the step or selected by Adams' friction
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)
@@ -148,7 +148,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # the flag does not tell, because Adams' friction never sets it
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # computed, because Adams' friction never sets the flag
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

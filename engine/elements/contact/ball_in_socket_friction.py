@@ -10,12 +10,11 @@ from trunnion.elements.contact.contact_element import TINY, Wrench
 from trunnion.elements.friction import Law
 
 FLOOR = 1e-24
-"""Lower bound of s²/|ω|² on the sliding branch. Inside the friction cone the formula gives no real s. The bound keeps a trial step
-past the end of sliding finite until the event is located.
-
-Near the border of the cone, friction varies as the square root of the distance to the border. There the runtime solves for the
-tilt u = s/|ω|, the sine of the angle between ω and the normal; friction is a smooth function of u. If the mode gives a tilt > 0,
-friction is computed from u and not from the distance (theory, "Ball near its cone")."""
+"""Lower bound of s²/|ω|² on the sliding branch. Inside the friction cone, the formula gives no real s; with the bound, a trial step
+past the end of sliding stays finite until the event is located. Near the border of the cone, friction varies as the square root of
+the distance to the border, but is a smooth function of the tilt u = s/|ω|, the sine of the angle between ω and the normal. The
+runtime therefore solves for u near the border. If the mode gives a tilt > 0, friction is computed from u instead of the distance
+(theory, "Ball near its cone")."""
 
 
 def dot(a, b) -> SX:
@@ -28,7 +27,7 @@ def cross(a, b) -> list[SX]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-class Touch(NamedTuple):
+class BallContact(NamedTuple):
     """Contact of a ball with friction.
 
     f            force f_c
@@ -48,7 +47,7 @@ class Touch(NamedTuple):
     mue2: SX
 
     def load(self) -> tuple[SX, list[SX]]:
-        """(f_n, n f_n)."""
+        """f_n and n f_n."""
         wf = cross(self.way, self.f)
         n = [-(self.one * self.f[i] + self.k * wf[i] + self.kk * self.fw * self.way[i]) for i in range(3)]
         return ca.sqrt(self.FF / (1 + self.mue2)), n
@@ -60,12 +59,12 @@ class Touch(NamedTuple):
         return [across * self.way[i] - self.k * share * self.f[i] - self.kk * share * wf[i] for i in range(3)]
 
 
-def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch:
+def ball_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> BallContact:
     """Contact on the active branch of the law. The suffixes _p and _s denote the proportional and the sliding branch.
 
-    With the tilt u = s/|ω| and k|ω| = μ_e/u, the weights are u², μ_e u and μ_e², each divided by u² + μ_e². Therefore the divisor
-    contains no square root. The code uses the factor −1/(u² + μ_e²) and not 1/(u² + μ_e²), because the symbolic library turns a
-    product with 1/x into a division."""
+    With the tilt u = s/|ω| and k|ω| = μ_e/u, the weights are u², μ_e u and μ_e², each divided by u² + μ_e². The divisor therefore
+    contains no square root. The factor is written as −1/(u² + μ_e²), because the symbolic library turns a product with 1/x into a
+    division."""
     f, omega = [w["f1"], w["f2"], w["f3"]], [w.pin * x for x in law.moving(rates, (1.0, 1.0, 1.0))]
     speed = ca.sqrt(dot(omega, omega) + TINY)
     way = [x / speed for x in omega]
@@ -90,18 +89,18 @@ def touch_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> Touch
         mue = mue if drag is None else mue + drag * u
         part = -1 / (u2 + mue * mue)
         of_s = (-u2 * part, -mue * u * part, -mue * mue * part, mue * mue)
-    return Touch(f, way, FF, fw, *map(law.choose, of_s, of_p))
+    return BallContact(f, way, FF, fw, *map(law.choose, of_s, of_p))
 
 
 def load_of(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) on the active branch of the law."""
+    """f_n and n f_n on the active branch of the law."""
     if law.bristles:
         return pressed(w, bristles(w, rates, law, g, False)[1])
-    return touch_of(w, rates, law, g).load()
+    return ball_contact(w, rates, law, g).load()
 
 
 def pressed(w: Wrench, kappa: list[SX]) -> tuple[SX, list[SX]]:
-    """(f_n, n f_n) of a law with bristles. The friction force of such a law is f_n κ × n."""
+    """f_n and n f_n of a law with bristles, whose friction force is f_n κ × n."""
     f = [w["f1"], w["f2"], w["f3"]]
     FF, kk, fk = dot(f, f) + TINY, dot(kappa, kappa), dot(f, kappa)
     along2, kf = fk * fk / FF, cross(kappa, f)
@@ -132,8 +131,7 @@ def slope_of(f: list[SX], rates: list[SX], law: Law, g: Mapping[str, SX]) -> SX 
 
 
 def drag_of(rates: list[SX], omega: list[SX], law: Law, g: Mapping[str, SX]) -> SX | None:
-    """Viscous part of μ_e, divided by |ω|. It uses the true speed, even where a direction frozen at rest replaces ω
-    (``Law.moving``)."""
+    """Viscous part of μ_e, divided by |ω|. Uses the true speed, even if a direction frozen at rest replaces ω (``Law.moving``)."""
     if law.drag is None:
         return None
     return law.drag * g["radius"] * ca.sqrt((dot(rates, rates) + TINY) / (dot(omega, omega) + TINY))

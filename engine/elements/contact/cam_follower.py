@@ -1,8 +1,8 @@
-"""Friction of a cam follower; the paper does not treat it (theory, "Cams").
+"""Friction of a cam follower, which the paper does not treat (theory, "Cams").
 
 The force on the follower is normal to the curve; friction acts along the surface. The joint frame is fixed to the contact: e2 is
-the normal towards the follower, e3 the sliding direction. A roller is treated as a slider. The slider's μ is the μ of the roller's
-pin times pin radius / roller radius."""
+the normal towards the follower, e3 the sliding direction. A roller is treated as a slider, whose μ is that of the roller's pin
+times pin radius / roller radius."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """One contact. Its outward normal opposes the force on the inboard part. Therefore the contact changes sides at the instant
+    """One contact, whose outward normal opposes the force on the inboard part. The contact therefore changes sides at the instant
     when the follower would lift off."""
     none = ca.SX(0)
     return [Contact(ca.fabs(w[ACROSS]), (none, -w[ACROSS], none), (1, 2))]

@@ -15,7 +15,7 @@ class Play:
 
     axes    indices of the axes of the bearing's frame in which the parts can move relative to each other.
     ways    directions of travel that other faces lock.
-    turns   directions of rotation that the joint locks: tilting within the clearance is not computed.
+    turns   directions of rotation that the joint locks; motions that tilt the parts within the clearance are not computed.
     angle   directions of the cosine and of the sine of a contact's angle.
     side    joint frame of the part with the bearing, in which the motion is described.
     swaps   whether the normal of the pin is opposite to that of a hinge's pin.

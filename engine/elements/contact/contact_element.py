@@ -25,8 +25,8 @@ COMPONENTS = ("f1", "f2", "f3", "m1", "m2", "m3")
 FIXED, OVERLAP = "fixed", "overlap"
 """Values for a joint's ``ends``: contacts are at the ends of one part, or at the ends of the overlap of both parts."""
 SPAN = "span"
-"""Name of the half length of the overlap of two parts of finite length, m. A wrench contains this length beside the components of
-f_c, m_c."""
+"""Name of the half length of the overlap of two parts of finite length, m. A wrench contains this length in addition to the
+components of f_c, m_c."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,8 @@ class Contact:
     vector   force times the outward unit normal on the pin (3 components); a contact without force needs no direction
     plane    indices of the axes for the cosine and the sine of the contact's angle
     inboard  whether ``vector`` and ``plane`` refer to the inboard joint frame; otherwise, to the pin's frame
-    watched  vector that passes through zero when the contact changes sides; default: ``vector``. Teeth use its component along
-             their motion, because their force rotates by less than 180° when they change flanks.
-    """
+    watched  vector that passes through zero when the contact changes sides; default: ``vector``. For teeth, the component along
+    their motion, because their force rotates by less than 180° when they change flanks. """
 
     force: SX
     vector: tuple[SX, SX, SX]
@@ -124,8 +123,8 @@ class Hold:
 
 
 HELD_MOST = 1.5
-"""Limit of the friction ratio of a pair at rest in the computation of its contacts, relative to the static coefficient. Only trial
-solutions exceed the static coefficient. Without the limit, their friction could be larger than any contact can carry."""
+"""Limit of the friction ratio of a pair at rest in the computation of its contacts, relative to the static coefficient. (Only trial
+solutions exceed the static coefficient; without a limit, their friction could be larger than any contact can carry.)"""
 
 
 def ratio_held(load: Callable[[SX], SX], size: SX, static: SX, rounds: int = 6) -> SX:
@@ -149,7 +148,7 @@ def signum(x: SX) -> SX:
 
 @dataclass(frozen=True)
 class SinglePair:
-    """A contact with one sliding pair, which slides along a line.
+    """A contact with a single pair, which slides along a line.
 
     velocity  as in ``ContactElement``
     load      load to which friction is proportional, N, for a friction ratio k: (wrench, k, numbers, whether in Adams' form)
@@ -198,23 +197,22 @@ class ContactElement:
     contacts   (wrench, rates, laws, numbers, friction) → contacts; for a pair at rest they follow from the friction.
     pressed    (wrench with six components, rates, laws, numbers, friction) → components of contact forces, each times
                √(compliance of its spring / compliance of one contact) (theory, "Redundant loops"). Friction rotates the normals
-               of these forces: in a sliding pair by its law, in a pair at rest by ``friction``. Empty ``laws`` leave out all
-               friction; an empty ``friction`` leaves out friction at rest.
+               of these forces: in a sliding pair by its law, in a pair at rest by ``friction``. With empty ``laws``, all friction
+               is omitted; with empty ``friction``, friction at rest.
     rests      (numbers of a joint) → static capacity of each pair (``static_friction_capacity``).
     thrusts    names of the components of f_c that end faces normal to an axis carry.
     velocity   (rates, numbers) → velocity components of each pair (m/s; ball: rad/s).
-    one_of     names of sizes of which a scene gives exactly one.
+    one_of     names of sizes; a scene gives exactly one of them.
     tensions   (η along the first freedom, numbers) → tensions at both ends of a band, N, as expressions or plain numbers; None
                if there is no band.
     separation (numbers) → force along the bound freedom divided by the magnitude of the driving force, for teeth; else None. The
                driving force is a multiplier of the loop constraints times a constant.
-    scaled     whether, without contacts, the law's coefficient scales the friction that other numbers give, and is 1 by default.
-    count      number of contacts; 0 if friction is independent of the load.
-    springs    number of entries that ``pressed`` returns.
-    drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from ``velocity``.
-    cone       (arguments of ``own_speeds``) → for each pair, a number that is negative while the pair turns without sliding. Only
-               the ball can do so; other elements have None.
-    frame      axes of f_c, m_c: "pin" (the pin's joint frame), "inboard" (the joint frame of the rates, for a ball), "both" (u1,
+    scaled     for elements without contacts: whether the law's coefficient scales the friction that other numbers give, and is 1 by
+    default. count      number of contacts; 0 if friction is independent of the load. springs    number of entries that ``pressed``
+    returns. drift      (wrench, rates, laws, numbers, adams) → rates of bristle states along each freedom; default: from
+    ``velocity``. cone       (arguments of ``own_speeds``) → for each pair, a number that is negative while the pair turns without
+    sliding. Only the ball has this function; other elements have None. frame      axes of f_c, m_c: "pin" (the pin's joint frame),
+    "inboard" (the joint frame of the rates, for a ball), "both" (u1,
                u2, u1 × u2, with the wrench on the inboard part).
     plays      its clearances, in which ``knocks`` computes crossings."""
 

@@ -1,9 +1,9 @@
-"""Teeth of two gears, or of a pinion and its rack; the paper does not treat them (theory, "Teeth").
+"""Teeth of two gears, or of a pinion and its rack, which the paper does not treat (theory, "Teeth").
 
 The pressure angle α is the angle between a tooth's force f and the motion of the pitch circles. The component f cos α drives; the
 component f sin α pushes the wheels apart (a pinion in a ring gear: towards the ring's centre). The sliding speed of the flanks is
 proportional to the distance between their contact point and the pitch point. The model has one pair of teeth in contact, with
-contact points distributed evenly over one base pitch π m cos α. Therefore friction acts as a torque between the wheels with the
+contact points distributed evenly over one base pitch π m cos α. Friction therefore acts as a torque between the wheels, with the
 mean arm ρ = π m cos α/4."""
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ANGLE = Size(
 
 
 def _arm(g: Mapping[str, Any], ops: Any = ca) -> Any:
-    """Mean arm ρ of friction, m, of expressions, or of plain numbers with ``math``."""
+    """Mean arm ρ of friction, m. ops: the symbolic library for expressions, ``math`` for plain numbers."""
     return 0.25 * math.pi * g["module"] * ops.cos(g["pressure_angle"])
 
 
@@ -37,7 +37,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """The capacity is μ_s f. The friction at the surface is the torque divided by the arm ρ."""
+    """The capacity is μ_s f. The friction at the surface is the friction torque divided by the arm ρ."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import Capacity, Pair
@@ -51,8 +51,8 @@ def _separation(g: Mapping[str, float]) -> float:
 
 
 def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
-    """Teeth whose force has the components ``forces``. ``across`` is true for parallel axes and for racks: the force then lies in
-    the plane normal to the inboard axis. Otherwise, only the sign of the torque determines which flanks are in contact."""
+    """Teeth whose force has the components ``forces``. across: whether the force lies in the plane normal to the inboard axis
+    (parallel axes, racks). Otherwise, the sign of the torque alone determines which flanks are in contact."""
 
     def needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
         return forces
@@ -62,7 +62,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return ca.sqrt(sum((w[n] * w[n] for n in forces), ca.SX(TINY)))
 
     def friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction torque, force that pushes the wheels apart). This force also acts at rest."""
+        """Friction torque, and force that pushes the wheels apart. The force also acts at rest."""
         k, f = laws[0].ratios(_velocity(rates, g)[0])[0], load(w)
         return [k * _arm(g) * f, -g["side"] * ca.sin(g["pressure_angle"]) * f]
 
@@ -71,7 +71,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
 
     def contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
         """One contact, whose outward normal opposes the force on the inboard wheel. The contact moves to the opposite flanks when
-        the force component along the motion of the teeth passes through zero, together with the torque about the wheel's axis."""
+        the force along the motion of the teeth passes through zero. The torque about the wheel's axis is then zero, too."""
         none = ca.SX(0)
         lean = g["first"] * signum(w["m1"]) * g["pressure_angle"]
         c, s = ca.cos(lean), ca.sin(lean)
@@ -79,7 +79,7 @@ def teeth(name: str, forces: tuple[str, ...], across: bool) -> ContactElement:
         return [Contact(load(w), (-w["f1"] if "f1" in forces else none, -w["f2"], -w["f3"]), (2, 1), watched=way)]
 
     def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-        """The tooth force, which friction does not change."""
+        """The tooth force. Friction does not change it."""
         return [HALF_ROOT * w[n] for n in forces]
 
     return ContactElement(

@@ -1,8 +1,6 @@
-"""Friction of a joint with a gear of its own, as in robots: a constant part, and a part in proportion to the torque or force that
-the joint transmits (theory, "Gear units").
-
-The transmitted torque is that on the outboard part about the joint's axis: of motor, efforts, springs, dampers and drive, less
-friction and less the torque that a rotor's inertia takes."""
+"""Friction of a joint with its own gear, for example in robots: a constant part, and a part proportional to the torque or force
+that the joint transmits (theory, "Gear units"). The transmitted torque acts on the outboard part about the joint's axis. It is the
+torque of motor, efforts, springs, dampers and drive, minus friction and the torque that accelerates a rotor."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point. Other elements (shaft, cross) use formulas of
-this file.
+"""Journal of a revolute joint (paper §7.3): two contacts at ∓c from the pin's point. The elements of shaft and cross use formulas
+of this file.
 
 Equations (124) and (136) have a closed solution in a_i = f_i cosθ_i and b_i = f_i sinθ_i (theory, "Journal and shaft")."""
 
@@ -59,8 +59,8 @@ def pair(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> tuple[SX, SX, SX, SX
 
 
 def pressed(w: Wrench, kr: SX, ks: SX, g: Mapping[str, SX]) -> list[SX]:
-    """The two forces on a pin, as their sums and differences (``sums``) divided by √2. This keeps the sum of squares of the forces.
-    The sums describe the mean load, the differences the tilting."""
+    """The two forces on a pin, as their sums and differences (``sums``) divided by √2. This factor preserves the sum of squares of
+    the forces. The sums describe the mean load, the differences the tilting."""
     found = sums(w["f2"], w["f3"], w["m2"], w["m3"], kr, ks, g["radius"], half_length(w, g))
     return [HALF_ROOT * x for x in found]
 
@@ -80,8 +80,8 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _load(w: Wrench, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load to which friction is proportional: f_1 + f_2, plus preload, plus the axial thrust times thrust radius / pin radius. In
-    Adams' form, |f_c| plus preload."""
+    """Load to which friction is proportional: f_1 + f_2 + preload + axial thrust × thrust radius / pin radius; in Adams' form |f_c|
+    + preload."""
     if adams:
         return with_preload(ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY), g)
     a1, b1, a2, b2 = pair(w, kr, ca.SX(0), g)

@@ -1,4 +1,4 @@
-"""Friction of a point on a plane; the paper does not treat it (theory, "Points on planes").
+"""Friction of a point on a plane, which the paper does not treat (theory, "Points on planes").
 
 The force on the point is normal to the plane. Friction acts against sliding in the plane, or holds the point in any direction of
 the plane. Turning about the point has no friction."""
@@ -45,8 +45,8 @@ def _speeds(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], ad
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """One contact. Its outward normal opposes the force on the part with the pin, so that the contact changes sides where the force
-    would pull."""
+    """One contact, whose outward normal opposes the force on the part with the pin. The contact therefore changes sides where the
+    force would pull."""
     none = ca.SX(0)
     return [Contact(ca.fabs(w[NORMAL]), (-w[NORMAL], none, none), (0, 1), inboard=True)]
 

@@ -1,4 +1,4 @@
-"""Rectangular sleeve of a prismatic joint; the paper does not treat it (theory, "Sleeve").
+"""Rectangular sleeve of a prismatic joint, which the paper does not treat (theory, "Sleeve").
 
 The inner part is the pin. It has half length c and half sizes a along e2 and b along e3. At both ends of the inner part, forces act
 along e2 and e3. A couple on the faces carries the torsion."""
@@ -62,7 +62,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load to which friction is proportional: sum of all normal forces, plus preload. In Adams' form, the force normal to the axis
+    """Load to which friction is proportional: sum of all normal forces + preload. In Adams' form, the force normal to the axis
     replaces the sum."""
     load = length(w["f2"], w["f3"]) if adams else sum((ca.sqrt(x * x + TINY) for x in _forces(w, k, g)), ca.SX(0))
     return with_preload(load, g)

@@ -57,7 +57,7 @@ ELEMENTS = (
 )
 REGISTRY: dict[str, ContactElement] = registered(objects(__package__, ELEMENTS))
 CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.name, (True, True): CROSSED.name}
-"""Names of the elements with load-independent friction. The key states for each freedom of the joint whether it is a rotation."""
+"""Names of the elements with load-independent friction. Keys: for each freedom of the joint, whether it is a rotation."""
 GIVEN = frozenset(s.name for name in CONSTANT.values() for s in REGISTRY[name].sizes)
 """Names of the numbers that give a joint load-independent friction."""
 
@@ -69,15 +69,15 @@ WRAPPED = frozenset(s.name for s in BAND.sizes)
 
 
 def preloads(n: Number, law: str, adams: bool) -> bool:
-    """Whether joints with this law always have the number ``n`` (default 0). One primitive then serves joints with and without
+    """Whether joints with this law always have the number ``n`` (default 0), so that one primitive serves joints with and without
     preload."""
     return n.name == PRELOAD.name and LAWS[law].sets and not adams
 
 
 def element_of(usual: str, turns: tuple[bool, ...], named: Iterable[str]) -> str:
     """Name of the contact element of a joint; "" if the joint has none. ``named``: names of the friction numbers that the scene
-    gives for the joint. If a name is in GIVEN, the result is the element of load-independent friction, otherwise the joint type's
-    ``usual`` element. ``turns``: for each freedom, whether it is a rotation."""
+    gives for the joint. With a name in GIVEN, the element has load-independent friction; otherwise it is the joint type's ``usual``
+    element. ``turns``: for each freedom, whether it is a rotation."""
     return CONSTANT.get(turns, "") if GIVEN & set(named) else usual
 
 

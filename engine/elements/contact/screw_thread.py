@@ -1,4 +1,4 @@
-"""Thread of a screw joint; the paper does not treat it (theory, "Thread").
+"""Thread of a screw joint, which the paper does not treat (theory, "Thread").
 
 r is the mean radius and λ the lead angle, tan λ = pitch/(2π r). Normal forces act on the flanks around the whole circumference; the
 sum of their magnitudes is f. The flank angle β is the inclination of the normals in the section normal to the thread. Friction k f
@@ -52,7 +52,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _carried(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
-    """Axial force that the normal forces on the flanks and their friction carry, N. It is F minus the axial component of the
+    """Axial force that the normal forces on the flanks and their friction carry, N. This is F minus the axial component of the
     friction due to a preload."""
     return w["f1"] - k * g["preload"] * _lead(g)[1] if "preload" in g else w["f1"]
 
@@ -66,7 +66,7 @@ def _normal(w: Wrench, k: SX, g: Mapping[str, SX]) -> SX:
 
 
 def _load(w: Wrench, k: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load to which friction is proportional: sum of the normal forces, plus preload. In Adams' form, the axial force replaces the
+    """Load to which friction is proportional: sum of the normal forces + preload. In Adams' form, the axial force replaces the
     sum."""
     return with_preload(ca.sqrt(w["f1"] ** 2 + TINY) if adams else _normal(w, k, g), g)
 
@@ -88,16 +88,15 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """All six components, as for a joint without contacts. Components other than the axial force do not change a thread's
-    friction."""
+    """All six components, as if the joint had no contacts. Only the axial force changes a thread's friction."""
     return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
 
 
 def _rests(j: Rubs) -> list[Pair]:
     """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
     normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound. As in the kernel, a share is the friction
-    divided by the capacity with u at its limit."""
+    increases the load more than the friction; the capacity is then an upper bound. A share is the friction divided by the capacity
+    with u at its limit; kernels use the same definition."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

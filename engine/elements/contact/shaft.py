@@ -52,7 +52,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _load(w: Wrench, ks: SX, kr: SX, g: Mapping[str, SX], adams: bool) -> SX:
-    """Load to which friction is proportional: f_1 + f_2, plus preload. In Adams' form, the force normal to the axis replaces f_1 +
+    """Load to which friction is proportional: f_1 + f_2 + preload. In Adams' form, the force normal to the axis replaces f_1 +
     f_2."""
     if adams:
         return with_preload(length(w["f2"], w["f3"]), g)

@@ -75,7 +75,7 @@ class Rubs:
 
 @dataclass(frozen=True)
 class Norm:
-    """The term weight · |rows · f + fixed + own · friction + drives · driving force|, where f are the needed reaction components.
+    """The term weight · |rows · f + fixed + own · friction + drives · driving force|; f: the needed reaction components.
 
     rows     matrix, N per unit of each component
     contact  fraction of |rows · f| that is the force of one contact; 0 if the term is not a contact force
@@ -115,8 +115,8 @@ class Capacity:
 @dataclass(frozen=True)
 class AtLimit:
     """Capacity of a pair whose friction is at its limit, for one sense of friction: weight · load + constant, where load = rows · f
-    + fixed ≥ 0. Shares and normal forces are computed with this capacity. Whether a state is admissible is decided with the
-    capacity at the present friction (``Capacity``). The two capacities are equal where the friction is at its limit."""
+    + fixed ≥ 0. This capacity is used for shares and normal forces. The capacity at the present friction (``Capacity``) decides
+    whether a state is admissible. The two are equal where the friction is at its limit."""
 
     sense: int
     rows: np.ndarray
@@ -134,10 +134,8 @@ class Pair:
     friction    matrix from multipliers to forces at the surface (entries 1/r or 1)
     static      μ_s
     across      for a ball, the rows of the force: the ball holds no torque about the force; else None
-    along       function from a sliding direction (unit vector of surface velocities) to the capacity; only if ``capacities`` do
-                not give this capacity
-    limits      if ``capacities`` depend on the present friction: the capacities with friction at its limit; else empty
-    """
+    along       function from a sliding direction (unit vector of surface velocities) to the capacity; only if ``capacities`` give
+    none limits      if ``capacities`` depend on the present friction: the capacities with friction at its limit; else empty """
 
     joint: str
     part: int

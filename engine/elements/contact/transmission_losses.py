@@ -37,16 +37,16 @@ class Losses:
     constant: Callable[[Numbers, Any], Any]
 
     def friction(self, w: Wrench, sense: SX, g: Mapping[str, SX], speed: SX) -> SX:
-        """Magnitude of the friction. sense: sign of the motion that the friction opposes. If the inboard part has the pin, −T acts
-        on it; if the outboard part has the pin, T."""
+        """Magnitude of the friction. sense: sign of the motion that the friction opposes. The force on the part with the pin is −T
+        for the inboard part, T for the outboard part."""
         load = ca.sqrt(w[self.along] ** 2 + TINY)
         forward, backward = self.coefficients(g, load, speed)
         return ca.if_else(w.pin * sense * w[self.along] < 0, forward, backward) * load + self.constant(g, sense)
 
     def rests(self, j: Rubs) -> list[Pair]:
         """With different coefficients, |u| ≤ c |T| means |u| ≤ w |T + o u| for the friction u in the sense of T, with 1/w = (1/c_f
-        + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. As in the kernel, a share is the friction
-        divided by the capacity in its direction."""
+        + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. A share is the friction divided by the
+        capacity in its direction; kernels use the same definition."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

@@ -64,7 +64,7 @@ def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """The load to which the friction of each journal is proportional: sum of its normal forces, plus preload. In Adams' form, |f_c|
+    """The load to which the friction of each journal is proportional: sum of its normal forces + preload. In Adams' form, |f_c|
     replaces the sum."""
     if adams:
         loads = [ca.sqrt(w["f1"] ** 2 + w["f2"] ** 2 + w["f3"] ** 2 + TINY)] * 2
@@ -74,7 +74,7 @@ def _loads(w: Wrench, k1: SX, k2: SX, g: Mapping[str, SX], adams: bool) -> list[
 
 
 def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-    """Each journal has the capacity of a revolute joint's journal."""
+    """Hold of each journal, whose capacity is that of a revolute joint's journal."""
     most = [law.static for law in laws]
     loads = _loads(w, w.pin * most[0] * signum(u[0]), -w.pin * most[1] * signum(u[1]), g, adams)
     return [Hold(most[i] * loads[i], ca.fabs(u[i]) / g[f"radius[{i + 1}]"]) for i in range(2)]

@@ -1,6 +1,6 @@
 """Thread of a worm in the teeth of its wheel (theory, "Worms").
 
-In the joint frame e1 is the worm's axis, e2 points to the wheel's axis, and e3 = e1 × e2 is the direction of the thread's
+In the joint frame, e1 is the worm's axis, and e2 points to the wheel's axis. e3 = e1 × e2 is the direction of the thread's
 circumference at the pitch point. γ is the lead angle, α the normal pressure angle, f the normal force. Its component f cos α in the
 plane of e1 and e3 is the multiplier of the rolling constraint; the component f sin α pushes the axes apart. Friction k f acts along
 the thread, (sin γ, 0, cos γ)."""
@@ -28,7 +28,7 @@ def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
 
 
 def _across(w: Wrench, g: Mapping[str, SX]) -> SX:
-    """Component of the force on the worm across the thread, without the radial component, N. Friction does not change it."""
+    """Component of the force on the worm across the thread, without the radial component, N. It does not depend on friction."""
     return ca.cos(g["lead_angle"]) * w["f1"] - ca.sin(g["lead_angle"]) * w["f3"]
 
 
@@ -42,7 +42,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """(friction along the thread, force that pushes the axes apart). This force also acts at rest."""
+    """Friction along the thread, and force that pushes the axes apart. The latter also acts at rest."""
     f = _normal(w, g)
     return [laws[0].ratios([rates[0]])[0] * f, -ca.sin(g["pressure_angle"]) * f]
 
@@ -52,13 +52,13 @@ def _held(w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: b
 
 
 def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[Contact]:
-    """One contact. It moves to the opposite flanks when the force across the thread passes through zero."""
+    """One contact, which moves to the opposite flanks when the force across the thread passes through zero."""
     none = ca.SX(0)
     return [Contact(_normal(w, g), (-w["f1"], -w["f2"], -w["f3"]), (2, 1), watched=(none, none, -_across(w, g)))]
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """The force in the plane of e1 and e3. It includes the friction along the thread."""
+    """The force in the plane of e1 and e3, friction along the thread included."""
     return [HALF_ROOT * w[n] for n in FORCES]
 
 

@@ -1,8 +1,8 @@
 """Friction of a band around a drum, and of a belt around two pulleys (theory, "Bands and belts").
 
-The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). Its
-two ends have the tensions S and S e^{kφ} if S is given at one end, or T_0 (1 ± tanh(kφ/2)) if their mean T_0 is given. The friction
-at the surface is the difference of both tensions. It does not depend on other forces."""
+The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). The
+tensions at its ends are S and S e^{kφ} if S is given at one end, and T_0 (1 ± tanh(kφ/2)) if their mean T_0 is given. The friction
+at the surface is the difference of both tensions, and does not depend on other forces."""
 
 from __future__ import annotations
 
@@ -64,29 +64,29 @@ class Wrapped:
         return ("m1",) if self.pulls and TENSION.name in numbers else ()
 
     def velocity(self, rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
-        """As in ``ContactElement``."""
+        """``ContactElement.velocity``."""
         return [[self.arm(g) * rates[0]]]
 
     def friction(self, w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-        """(friction, sum of the tensions, which pulls the pulleys together). This sum also acts at rest."""
+        """Friction, and sum of the tensions, which pulls the pulleys together. The sum also acts at rest."""
         k = laws[0].ratios(self.velocity(rates, g)[0])[0]
         along = self.arm(g) * difference(g, k, ca)
         return [along, _sum(w, g)] if self.pulls else [along]
 
     def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-        """The capacity in the sense of the required friction."""
+        """Hold of the pair; the capacity is that in the sense of the required friction."""
         most = difference(g, signum(u[0]) * laws[0].static, ca)
         return [Hold(ca.fabs(most), ca.fabs(u[0]) / self.arm(g))]
 
     def tensions(self, eta: Any, g: Numbers) -> list[Any]:
-        """As in ``ContactElement``."""
+        """``ContactElement.tensions``."""
         more = ca.copysign(1.0, g[WRAP.name]) * eta / self.arm(g)
         if PRETENSION.name in g:
             return [g[PRETENSION.name] - 0.5 * more, g[PRETENSION.name] + 0.5 * more]
         return [g[TENSION.name], g[TENSION.name] + more]
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """A capacity for each sense of friction. It depends on no reaction."""
+        """Capacities for both senses of friction. They depend on no reaction."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import Capacity, Pair

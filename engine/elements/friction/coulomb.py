@@ -15,7 +15,7 @@ mu."""
 
 
 class Coulomb(Law):
-    """The law has one sliding branch. At rest, the runtime holds the pair by a constraint with a multiplier."""
+    """Coulomb's law has a single branch, for sliding. At rest, the runtime holds the pair by a constraint with a multiplier."""
 
     name = "coulomb"
     numbers = (MU, replace(MU_STATIC, needed=False))

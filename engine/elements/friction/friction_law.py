@@ -21,16 +21,15 @@ from trunnion.runtime.abi import PairState
 
 TINY = 1e-300
 HALF = 0.5
-"""Offset for comparisons with integer states. A comparison by this offset makes a step 3 percent faster than a test for
-equality."""
+"""Offset in comparisons with integer states. Steps are 3 percent faster than with tests for equality."""
 HAIR = 1e-120
 """Factor of the frozen direction in ``Law.moving``, which adds the direction times this factor to a velocity of several components.
-The sum differs from the velocity only if the runtime freezes a direction of huge norm (first step of slip from rest,
-``slip_onset.c``). The sum then points in the direction of sliding."""
+The sum differs from the velocity only for a frozen direction of huge norm (first step of slip from rest, ``slip_onset.c``). It then
+points in the direction of sliding."""
 AT_REST = 1e-138
 """Like HAIR, but for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
-dependent rates and does not change the sign. For a starting pair, this holds below 1e-12 m/s. For a pair on a line
-(``frozen_sliding_directions.c``, with larger norms), it always holds."""
+dependent rates, and does not change the sign: below 1e-12 m/s for a starting pair, always for a pair on a line
+(``frozen_sliding_directions.c``, with larger norms)."""
 
 
 class Rest(Enum):
@@ -60,8 +59,8 @@ class Law:
            (``elements.contact.ball_in_socket_friction``).
     state  the law's states
 
-    The class variables declare a law; scenes, checks, units, FMUs, time stepping, ``--hold`` and documents use them. The import
-    of a module with an inconsistent declaration fails."""
+    The class variables declare a law; scenes, checks, units, FMUs, time stepping, ``--hold`` and documents use them. An
+    inconsistent declaration fails at the import of its module."""
 
     name: ClassVar[str] = ""
     """Name of the law in a scene."""
@@ -74,11 +73,10 @@ class Law:
     steps: ClassVar[bool] = True
     """Whether time stepping (method moreau) supports the law. The law must be set-valued or smooth in the velocity."""
     exact: ClassVar[str] = ""
-    """Name of the set-valued law that this law smooths. The set-valued law is the reference for errors. "" if this law smooths no
-    law."""
+    """Name of the set-valued law that this law smooths, which is the reference for errors; "" if this law smooths no law."""
     dry: ClassVar[str] = ""
-    """Name of the set-valued law with the same coefficients, which static analyses use instead of this law. "" if they use this law
-    itself; the law may then have no static friction."""
+    """Name of the set-valued law with the same coefficients that static analyses use instead of this law; "" if they use this law
+    itself, which may have no static friction."""
     state_scale: ClassVar[str] = ""
     """Only for bristles: name of the number by which the state is divided to give a deflection."""
     formula: ClassVar[str] = ""
@@ -126,8 +124,7 @@ class Law:
 
     @classmethod
     def _branches(cls) -> list[str]:
-        """Faults: branches that the law lacks although ``rest`` requires them. A law with bristles needs no branch, because it has
-        ``carried``."""
+        """Faults: missing branches that ``rest`` requires. A law with bristles needs no branch, because it has ``carried``."""
         has = {"level": cls.level is not Law.level, "slope": cls.slope is not Law.slope}
         needed = {Rest.SET_VALUED: ("level",), Rest.KINK: ("level", "slope")}.get(cls.rest, ())
         missing = [name for name in needed if not has[name]]
@@ -143,8 +140,8 @@ class Law:
         self.value, self.flag, self.frozen, self.tilt, self.state = value, mode[0], list(mode[1:4]), mode[4], list(state)
 
     def slope(self, speed2: SX) -> SX | None:
-        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s². None if the law has no
-        proportional branch."""
+        """k per sliding velocity, s/m, on the proportional branch, at the squared sliding speed, m²/s². Returns None if the law has
+        no proportional branch."""
         return None
 
     def level(self, speed2: SX) -> SX | None:
@@ -177,8 +174,8 @@ class Law:
         return self.flag < PairState.STUCK.value + HALF
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """Sliding velocity. For a set-valued law with several components, the result is not zero at the start of slip, where v is
-        zero: it then has the frozen direction. ``arms`` as in ``sign``."""
+        """Sliding velocity. For a set-valued law with several components, the result is nonzero at the start of slip, where v is
+        zero: it has the frozen direction. ``arms`` as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
@@ -207,15 +204,15 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign that friction uses: the result of ``sign``, but in two cases it stays +1 after the reversal. The friction of a
-        pair on a line (``frozen_sliding_directions.c``) continues until the event. For a starting pair, a velocity at round-off
-        level does not count (``AT_REST``)."""
+        """The sign in friction: the result of ``sign``, except that it stays +1 after the reversal in two cases. The friction of a
+        pair on a line (``frozen_sliding_directions.c``) continues until the event. A starting pair's velocity does not count at
+        round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 
     def ratios(self, v: list[SX], arms: Sequence[SX | float] = (1.0,)) -> list[SX]:
-        """Signed ratios k, one per component of the sliding velocity v (m/s). On the sliding branch, the sign is fixed during a
-        step: k = level · sign · v/|v| + drag · v. Therefore k is smooth through v = 0 for motion along a line. ``arms`` as in
+        """Signed ratios k, one for each component of the sliding velocity v (m/s). On the sliding branch, the sign is fixed during
+        a step: k = level · sign · v/|v| + drag · v. For motion along a line, k is therefore smooth through v = 0. ``arms`` as in
         ``sign``."""
         if self.bristles:
             return self.carried(v, self.state)

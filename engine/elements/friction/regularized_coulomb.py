@@ -8,7 +8,7 @@ from trunnion.elements.friction.law_parameters import MU, V_EPS
 
 
 class Regularized(Law):
-    """The law has two branches: friction is saturated if the flag is 1, and proportional to the velocity if the flag is 0."""
+    """The law has two branches, selected by the flag: 1 for saturated friction, 0 for friction proportional to the velocity."""
 
     name = "regularized"
     numbers = (MU, V_EPS)

@@ -1,4 +1,5 @@
-"""Joint types. A new type needs a new file here and a line in TYPES; the rest of the engine does not depend on type names."""
+"""Joint types. A new type needs a new file in this folder and a line in TYPES; the rest of the engine does not depend on type
+names."""
 
 from trunnion.basics.objects_by_import_path import objects
 from trunnion.elements.joints.coupled_and_light_freedoms import TIES

@@ -1,8 +1,8 @@
 """Joints that follow a cam (theory, "Cams") or a curve (theory, "Points on curves").
 
 A cam is a curve around an axis of one part. A point (such as the centre of a roller) or a flat face of the other part follows the
-cam. A point can also follow any curve in a plane. None of these joints carries a body: other joints carry both parts, and one
-constraint row couples the parts."""
+cam. A point can also follow any curve in a plane. These joints carry no body: other joints carry both parts, and one constraint row
+couples the parts."""
 
 from typing import Literal
 

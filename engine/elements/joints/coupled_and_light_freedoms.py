@@ -1,5 +1,6 @@
 """Kinds of constraint rows of freedoms: a freedom that follows another freedom (theory, "Joints that follow another"), and a light
-freedom (theory, "Light bodies"). They do not belong to cut joints, and are not allowed as the ``type`` of a joint in a scene."""
+freedom (theory, "Light bodies"). These rows do not belong to cut joints, and these kinds are not allowed as the ``type`` of a joint
+in a scene."""
 
 from trunnion.elements.joints.joint_kind import JointKind
 

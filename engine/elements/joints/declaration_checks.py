@@ -1,8 +1,7 @@
-"""Numerical checks of a joint type's declaration at registration, in about 0.1 ms per type.
-
-The checks require that the numbers of freedoms and constraints add up to six. R must be a rotation matrix, and the unit matrix at q
-= 0. The declared axes must agree with the derivatives of R and s. ``measure`` must invert ``rotation`` and ``travel``. The
-constraint rows must vanish for all q and prevent all motion except along the axes."""
+"""Numerical checks of a joint type's declaration at registration, which take about 0.1 ms per type. The numbers of freedoms and
+constraints must add up to six. R must be a rotation matrix, and the unit matrix at q = 0. The declared axes must agree with the
+derivatives of R and s. ``measure`` must invert ``rotation`` and ``travel``. The constraint rows must vanish for all q and prevent
+all motion except along the axes."""
 
 from __future__ import annotations
 
@@ -14,8 +13,8 @@ from trunnion.elements.joints.joint_kind import JointKind, quaternion_rate
 Vector = Sequence[float]
 Place = tuple[list[list[float]], list[float]]
 SAMPLE = {"angle": (0.7, -0.4, 1.1), "length": (0.3, -0.2, 0.5), "quaternion": (0.8, 0.2, -0.4, 0.4)}
-"""Coordinates at which a declaration is checked, by kind of coordinate. They describe a general position, with angles within the
-range of ``measure``."""
+"""Coordinates at which a declaration is checked, by kind of coordinate. They are a general position, with angles within the range
+of ``measure``."""
 STEP = 1e-5
 """Step h of the central differences, rad or m. Their truncation error is about h²; their round-off error is about 1e-11."""
 CLOSE = 1e-8
@@ -34,7 +33,7 @@ class Numeric:
 
 
 def registered(*kinds: JointKind) -> dict[str, JointKind]:
-    """Joint types by name. Raises ValueError with all faults of their declarations."""
+    """Joint types by name. Raises ValueError with all faults of all declarations."""
     wrong = [f"joint type {k.name}: {fault}" for k in kinds for fault in faults(k)]
     names = [k.name for k in kinds]
     wrong += [f"joint type {n}: declared twice" for n in dict.fromkeys(names) if names.count(n) > 1]
@@ -98,7 +97,7 @@ def _motion(kind: JointKind) -> Iterator[str]:
 
 
 def _rows(kind: JointKind) -> Iterator[str]:
-    """Faults of the constraint rows (46) and (49). They must vanish, must not change along the axes, and must be linearly
+    """Faults of the constraint rows (46) and (49). The rows must vanish, must not change along the axes, and must be linearly
     independent."""
     R, s = _at(kind, _sample(kind))
     rows = [[float(i == k) for i in range(6)] for k in kind.rows_s]

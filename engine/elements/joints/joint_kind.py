@@ -1,7 +1,7 @@
 """Joint types: coordinates, motion axes, and the constraint rows of a cut joint.
 
-The kinematic functions use plain scalars, so that they accept both symbols and numbers. For example, ``rotation(q, ops)`` takes a
-sequence and a namespace with ``sin`` and ``cos``, and returns a 3×3 nested list."""
+The kinematic functions take scalars, either symbols or numbers. For example, ``rotation(q, ops)`` takes a sequence of scalars and a
+namespace with ``sin`` and ``cos``, and returns a 3×3 nested list."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ E1, E2, E3 = range(3)
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """One column of the paper's (1), (2): of P^r for a rotation (``rot``), of P^s for a translation. The column is the unit vector
-    ``index`` (E1, E2, E3) of the joint frame on ``side``. ``by_pitch``: whether the column is multiplied by pitch/2π (for a screw,
-    whose ``travel`` assumes a pitch of 2π)."""
+    ``index`` (E1, E2, E3) of the joint frame on ``side``. ``by_pitch``: whether the column is multiplied by pitch/2π; for a screw,
+    whose ``travel`` assumes a pitch of 2π."""
 
     index: int
     rot: bool
@@ -84,21 +84,19 @@ class JointKind:
     travel       q → s = p_out − p_in, components along the inboard axes.
     rows_s       for a cut joint, the indices k of the translational constraints (r_out − r_in)·h_in^k = 0, (49).
     rows_r       for a cut joint, the pairs (m, k) of the rotational constraints h_in^m·h_out^k = 0, (46).
-    ties         number of constraints that couple two coordinates (screw), and so are neither (46) nor (49). If it is not 0, the
-                 joint cannot be cut.
-    measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π).
-    friction     name of the contact element of a frictional joint of this type; "" if there is none.
-    contacts     number of contacts of this element.
-    loaded       name of the contact element whose friction depends on what the joint transmits along its only freedom, e1; "" if
+    ties         number of constraints that couple two coordinates (screw), and are neither (46) nor (49). A joint with ties cannot
+    be cut. measure      (R, s, ops) → q, the inverse of ``rotation`` and ``travel`` (angles within ±π). friction     name of the
+    contact element of a frictional joint of this type; "" if there is none. contacts     number of contacts of this element. loaded
+    name of the contact element whose friction depends on what the joint transmits along its only freedom, e1; "" if
                  the type has none.
     banded       name of the contact element of a band or belt around parts of the joint; "" if the type has none.
     rolls        for wheels that roll on each other (``elements.joints.wheel_pairs``). The joint carries no body and has one row.
-    slips        whether the wheels may slide. The joint then has no row; its first freedom is the sliding.
+    slips        whether the wheels may slide. The joint then has no row, and its first freedom is the sliding.
     follows      the follower (``elements.joints.cam_and_curve_followers``). A "point" or "face" of the outboard body follows a cam
                  of the inboard body. With "curve", a point follows a curve; with "freedom", a freedom follows another freedom. The
                  joint carries no body and has one row.
-    plays        whether a point that follows a curve has play. Its row is the gap to walls beside the curve and at its ends.
-    keeps_distance
+    plays        whether a point that follows a curve has play. The joint's row is then the gap to walls beside the curve and at its
+    ends. keeps_distance
                  whether the distance of the joint's two points is constant (rod). The joint carries no body and has one row.
     """
 
@@ -129,7 +127,7 @@ class JointKind:
 
     @property
     def pushes(self) -> bool:
-        """Whether the single constraint row is a normal force, so that the contact may begin and end."""
+        """Whether the multiplier of the single constraint row is a normal force, so that the contact may begin and end."""
         return self.follows in ("point", "face", "curve") or (self.rows_s == (E1,) and not self.rows_r)
 
     @property
@@ -174,8 +172,8 @@ class JointKind:
 
     @property
     def needs_axis(self) -> bool:
-        """Whether the joint needs the direction of e1. The direction is not needed if the joint rotates about all axes or about no
-        axis, and slides along all axes or along no axis."""
+        """Whether the joint needs the direction of e1. It does, unless it rotates about all axes or about none, and slides along
+        all axes or along none."""
         if self.bodiless:
             return not self.keeps_distance and self.follows != "freedom"
         return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))
@@ -199,8 +197,8 @@ class JointKind:
 
     @property
     def freely_rubbed(self) -> tuple[bool, ...]:
-        """For each freedom, whether it is a rotation. This determines the joint's constant friction. The tuple is empty if the
-        joint cannot have constant friction."""
+        """For each freedom, whether it is a rotation; this determines the joint's element of constant friction. Empty if the joint
+        cannot have constant friction."""
         free = 0 < self.nv <= 2 and self.quaternion < 0 and self.follows != "freedom"
         return tuple(self.turns(k) for k in range(self.nv)) if free else ()
 
@@ -209,8 +207,7 @@ class JointKind:
         return self.axes[rate][0].rot
 
     def coordinate_of(self, rate: int) -> int:
-        """Index in q of the coordinate whose derivative is this rate. −1 if no coordinate has this derivative (quaternion, sliding
-        along a cam)."""
+        """Index in q of the coordinate whose derivative is this rate. −1 if there is none (quaternion, sliding along a cam)."""
         return rate if rate < (self.nq if self.quaternion < 0 else self.quaternion) else -1
 
 
@@ -221,7 +218,7 @@ def about_e1(angle: Scalar, ops: Any) -> list[list[Scalar]]:
 
 
 def of_quaternion(e: Sequence[Scalar]) -> list[list[Scalar]]:
-    """R of a quaternion, scalar first. Because of the division by |e|², R is a rotation even if the norm deviates from 1."""
+    """R of a quaternion, scalar first. The division by |e|² makes R a rotation even if the norm deviates from 1."""
     w, x, y, z = e
     s = 2.0 / (w * w + x * x + y * y + z * z)
     wx, wy, wz = s * w * x, s * w * y, s * w * z
@@ -240,7 +237,7 @@ def angle_about_e1(r: list[list[Scalar]], s: list[Scalar], ops: Any) -> Scalar:
 
 
 def to_quaternion(r: list[list[Scalar]], ops: Any) -> list[Scalar]:
-    """Unit quaternion (w ≥ 0) of a rotation matrix. The formula divides by the largest component, which is never near zero."""
+    """Unit quaternion (w ≥ 0) of a rotation matrix. The formula divides by the largest component, which is at least 1/2."""
     a, b, c = r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]
     xy, xz, yz = r[0][1] + r[1][0], r[0][2] + r[2][0], r[1][2] + r[2][1]
     xx, yy, zz = r[0][0], r[1][1], r[2][2]

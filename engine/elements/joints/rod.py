@@ -1,4 +1,4 @@
-"""A rod: rigid and massless, with an ideal ball at each end (theory, "Rods"). It keeps the distance of two points."""
+"""A rod: rigid and massless, with an ideal ball at each end (theory, "Rods"). The rod keeps the distance of two points."""
 
 from trunnion.elements.joints.joint_kind import JointKind
 

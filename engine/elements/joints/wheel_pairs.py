@@ -1,8 +1,8 @@
 """Wheels that roll on each other without sliding: gears, racks, belts and chains (theory, "Rolling").
 
-Such a joint carries no body: other joints carry the wheels, and one constraint row couples the wheels. ``phase`` computes the
-rolled angle, for symbols and numbers. This angle follows from the angles of the wheels relative to their line of centres, up to a
-whole number of teeth."""
+These joints carry no body: other joints carry the wheels, and one constraint row couples the wheels. ``phase`` computes the rolled
+angle, for symbols and numbers. It follows from the angles of the wheels relative to their line of centres, up to a whole number of
+teeth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Frame = Sequence[Vector]
 
 
 def _toothed(kind: JointKind, friction: str) -> JointKind:
-    """A wheel pair with tooth flanks, which slide as the wheels turn, and push the wheels apart. The flanks add two freedoms: the
+    """A wheel pair with tooth flanks. The flanks slide when the wheels turn, and push the wheels apart. Their two freedoms are the
     relative rotation and the separation of the wheels."""
     return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
 

@@ -1,9 +1,8 @@
 """Instructions of CasADi functions as single assignments, in Python lists. Each value is computed once.
 
-A query of one instruction costs four microseconds. CasADi therefore prints all instructions at once, and this module parses the
-text. For each form of a line, one query gives the meaning of the form. Equal operations are merged here, because CasADi's own
-search for them takes longer than all other work.
-"""
+A query of one instruction costs four microseconds. This module therefore parses the text in which CasADi prints all instructions at
+once. One query for each form of a line gives the meaning of this form. Equal operations are merged here, because CasADi's own
+search for them takes longer than all other work. """
 
 from __future__ import annotations
 
@@ -20,10 +19,10 @@ COMMUTES = {ca.OP_ADD, ca.OP_MUL, ca.OP_FMIN, ca.OP_FMAX, ca.OP_EQ, ca.OP_NE, ca
 LEAVES = {ca.OP_CONST, ca.OP_INPUT}
 RESULT = re.compile(r"@(\d+)")
 OFTEN = 4096
-"""Number of instructions between two checks for interrupts. These instructions take about ten milliseconds."""
+"""Number of instructions between two checks for interrupts. This number takes about ten milliseconds."""
 WITHOUT_DIGITS = str.maketrans("", "", "0123456789")
 Instruction = tuple[int, int, tuple[int, ...]]
-"""(operation, index of its value, indices of its operands)"""
+"""Operation, index of its value, indices of its operands."""
 
 
 @dataclass
@@ -72,7 +71,7 @@ def assignments(f: ca.Function) -> Assignments:
 
 
 _known: dict[str, tuple[int, int]] = {}
-"""For each form of a printed line, the operation and its number of operands. The form is the line without digits."""
+"""Operation and number of operands, by the form of a printed line. The form is the line without digits."""
 
 
 def _listed(f: ca.Function) -> Iterator[Instruction]:
@@ -106,7 +105,7 @@ def _listed(f: ca.Function) -> Iterator[Instruction]:
 
 
 def _asked(f: ca.Function, k: int) -> Instruction:
-    """Instruction k, from a query of the library."""
+    """Instruction k, from a query of CasADi."""
     op = f.instruction_id(k)
     if op == ca.OP_OUTPUT:
         return op, 0, tuple(f.instruction_input(k))

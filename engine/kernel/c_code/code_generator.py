@@ -1,10 +1,7 @@
-"""Symbolic expressions → C, in stages.
-
-Inputs have a stage (parameters 0, state 1, multipliers 2, …). An operation belongs to the latest stage of its operands. A result
-that depends only on parameters is therefore computed once (``prepare``). A result that depends only on the state is computed before
-the multipliers. Arrays carry values to later stages. Long functions are split into pieces, so that compile time is linear in
-length.
-"""
+"""Generation of C code from symbolic expressions, in stages. Each input has a stage (parameters 0, state 1, multipliers 2, …). An
+operation belongs to the latest stage of its operands. A result that depends only on parameters is therefore computed once
+(``prepare``). A result that depends only on the state is computed before the multipliers. Arrays pass values to later stages. Long
+functions are split into pieces, so that compile time is linear in length. """
 
 from __future__ import annotations
 
@@ -20,11 +17,11 @@ from trunnion.kernel.c_code.casadi_instructions import Instruction, assignments
 SX = ca.SX
 PIECE = 2500
 """Number of operations per C function. Above a few thousand, compile time grows faster than linearly. Pieces of 300 or 600
-operations compile in four fifths of the time. But stepping units then run 10 to 15 percent longer, and dense Jacobians 3
+operations would compile in four fifths of the time, but stepping units would run 10 to 15 percent longer, and dense Jacobians 3
 percent."""
 
 SCRATCH = "s_"
-"""Name of the array that carries values between the pieces of a stage that keeps no values for later stages."""
+"""Name of the array that passes values between the pieces of a stage, if the stage stores no values for later stages."""
 
 BINARY = {
     ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",
@@ -41,7 +38,7 @@ UNARY = {
 }
 CALL = re.compile(r"(\w{3,})\((.*)\)")
 FUNCTIONS = {name: given.count("{") for form in (BINARY | UNARY).values() for name, given in CALL.findall(form)}
-"""C functions that occur in the forms, with their numbers of arguments."""
+"""Numbers of arguments of the C functions that occur in the forms."""
 MATH = "".join(f"double {name}({','.join(['double'] * count)});\n" for name, count in FUNCTIONS.items()) + (
     "#ifndef NAN\n#define NAN __builtin_nan(\"\")\n#define INFINITY __builtin_inf()\n#endif\n"
 )
@@ -58,8 +55,8 @@ Place = tuple[int, int]
 
 @dataclass(frozen=True)
 class Input:
-    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. transient: whether later stages do not
-    receive the input; elements that they need are then stored."""
+    """A symbolic input: C expression of its first element ("y", "y+3"), symbol, stage. transient: whether only this stage receives
+    the input; elements that later stages need are then stored."""
 
     name: str
     symbol: SX
@@ -75,7 +72,7 @@ class Input:
 @dataclass(frozen=True)
 class Output:
     """Values that a stage writes: C array, offset, expressions. ``accumulate``: the values are added to the array. ``optional``:
-    the array may be a null pointer; the stage then skips the operations that only these values need."""
+    the array may be a null pointer; in this case, the stage skips the operations that only these values need."""
 
     name: str
     offset: int
@@ -96,7 +93,7 @@ class Stage:
 
 @dataclass
 class Code:
-    """C text of the stages. kept, operations: for each stage, the number of values kept for later stages, and the number of
+    """C text of the stages. kept, operations: for each stage, the number of values stored for later stages, and the number of
     operations."""
 
     text: str
@@ -113,8 +110,7 @@ class _Emitter:
     """Writes the stages of one set of outputs. A place (stage, piece) is a piece of a stage.
 
     Lists by value: ``stage`` (−1 for constants), ``home`` (place that computes the value; None for constants and inputs), ``uses``
-    (number of reads), ``text`` (C expression at the present place), ``slot`` (array element that carries the value to other
-    places).
+    (number of reads), ``text`` (C expression at the present place), ``slot`` (array element that passes the value to other places).
     """
 
     def __init__(self, inputs: list[Input], outputs: list[Output], stages: list[Stage]):
@@ -150,7 +146,7 @@ class _Emitter:
 
     def _places(self) -> set[int]:
         """Put every operation into the latest stage of its operands, split stages into pieces, and count uses. Returns the values
-        that are read outside their ``home``."""
+        that other places than their ``home`` read."""
         stage, home, uses, outside = self.stage, self.home, self.uses, set()
         places: list[Place] = [(k, 0) for k in range(len(self.stages))]
         for op, v, operands in self.code.operations:
@@ -193,7 +189,8 @@ class _Emitter:
             self.kept[k] += 1
 
     def _piece(self, place: Place, members: list[Instruction]) -> list[str]:
-        """Statements of a piece. Operations that only optional outputs need come last, after a return if the array is absent."""
+        """Statements of a piece. Operations that only optional outputs need come last; before them, the function returns if the
+        array is absent."""
         heed()
         writes = self.writes.get(place, [])
         optional = {array for _, _, array in writes if array}
@@ -218,8 +215,8 @@ class _Emitter:
         return needed
 
     def _statements(self, members: list[Instruction], deep: dict[int, int]) -> list[str]:
-        """Statements of some operations of a piece. A value that is used once becomes part of the expression that uses it, up to
-        the nesting ``DEPTH`` (``deep``: nesting of such values). This halves the text and the number of variables."""
+        """Statements of some operations of a piece. A value that is used once is written into the expression that uses it, up to
+        the nesting ``DEPTH``. This halves the text and the number of variables. deep: nesting of these values."""
         text, body = self.text, []
         for op, v, operands in members:
             words = FORMS[op] % tuple([text[a] for a in operands])

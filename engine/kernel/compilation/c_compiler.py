@@ -1,9 +1,7 @@
-"""The C compiler, from the pip package ``ziglang``. The machine needs no other compiler.
-
-The compiler fails without a home directory, so its caches are redirected. A shared cache of constant size contains system
-libraries. Each build has another cache, which is deleted afterwards. Libraries for this machine are linked without start files,
-whose first build would take seconds. Debug tables are off: they take a quarter of the time and four fifths of the size. Fast-math
-is never used, because tests for NaN must work."""
+"""The C compiler, from the pip package ``ziglang``. No other compiler is needed. Because this one fails without a home directory,
+its caches are redirected: a shared cache of constant size for system libraries, and for each build a cache that is deleted
+afterwards. Libraries for this machine are linked without start files, whose first build would take seconds. Debug tables are off,
+because they take a quarter of the time and four fifths of the size. Fast-math is never used, because tests for NaN must work."""
 
 from __future__ import annotations
 
@@ -31,25 +29,25 @@ FLAGS = (
     "-std=gnu11", "-O2", "-fno-unroll-loops", "-fno-vectorize", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
     "-fomit-frame-pointer", "-fPIC", "-fvisibility=default", "-w", "-g0",
 )  # fmt: skip
-"""Loops are short, and their lengths are known only at run time. With automatic unrolling and vectorisation, the runtime takes
-twice as long to compile and is 3 to 14 percent slower. Important loops are written with vectors (``base/compiler.h``). Frame
-pointers would slow generated code by 2 percent."""
+"""Flags of all units. Automatic unrolling and vectorisation are off: loops are short, and their lengths are known only at run time.
+With them, the runtime takes twice as long to compile, and is 3 to 14 percent slower. Important loops are written with vectors
+(``base/compiler.h``). Frame pointers are off, because they slow generated code by 2 percent."""
 STRAIGHT = ("-fno-slp-vectorize",)
 LONG_TEXT = {"kernel": 41_000, "outputs": 0, "linear": 0, "jacobian": 11_000}
 """Number of characters of a unit's text above which straight-line code is not vectorised. This vectorisation takes half of the
-compile time. With it, short stepping units are up to 10 percent faster (double pendulum, 33,000 characters: 5 percent). Units above
-43,000 characters are 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
+compile time. Short stepping units become up to 10 percent faster by it (double pendulum, 33,000 characters: 5 percent). Units above
+43,000 characters become 2 to 4 percent slower, and rows of columns 2 percent (twelve models: 0 to 6)."""
 LONG_PART = 30_000
-"""The limit ``LONG_TEXT`` for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
+"""Like ``LONG_TEXT``, for a bytecode primitive. Without this vectorisation, free bodies and ball joints with friction compile
 in half of the time. The run times of five models then changed by −3 to +7 percent."""
 AS_WRITTEN = ("-ffp-contract=off",)
 ROWS = ("outputs",)
-"""Units compiled without contraction of products and sums into fused operations. The compiler's choice of contractions depends on
-the surrounding text. With contraction, the last bit of a column would depend on the other columns. A row with all columns takes up
-to 3 percent longer."""
+"""Units compiled without contraction of products and sums into fused operations. The compiler chooses contractions by the
+surrounding text, so the last bit of a column would depend on the other columns. Without contraction, a row with all columns takes
+up to 3 percent longer."""
 QUICK = ("-O0", "-fno-sanitize=all", "-fno-stack-protector")
-"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. Without optimisation, this compiler adds
-run-time checks by default. These checks would cancel the gain, so they are off."""
+"""Flags for fast builds, which take a third of the compile time; steps are a sixth slower. The run-time checks that this compiler
+adds without optimisation are off, because they would cancel the gain."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +88,7 @@ MACHINES = {
     "macosx_11_0_x86_64": Machine("x86_64-macos.11.0", "x86_64"),
     "win_amd64": Machine("x86_64-windows-gnu", "x86_64"),
 }
-"""{platform tag of a wheel: machines on which the wheel's libraries run}. Every x86-64 processor has the level x86_64."""
+"""The machines on which a wheel's libraries run, by the wheel's platform tag. Every x86-64 processor has the level x86_64."""
 TAGS = {
     ("linux", "x86_64"): "manylinux_2_17_x86_64",
     ("linux", "aarch64"): "manylinux_2_17_aarch64",
@@ -98,19 +96,18 @@ TAGS = {
     ("darwin", "x86_64"): "macosx_11_0_x86_64",
     ("darwin", "arm64"): "macosx_11_0_arm64",
 }
-"""{(system, processor): platform tag}. ``wheel_platform`` replaces manylinux where Python uses musl."""
+"""Platform tag by system and processor. For a Python that uses musl, ``wheel_platform`` replaces manylinux."""
 
 
 SYSTEM_LIBRARIES = {
     "linux": ("-nostdlib", "-lm", "-lc"),
     "windows": ("-nostdlib", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("math", "heap", "stdio", "string", "private"))),
 }
-"""Linker options by operating system. The library then uses the system's C library. The compiler's own start files and libraries
-are omitted, because building them for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are then
-missing."""
+"""Linker options by operating system: a library uses the system's C library, without the compiler's own start files and libraries,
+whose build for Windows would take over a minute. ``ADDED_SOURCES`` defines the functions that are missing without them."""
 WINDOWS = Path(__file__).with_name("windows_libc.c")
 ADDED_SOURCES = {"windows": (WINDOWS,)}
-"""C files that each library of an operating system contains beside its own."""
+"""C files that every library of an operating system contains in addition to its own."""
 
 
 class CompilerError(RuntimeError):
@@ -133,7 +130,7 @@ def host() -> Machine:
 
 def cpu_level() -> str:
     """CPU level of compiled code: x86-64-v3 (AVX2, FMA) if this machine supports it, otherwise the baseline. TRUNNION_CPU overrides
-    the choice. For processors other than x86-64, the result is ""."""
+    the choice. The result is "" for processors other than x86-64."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return ""
     if os.environ.get("TRUNNION_CPU"):
@@ -150,7 +147,7 @@ def version_of(package: str) -> str:
     found = _installed(tuple(sys.path)).get(package.lower().replace("-", "_"), [])
     if len(found) == 1:
         return found[0]
-    from importlib.metadata import PackageNotFoundError, distribution  # takes 7 % of a start
+    from importlib.metadata import PackageNotFoundError, distribution  # imported here, because it takes 7 % of a start
 
     try:
         return distribution(package).version
@@ -160,7 +157,7 @@ def version_of(package: str) -> str:
 
 @lru_cache(maxsize=4)
 def _installed(folders: tuple[str, ...]) -> dict[str, list[str]]:
-    """{package: its versions} by the names of the folders that describe installed packages."""
+    """Versions of each installed package, from the names of the folders that describe packages."""
     out: dict[str, list[str]] = {}
     for folder in folders:
         with suppress(OSError):
@@ -182,7 +179,7 @@ def library_suffix() -> str:
 
 
 def toolchain(machine: Machine | None = None) -> tuple[str, ...]:
-    """Everything beside a library's own sources that determines compiled code for a machine, by default this machine."""
+    """Everything that determines compiled code for a machine (by default this machine), except a library's own sources."""
     chosen = machine or host()
     added = (file.read_text() for file in ADDED_SOURCES.get(chosen.system, ()))
     return (compiler_version(), chosen.target, chosen.cpu, *FLAGS, *added)
@@ -219,8 +216,8 @@ def _zig(arguments: Sequence[str], shared: Path, own: Path) -> tuple[int, str]:
 
 
 def needed(who: str, what: str, instead: str = "") -> None:
-    """Raise SceneError with the installation command unless the packages that write and compile C are installed. what: names what
-    must be compiled. instead: text of another remedy."""
+    """Raise SceneError with the installation command, unless the packages that write and compile C are installed. what: name of the
+    object to compile. instead: text of another remedy."""
     missing = [m for m in ("casadi", "ziglang") if not there(m)]
     if missing:
         several = len(missing) > 1
@@ -253,7 +250,7 @@ def unit_flags(unit: str, text: str) -> tuple[str, ...]:
 
 
 def optimised_flags(unit: str, text: str) -> tuple[str, ...]:
-    """Additional flags for a unit that is shipped. They do not depend on the environment."""
+    """Additional flags for a unit that is shipped. These flags do not depend on the environment."""
     straight = STRAIGHT if unit in LONG_TEXT and len(text) > LONG_TEXT[unit] else ()
     return straight + (AS_WRITTEN if unit in ROWS else ())
 
@@ -276,15 +273,15 @@ def build_library(
     link = [f"-Wl,-install_name,@rpath/{library.name}"] if made_for.system == "macos" else SYSTEM_LIBRARIES.get(made_for.system, ())
     options = [*made_for.flags(), *FLAGS, *extra]
     folders = [f"-I{p}" for p in include]
-    if made_for.system == "windows":  # a compiler that links without the system's start files does not find its headers
+    if made_for.system == "windows":  # without the system's start files, the compiler does not find the system's headers
         everything = (*sources, *ADDED_SOURCES["windows"])
         sources = [_object(source, library.parent, options + folders, cache) for source in everything]
-        options.append("-s")  # strips symbols: they contain the path of the build folder, so two builds would differ
+        options.append("-s")  # strip symbols, whose path of the build folder would make two builds differ
     run([*options, "-shared", *map(str, sources), *folders, "-o", str(library), *link], cache)
 
 
 def _object(source: Path, folder: Path, options: Sequence[str], cache: Path) -> Path:
-    """The object file of a source, compiled into a folder; an object file is returned as it is."""
+    """The object file of a source, compiled into a folder; a source that is an object file is returned unchanged."""
     made = source if source.suffix == ".o" else folder / f"{source.stem}.o"
     if made != source:
         run([*options, "-c", str(source), "-o", str(made)], cache)

@@ -18,15 +18,15 @@ from trunnion.basics.interrupts import heed
 LOOKS = 0.05
 """Seconds between checks for Ctrl-C and for cancellation while this thread waits for another."""
 Submit = Callable[..., "Future[Any]"]
-"""A function that runs a given function with its arguments on a thread."""
+"""A function that runs another function, with its arguments, on a thread."""
 
 
-class Ended(RuntimeError):
-    """The build was cancelled, so the result of a process is not needed."""
+class BuildCancelled(RuntimeError):
+    """The build was cancelled; the result of a process is no longer needed."""
 
 
-class Programs:
-    """The processes of one build. ended: whether the build was cancelled; no process may then start."""
+class CompilerProcesses:
+    """The processes of one build. ended: whether the build was cancelled; no process may start afterwards."""
 
     def __init__(self) -> None:
         self.ended = False
@@ -34,11 +34,11 @@ class Programs:
         self._running: set[subprocess.Popen[bytes]] = set()
 
     def run(self, command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
-        """Run a process to its end. Returns exit code and error output. Raises Ended if the build was cancelled."""
+        """Run a process to its end. Returns exit code and error output. Raises BuildCancelled if the build was cancelled."""
         with TemporaryFile("w+", errors="replace") as told:  # no pipe, because child processes would keep it open
             with self._lock:
                 if self.ended:
-                    raise Ended
+                    raise BuildCancelled
                 process = subprocess.Popen(
                     command, env=dict(env), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=told, start_new_session=True
                 )
@@ -51,7 +51,7 @@ class Programs:
             finally:
                 self._running.discard(process)
             if self.ended:
-                raise Ended
+                raise BuildCancelled
             told.seek(0)
             return code, told.read()
 
@@ -70,11 +70,11 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
-_CURRENT: ContextVar[Programs | None] = ContextVar("programs", default=None)
+_CURRENT: ContextVar[CompilerProcesses | None] = ContextVar("programs", default=None)
 
 
 def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
-    """Run a process as part of the surrounding build. If there is no such build, run it alone."""
+    """Run a process as part of the surrounding build. Outside a build, run it alone."""
     around = _CURRENT.get()
     if around is not None:
         return around.run(command, env)
@@ -84,8 +84,8 @@ def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
 
 
 def awaited(work: Future[Any]) -> Any:
-    """The result of work on another thread. Meanwhile this thread checks for interrupts. Signals end a plain wait only on some
-    systems, and they do not reach other threads."""
+    """The result of work on another thread. Meanwhile this thread checks for interrupts. (Signals end a plain wait only on some
+    systems, and do not reach other threads.)"""
     while not wait([work], LOOKS).done:
         heed()
     return work.result()
@@ -94,7 +94,7 @@ def awaited(work: Future[Any]) -> Any:
 @contextmanager
 def side_by_side(threads: int) -> Iterator[Submit]:
     """Work on several threads. A failure in the block, or Ctrl-C, ends the processes of all threads."""
-    programs = Programs()
+    programs = CompilerProcesses()
     before = _CURRENT.set(programs)
     pool = ThreadPoolExecutor(threads)
     try:

@@ -1,9 +1,7 @@
-"""The kernel cache: compiled libraries, by a digest of their content. Its size is bounded, and concurrent builds are safe.
-
-An entry is a folder ``<kind>-<key>``, which is made under a temporary name and renamed when complete. If two processes build the
-same entry, both succeed, and one copy is discarded. The compiler's shared cache (``zig-…``, and ``zig`` of older versions) is
-pruned like an entry. If the shared cache is pruned during a build, the build continues without it.
-"""
+"""The kernel cache: compiled libraries, by a digest of their content. The size of the cache is bounded, and concurrent builds are
+safe. An entry is a folder ``<kind>-<key>``, which is written under a temporary name and renamed when it is complete. If two
+processes build the same entry, both succeed, and one copy is discarded. The compiler's shared cache (``zig-…``, and ``zig`` of
+older versions) is pruned like an entry. If the shared cache is pruned during a build, the build continues without it. """
 
 from __future__ import annotations
 
@@ -21,14 +19,14 @@ from platformdirs import user_cache_path
 MAX_BYTES = 512 * 1024 * 1024
 STALE_SECONDS = 3600.0
 RECENT_SECONDS = 60.0
-"""Time since the last use within which an entry is not pruned, because a process may be about to load it."""
+"""An entry is not pruned within this time after its last use, because a process may be about to load it."""
 COMPILER_SECONDS = 600.0
-"""Time after the last start of a build within which the compiler's cache is not pruned. Builds take less time."""
+"""The compiler's cache is not pruned within this time after the last start of a build. Builds take less time."""
 
 
 def cache_folder() -> Path:
-    """The folder TRUNNION_CACHE, or else the user's cache folder of the platform, created with mode 0700. If this folder is not
-    writable, a private temporary folder."""
+    """The cache's folder, created with mode 0700: TRUNNION_CACHE, otherwise the platform's cache folder of the user; a private
+    temporary folder if this is not writable."""
     chosen = os.environ.get("TRUNNION_CACHE")
     try:
         home = Path(chosen) if chosen else user_cache_path("trunnion", appauthor=False)
@@ -41,7 +39,8 @@ def cache_folder() -> Path:
 
 
 def _private_temporary() -> Path:
-    """A folder for this process alone. Its name cannot be guessed, because its parent folder is writable for everyone."""
+    """A folder for this process alone. The name is random, so that nobody can guess it; the parent folder is writable for
+    everyone."""
     global _temporary
     if _temporary is None:
         _temporary = Path(tempfile.mkdtemp(prefix="trunnion-"))
@@ -62,10 +61,10 @@ def digest(*parts: str | bytes) -> str:
 
 
 def digest_of_files(root: Path, folders: Sequence[str], suffixes: tuple[str, ...]) -> str:
-    """Digest of the content of all files with these suffixes in folders below ``root``, as ``digest`` of each file in the order of
-    paths. The result is stored by name, size, number and times of every file, so that unchanged files are not read again."""
+    """Digest of the content of all files with these suffixes in folders below ``root``, in the order of their paths. The result is
+    stored under the names, sizes, numbers and times of all files, so that unchanged files are not read again."""
     files = [e for folder in folders for e in _files(os.path.join(root, folder), suffixes)]
-    found = sorted((e.path.split(os.sep), e.path, e.stat()) for e in files)  # by parts: the same order on every platform
+    found = sorted((e.path.split(os.sep), e.path, e.stat()) for e in files)  # by parts: the same order everywhere
     state = ((path, s.st_size, s.st_ino, s.st_mtime_ns, s.st_ctime_ns) for _, path, s in found)
 
     def make(folder: Path) -> None:
@@ -109,8 +108,8 @@ def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
 
 
 def _prune_now_and_then(home: Path) -> None:
-    """Prune, but at most once per ``RECENT_SECONDS`` in this process. Younger entries would not be pruned, and reading thousands of
-    entries takes longer than a small build."""
+    """Prune, but at most once per ``RECENT_SECONDS`` in this process. (Younger entries would not be pruned, and to read thousands
+    of entries takes longer than a small build.)"""
     now = time.monotonic()
     if now - _pruned.get(home, -RECENT_SECONDS) >= RECENT_SECONDS:
         _pruned[home] = now
@@ -147,9 +146,9 @@ def _is_compilers(path: Path) -> bool:
 
 
 def _size(path: Path) -> int:
-    """Bytes of all files in a folder. Files that disappear meanwhile do not count."""
+    """Bytes of all files in a folder. A file that disappears meanwhile does not count."""
     total = 0
-    with suppress(OSError), os.scandir(path) as found:  # this takes a quarter of the time of rglob
+    with suppress(OSError), os.scandir(path) as found:  # takes a quarter of the time of rglob
         for f in found:
             with suppress(OSError):
                 total += _size(Path(f.path)) if f.is_dir(follow_symlinks=False) else f.stat().st_size if f.is_file() else 0

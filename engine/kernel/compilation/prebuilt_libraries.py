@@ -1,5 +1,5 @@
-"""Libraries of the installation: the runtime, and bytecode primitives (``parts.primitives.library_prebuild``), in a folder per CPU
-level. A checkout has no such libraries and compiles on first use."""
+"""Libraries of the installation: the runtime, and bytecode primitives (``parts.primitives.library_prebuild``), in a folder for each
+CPU level. A checkout has no prebuilt libraries, and compiles at first use."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ are not used."""
 
 @lru_cache(maxsize=1)
 def sources() -> str:
-    """Digest of all sources of libraries. It does not depend on the compiler."""
+    """Digest of all sources of libraries, without the compiler."""
     return library_cache.digest_of_files(ENGINE, SOURCES, (".py", ".c", ".h"))
 
 
@@ -31,7 +31,7 @@ def level() -> str:
 
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """The folder for this machine's CPU level; otherwise the folder for the baseline; otherwise None."""
+    """The folder for this machine's CPU level, otherwise that for the baseline, otherwise None."""
     for name in (level(), "x86_64"):
         place = FOLDER / name
         if (place / TOLD).exists() and (place / TOLD).read_text() == sources():
@@ -40,7 +40,7 @@ def folder() -> Path | None:
 
 
 def path(name: str) -> Path:
-    """Path of a library of the installation. The library need not exist."""
+    """Path of a library of the installation, whether or not it exists."""
     return (folder() or FOLDER) / f"{name}{c_compiler.library_suffix()}"
 
 

@@ -1,5 +1,5 @@
-/* Functions that a Windows library needs but the Universal C Runtime (part of Windows 10 and newer) lacks. Compilers' own libraries
- * also have these functions, but would first have to be built from hundreds of files. */
+/* Functions that a Windows library needs but the Universal C Runtime (part of Windows 10 and newer) lacks. Libraries of compilers
+ * have these functions, too, but must first be built from hundreds of files. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,8 +11,9 @@ int __stdcall DllMainCRTStartup(void *library, unsigned reason, void *reserved) 
 }
 
 /* The compiler calls this function when the variables of a function need more than a page of the stack; their size is in rax.
- * Windows allocates the pages of a stack in order, so each page is accessed before the next. All registers keep their values. */
-#if defined __aarch64__ /* here the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
+ * Windows allocates the pages of a stack in order, so each page must be accessed before the next one. All registers keep their
+ * values. */
+#if defined __aarch64__ /* in this case the function is __chkstk, the size is 16 * x15, and x16 and x17 may change */
 #include <fenv.h>
 __asm__(
     ".globl __chkstk\n"

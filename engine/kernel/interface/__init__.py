@@ -1,1 +1,1 @@
-"""What a kernel offers: columns, quantities, and the tables that the runtime reads."""
+"""Interface of a kernel: its columns, quantities, and the tables that the runtime reads."""

@@ -1,5 +1,5 @@
-"""Floating-point operations of parts of a step. For generated functions they are counted; for dense algebra they are computed from
-sizes. They measure the cost of bounded steps independently of the machine."""
+"""Floating-point operations of parts of a step. Operations of generated functions are counted; those of dense algebra are computed
+from sizes. They measure the cost of bounded steps independently of the machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.runtime.abi.header_constants import number
 class Work:
     """Operations of the parts of a bounded step.
 
-    evaluation: one right-hand side without friction, which is also an upper bound for maps and for a correction of positions.
+    evaluation: one right-hand side without friction; this is also an upper bound for maps, and for a correction of positions.
 
     iteration: one Newton iteration on the complement equations; a mode decision costs one more iteration.
 

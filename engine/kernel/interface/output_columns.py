@@ -17,9 +17,9 @@ from trunnion.system.structure.bodies_and_joints import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its name, unit and description; its kind, the key of its subject, and the index of the kind's quantity; item of the
-    subject and component, which are None if there is only one. post: post-processing by the runtime (``Quantity.post``), or "".
-    bound: range of the values."""
+    """A column: name, unit and description; kind, key of the subject, and index of the kind's quantity; item of the subject and
+    component, each None if there is only one. post: post-processing by the runtime (``Quantity.post``), or "". bound: range of the
+    values."""
 
     name: str
     unit: str
@@ -48,7 +48,7 @@ class Column:
 
     @property
     def place(self) -> int:
-        """Index of the column within the output of its kind, counted over all items of the subject."""
+        """Index of the column within the output of its kind, where all items of the subject count."""
         return self.quantity.at + (self.item or 0) * self.quantity.size + (self.component or 0)
 
 
@@ -68,13 +68,15 @@ def _columns(kind: ColumnKind, s: Subject) -> list[Column]:
 
 
 def select(all_columns: list[Column], patterns: tuple[str, ...]) -> list[Column]:
-    """Columns whose name matches one of the patterns. Patterns have shell style, but "[k]" is an index, not a character class."""
+    """Columns whose name matches one of the patterns. These are patterns of the shell, except that "[k]" is an index, not a
+    character class."""
     wanted = matcher(current_patterns(patterns, all_columns))
     return [c for c in all_columns if wanted(c.name)]
 
 
 def current_patterns(patterns: Iterable[str], all_columns: Sequence[Column]) -> list[str]:
-    """The patterns, with current words. A deprecated word is reported if the pattern matches no column as it is written."""
+    """The patterns, with current words in place of deprecated ones. Deprecated words are replaced, with a warning, only in a
+    pattern that matches no column."""
     def matches(pattern: str) -> bool:
         return any(map(matcher((pattern,)), (c.name for c in all_columns)))
 

@@ -48,8 +48,8 @@ def row_kinds(system: System) -> list[int]:
 def element_table(
     elements: Sequence[Element], turned: Mapping[str, tuple[int, int]]
 ) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]], int]:
-    """Rows of the tables of elements and pairs, and the number of derivatives of the laws. turned: for joints in loops, the index
-    of the first scaled reaction that friction changes, and the number of such reactions."""
+    """Rows of the tables of elements and pairs, and the number of derivatives of the laws. turned: for each joint in a loop, index
+    of the first scaled reaction that friction changes, and number of these reactions."""
     rows: list[tuple[int, ...]] = []
     sliders: list[tuple[int, ...]] = []
     dn = contact = more = dmore = 0
@@ -80,8 +80,8 @@ def element_table(
 
 
 def unilateral_table(system: System, active: Sequence[int]) -> list[tuple[int, ...]]:
-    """Rows of the table of joints that only push. active: the constraint rows with a multiplier. SceneError if nothing can open or
-    close a contact."""
+    """Rows of the table of joints that only push. active: the constraint rows with a multiplier. Raises SceneError if nothing can
+    open or close a contact."""
     out = []
     for j in system.unilateral:
         assert j.unilateral is not None
@@ -106,8 +106,8 @@ def wants_of(chosen: list[Column], solved: bool) -> int:
 
 
 def post_of(chosen: list[Column]) -> list[tuple[int, ...]]:
-    """Post-processing of columns by the runtime (``tr_post``). A column with post "hold" is held only if the normal force of its
-    contact is also a chosen column."""
+    """Post-processing of columns by the runtime (``tr_post``). A column with the post-processing "hold" is held only if the normal
+    force of its contact is a chosen column, too."""
     names = {c.name: i for i, c in enumerate(chosen)}
     out = []
     for i, c in enumerate(chosen):

@@ -1,5 +1,4 @@
-/* Rows of one case, one row per lane. Dense output gives the state of a row, which is then projected. Then the multipliers and
- * columns of the row are computed. */
+/* Rows of one case, one row in each lane: state from the dense output, projection, multipliers, columns. */
 
 #define EACH_OF_FOUR _Pragma("clang loop unroll(full)")
 

@@ -12,8 +12,8 @@ struct lane_explicit {
 
 METHODS
 
-/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH; the arrays have room
- * for this. */
+/* Copy arrays of cases into lanes and back, four doubles at a time. n is rounded up to a multiple of WIDTH, for which the arrays
+ * have room. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 INLINE void turned(four *m) {
   const four a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
@@ -40,7 +40,7 @@ INLINE void scatter(int n, const V *from, double *const *to) {
 }
 #define TAKE(n, field, to) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; gather(n, at, to); }
 #define GIVE(n, from, field) { double *at[WIDTH]; for (int l = 0; l < WIDTH; ++l) at[l] = r[l]->field; scatter(n, from, at); }
-/* ``scatter`` for lanes that are good; the cases of other lanes keep their data. */
+/* Like ``scatter``, for lanes that are good; the cases of other lanes keep their data. */
 static void give_good(const Lanes &s, int n, const V *from, double *const *to) {
   const bool everywhere = !any(~s.good);
   if (everywhere) scatter(n, from, to);
@@ -130,7 +130,7 @@ static void dense(Lanes &s, tr_request **r, const lane_explicit *m, int n, V t, 
   }
 }
 
-/* Project the state y, and evaluate ẏ there. */
+/* Project the state y, and evaluate ẏ. */
 static void end(Lanes &s, tr_request **r, int n, V t, V *y) {
   V dy[MOST_WIDE];
   for (int i = 0; i < NY; ++i) s.good &= finite(y[i]);

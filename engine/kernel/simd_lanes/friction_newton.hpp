@@ -1,10 +1,10 @@
-/* Friction in lanes. As in ``runtime/friction/newton.c``, Newton's method on the complement equations finds η; as in
- * ``runtime/constraints/loop_solve.c``, λ is eliminated.
+/* Friction in lanes. Newton's method on the complement equations finds η (``runtime/friction/newton.c``), after the elimination of
+ * λ (``runtime/constraints/loop_solve.c``).
  *
  * Each lane iterates until it converges; a converged lane keeps its result while others iterate. A lane without a root, or with an
- * unstable root, is not `good`. Its case then searches for other roots outside the lanes. In lanes, no pair is held at rest. */
+ * unstable root, is not `good`. The case of this lane searches other roots outside the lanes. No pair in lanes is held at rest. */
 #if NETA
-#define MODES (2 + NSTOPS) /* offset in x of the modes, which follow the moment and the flags of stops */
+#define MODES (2 + NSTOPS) /* offset of the modes in x, after the moment and the flags of stops */
 #define MODE_NUMBERS 5
 #define SLIDING_NUMBERS 3
 #if NETA <= 4
@@ -53,7 +53,7 @@ INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   return fabs(A[0]).v > NO_PIVOT;
 }
 #elif NETA == 3 && !ACTIVE
-/* ``solve_friction`` for three unknowns, by cross products. Without loops, the sign of the determinant is not needed. */
+/* ``solve_friction`` for three unknowns, by cross products. (Without loops, the sign of the determinant has no use.) */
 INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   const V *x = A, *y = A + 3, *z = A + 6, r[3] = {b[0], b[1], b[2]};
   const V yz[3] = {y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]};
@@ -66,7 +66,7 @@ INLINE tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
   return fabs(det).v > NO_PIVOT;
 }
 #else
-/* Exchange row k with row `at`, in the columns from k on and in b. The row `at` differs between lanes. */
+/* Exchange row k with row `at`, in the columns from k on and in b. `at` may differ between lanes. */
 static void to_the_top(int k, tr_bits at, V *A, V *b) {
   for (int i = k + 1; i < NETA; ++i) {
     const tr_bits m = at == i;
@@ -106,7 +106,7 @@ static tr_bits solve_friction(V *A, V *b, tr_bits &negative) {
 }
 #endif
 
-/* Add the step r to η in the lanes m. step and size receive the largest components of r and η, as surface forces; NaN stays NaN. */
+/* Add the step r to η in the lanes m. step and size receive the largest components of r and η, as surface forces, or NaN. */
 INLINE void take_step(const Lanes &s, tr_bits m, const V *r, V *eta, V &step, V &size) {
   step = size = 0.0;
   for (int i = 0; i < NETA; ++i) {
@@ -173,7 +173,7 @@ INLINE V set_violation(const Lanes &s, int i) {
   return pick(s.x[MODES + MODE_NUMBERS * i].v == (double)TR_CONE, cone, fmax(stop, -cone));
 }
 
-/* Update the extremes over the stages of a step (``tr_update_extremes``), in lanes that watch. */
+/* Update the extremes over the stages of a step (``tr_update_extremes``), in the lanes `s.watches`. */
 INLINE void watch(Lanes &s) {
   for (int i = 0; i < NSLIDERS; ++i) {
     const V *now = s.sliding + SLIDING_NUMBERS * i;

@@ -1,5 +1,5 @@
-/* Closed loops in lanes: factor of S, multipliers, projection, as in ``runtime/constraints/loop_solve.c`` and
- * ``runtime/evaluate/projection.c``. All rows must be independent; a lane with a small pivot is not `good`. Converged lanes keep
+/* Closed loops in lanes: factor of S, multipliers (``runtime/constraints/loop_solve.c``), projection
+ * (``runtime/evaluate/projection.c``). All rows must be independent; a lane with a small pivot is not `good`. Converged lanes keep
  * their results. */
 
 /* Data of all lanes. */
@@ -87,7 +87,7 @@ static void factorise(Lanes &s) {
   }
 }
 
-/* ``taken`` reads entry p of b, and ``put`` writes it. p differs between lanes. */
+/* ``taken`` reads entry p of b, and ``put`` writes it. p may differ between lanes. */
 INLINE V taken(const V *b, tr_bits p) {
   V r = b[0];
   EACH_ROW
@@ -141,7 +141,7 @@ static void prepare(Lanes &s, const V *y, V *base) {
   k_stage2(s.x, y, s.c, s.w, none, base, s.power);
 }
 
-/* ``prepare`` for all lanes except those in `kept`. */
+/* Call ``prepare`` for all lanes except those in `kept`. */
 static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
   V w[NW + 1], factor[ACTIVE * ACTIVE], last[MOST_WIDE];
   tr_bits order[ACTIVE];
@@ -158,7 +158,7 @@ static void prepare_others(Lanes &s, tr_bits kept, const V *y, V *base) {
   s.good = (kept & good) | (~kept & s.good);
 }
 
-/* One correction of the residual h: the change dv of the rates by impulses along the constraint rows. */
+/* dv: the change of rates that corrects the residual h, by impulses along the constraint rows. */
 static void correction(Lanes &s, const V *y, const V *h, const V *base, V *dv) {
   V b[ACTIVE + 1], impulse[ACTIVE + 1], given[ACTIVE + NETA + 8], moved[MOST_WIDE], big = 0.0, size = 0.0, gain = 0.0;
   for (int i = 0; i < ACTIVE; ++i) b[i] = -h[k_active_rows[i]];

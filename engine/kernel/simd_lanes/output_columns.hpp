@@ -1,4 +1,4 @@
-/* Columns of the rows of one case, one row per lane. Data that these rows share are equal in all lanes. */
+/* Columns of the rows of one case, one row in each lane. Data of the case are equal in all lanes. */
 extern "C" void l_columns(tr_request **r, const double *x, const double *y, const double *z, const double *a) {
   V c[NCO + 1], extra[NEXTRA + 1], out[NOUT + 1];
   for (int i = 0; i < NCO; ++i) c[i] = r[0]->co[i];

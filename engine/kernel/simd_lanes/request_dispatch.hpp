@@ -31,7 +31,7 @@ static void give_friction(const Lanes &s, tr_request **r) {
 }
 #endif
 
-/* Serve TR_ASK_END: copy back all results of the evaluation, because decisions use them. */
+/* For TR_ASK_END: copy back all results of the evaluation, because decisions use them. */
 static void leave_behind(Lanes &s, tr_request **r) {
   GIVE_GOOD(NMAPS, s.maps, maps)
 #if ACTIVE

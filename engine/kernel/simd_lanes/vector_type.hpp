@@ -1,5 +1,5 @@
-/* A vector with one number per lane. Generated C is compiled as C++ with this type in place of `double`, and then computes several
- * cases at once. Lanes are independent. Truth values are 1 and 0, as in C. */
+/* A vector with one number for each lane. Generated C, compiled as C++ with this type in place of `double`, computes several cases
+ * at once. Lanes are independent. Truth values are 1 and 0. */
 typedef double tr_lanes_of __attribute__((vector_size(8 * WIDTH), aligned(8)));
 typedef long long tr_bits __attribute__((vector_size(8 * WIDTH), aligned(8)));
 #define INLINE static inline __attribute__((always_inline))
@@ -26,7 +26,7 @@ INLINE V operator!=(V a, V b) { return truth(a.v != b.v); }
 INLINE V operator&&(V a, V b) { return truth((a.v != 0.0) & (b.v != 0.0)); }
 INLINE V operator||(V a, V b) { return truth((a.v != 0.0) | (b.v != 0.0)); }
 
-/* ``pick``: a in the lanes m, otherwise b. ``where``: a in lanes where c is true, otherwise 0, even if a is NaN. */
+/* ``pick``: a in the lanes m, otherwise b. ``where``: a in the lanes where c is true; otherwise 0, even if a is NaN. */
 INLINE V pick(tr_bits m, V a, V b) { return of((tr_lanes_of)((m & (tr_bits)a.v) | (~m & (tr_bits)b.v))); }
 INLINE V where(V c, V a) { return of((tr_lanes_of)((c.v != 0.0) & (tr_bits)a.v)); }
 INLINE bool any(tr_bits m) {
@@ -49,7 +49,7 @@ INLINE V copysign(V a, V b) {
 }
 INLINE tr_bits finite(V a) { return fabs(a).v < __builtin_inf(); }
 
-/* Rarely used functions, which the library evaluates one lane after another. */
+/* Functions that are used rarely; the library evaluates them for one lane after another. */
 #define EACH(name) \
   extern "C" double name(double); \
   static V name(V a) { V r; for (int i = 0; i < WIDTH; ++i) r.v[i] = name(a.v[i]); return r; }
@@ -62,8 +62,8 @@ EACH_OF_TWO(pow) EACH_OF_TWO(atan2) EACH_OF_TWO(fmod) EACH_OF_TWO(hypot)
 #if defined __FMA__ || defined __ARM_FEATURE_FMA
 /* Sine and cosine with an error below one unit in the last place. The nearest multiple of pi/2 is subtracted in three parts, the
  * first two of which are doubles (W. J. Cody, W. Waite 1980, with fused products). The remainder is a sum of two doubles. The
- * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). Beyond LARGE_ANGLE, the library
- * functions are used. */
+ * polynomials are minimax over |r| <= pi/4 (coefficients of Sun's fdlibm, k_sin.c and k_cos.c). Beyond LARGE_ANGLE, the library's
+ * functions replace them. */
 #define LARGE_ANGLE 1e5
 extern "C" double sin(double);
 extern "C" double cos(double);
@@ -93,7 +93,8 @@ template <int quarter> INLINE V circular(V a) {
   const tr_lanes_of x = a.v, shifted = fused(x, all(0.63661977236758134308), all(SHIFT)), n = shifted - SHIFT;
   tr_bits turns = (tr_bits)shifted + quarter;
   const tr_lanes_of near = fused(-n, all(1.57079632679489655800e+00), x), part = n * 6.12323399573676603587e-17, r = near - part;
-  const tr_lanes_of moved = r - near, lost = (near - (r - moved)) - (part + moved); /* round-off of r (D. Knuth's sum of two) */
+  /* round-off of r: the exact error of a sum (D. Knuth) */
+  const tr_lanes_of moved = r - near, lost = (near - (r - moved)) - (part + moved);
   const tr_lanes_of rest = fused(-n, all(-1.49738490485916983e-33), lost - fused(n, all(6.12323399573676603587e-17), -part));
   const tr_lanes_of z = r * r, cube = z * r, half = 0.5 * z, left = 1.0 - half;
   const tr_lanes_of sine = r - ((z * (0.5 * rest - cube * polynomial(z, SINE)) - rest) + cube * 1.66666666666666324348e-01);

@@ -16,8 +16,8 @@ from trunnion.system.structure.bodies_and_joints import System
 def dependence(
     system: System, parameters: int, chosen: list[Column], quadratures: bool
 ) -> list[tuple[bool, bool, list[int], list[int]]]:
-    """Four results for each column, from the sparsity of its derivatives: whether it is constant; whether it contains multipliers
-    or accelerations, which every force changes; indices of the inputs whose value it contains; indices of the inputs whose second
+    """Four facts about each column, from the sparsity of its derivatives: whether it is constant; whether it contains multipliers
+    or accelerations, which depend on every force; indices of the inputs whose value it contains; indices of those whose second
     derivative it contains."""
     if not chosen:
         return []

@@ -13,7 +13,7 @@ from trunnion.recursion.vector_algebra import SX
 
 
 class ColumnExpressions(ColumnOperands):
-    """Expressions of columns. Each kind is evaluated once per subject."""
+    """Expressions of columns. Each kind is evaluated once for each subject."""
 
     def __init__(self, m: Model, quadratures: bool):
         super().__init__(m, quadratures)
@@ -25,7 +25,7 @@ class ColumnExpressions(ColumnOperands):
         return self.output(column.kind, column.subject, column.quantity.output)[column.place]
 
     def output(self, kind: str, subject: tuple, name: str) -> SX:
-        """An output of a kind's expression (n×1). If a kind only selects a value, its single output has the name ""."""
+        """An output of a kind's expression (n×1). The output of a kind that only selects a value has the name ""."""
         if (kind, subject) not in self._evaluated:
             declared = REGISTRY[kind]
             values = {n: getattr(self, o.name)(*subject[: o.subject]) for n, o in declared.operands.items()}

@@ -1,4 +1,4 @@
-"""Operands of columns as expressions of the whole scene. There is one method for each operand in ``trunnion.columns.operands``."""
+"""Operands of columns as expressions of the whole scene. Each operand in ``trunnion.columns.operands`` has a method."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from trunnion.system.structure.friction_joint_indices import Element, elements, 
 
 @provides_all
 class ColumnOperands:
-    """Provides the operands. a: symbols of the accelerations of the free rates, which the runtime provides. integrals: symbols of
-    the integrals, in the order of ``names_of_powers`` (none without quadratures). runtime: symbols of values that only the runtime
-    computes."""
+    """Provides the operands of columns. a: symbols of the accelerations of the free rates, which the runtime provides. integrals:
+    symbols of the integrals, in the order of ``names_of_powers`` (none without quadratures). runtime: symbols of values that only
+    the runtime computes."""
 
     def __init__(self, m: Model, quadratures: bool):
         self.m, self.sym, self.system = m, m.sym, m.sym.system
@@ -133,8 +133,8 @@ class ColumnOperands:
 
     @cached_property
     def _elements(self) -> dict[str, Element]:
-        """Elements with all components of their reactions, because contact columns always use the exact formulas, whatever the
-        friction."""
+        """Elements with all components of their reactions: contact columns use the exact formulas, even if friction uses an
+        approximation."""
         return {e.joint.name: replace(e, needs=everything(e.joint)) for e in elements(self.system)}
 
     def friction(self, name: str) -> FrictionTerms:

@@ -32,7 +32,7 @@ def row_inputs(sym: Symbols, a: SX) -> list[Input]:
 
 
 def with_constants(prepare: str, function: str, arguments: str) -> list[Stage]:
-    """Stages of a function and of the computation of its constants from parameters."""
+    """Two stages: the computation of constants from parameters, and the function itself."""
     return [Stage(prepare, PARAMETERS, "c"), Stage(function, arguments, "")]
 
 
@@ -63,7 +63,7 @@ class Multipliers:
 
 
 def combination(sym: Symbols) -> SX:
-    """The column [1; λ; η], by which affine maps are multiplied."""
+    """The column [1; λ; η]; affine maps are multiplied by it."""
     return ca.vertcat(SX(1), sym.lam, sym.eta)
 
 

@@ -1,11 +1,8 @@
 """The Jacobian unit: exact derivatives of F = [q̇; v̇; friction states] and of the multiplier residuals R = [R_λ; R_η] by y, t and
-z = [λ; η]. The redundant variant also differentiates the scaled reactions, which determine the reactions that the motion leaves
-open.
-
-The runtime combines the derivatives by the implicit function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense
+z = [λ; η]. The redundant variant also differentiates the scaled reactions, which select the reactions that the motion leaves open.
+The runtime combines these derivatives by the implicit function theorem: dF/dy = F_y − F_z R_z⁻¹ R_y. Small systems get one dense
 function, whose columns use common intermediate values. Dense code grows with the square of the number of bodies and takes minutes
-to compile. Large systems therefore get a directional derivative in two stages: first a point, then single columns.
-"""
+to compile. Large systems therefore get a directional derivative in two stages: values at a point, then single columns. """
 
 from __future__ import annotations
 
@@ -26,8 +23,8 @@ from trunnion.system.structure.friction_joint_indices import elements
 from trunnion.system.structure.loop_joints import rubbing_on_loops
 
 DENSE_STATES = 28
-"""Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations, and one
-direction has 14,000. Near ten bodies, both variants cost the same."""
+"""Largest number of states for a dense function. For a chain of 16 bodies, the dense function has 91,000 operations, one direction
+14,000. At about ten bodies, both variants cost the same."""
 
 
 @dataclass
@@ -75,7 +72,7 @@ def jacobian_unit(m: Model, redundant: bool = False) -> JacobianUnit:
 
 
 def time_direction(sym) -> SX:
-    """Rate of x with time. The rate of t is 1. The rate of each number of a table is the next number, which is its derivative."""
+    """Rate of x with time. The rate of t is 1. The rate of each number of a table is the next number, its derivative."""
     d = SX.zeros(sym.x.shape[0])
     d[0] = 1
     for k in range(sym.system.tables):

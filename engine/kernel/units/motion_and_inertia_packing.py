@@ -1,4 +1,4 @@
-"""Motions, and inertias that are passed inward, as lists of scalars. These scalars are operands of bytecode primitives."""
+"""Motions, and the inertias that bodies pass inward, as lists of scalars for the operands of bytecode primitives."""
 
 from __future__ import annotations
 

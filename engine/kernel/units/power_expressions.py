@@ -95,8 +95,8 @@ def stop_spring(m: Model, d: Device, q: SX) -> SX:
 
 
 def drive_effort(m: Model, acc: Accelerations, pick: SX, j: Joint, k: int) -> SX:
-    """Effort of the drive of freedom k on the outboard part. It is the reaction along the freedom, minus device forces, plus η (the
-    friction force is −η), plus the inertia force of the rotor."""
+    """Effort of the drive of freedom k on the outboard part. Effort = reaction along the freedom − device forces + η (the friction
+    force is −η) + inertia force of the rotor."""
     f, t, _ = on_outboard(m, acc, j, pick)
     step = m.steps[j.child]
     total = SX(0)

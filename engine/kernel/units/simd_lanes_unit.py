@@ -1,5 +1,5 @@
-"""The lanes of a kernel. They consist of its generated C, compiled as C++ with a vector for each double
-(``simd_lanes/vector_type.hpp``), and of the requests that cases make (``simd_lanes/explicit_steps.hpp``)."""
+"""C++ text of the lanes of a kernel: its generated C with a vector for each double (``simd_lanes/vector_type.hpp``), and the
+functions that serve the requests of cases (``simd_lanes/explicit_steps.hpp``)."""
 
 from __future__ import annotations
 
@@ -79,8 +79,8 @@ def generated(unit: str, tables: str) -> str:
 
 
 def inverted(text: str) -> str:
-    """The text with one reciprocal in place of several divisions by the same value. A vector division takes as long as four scalar
-    divisions."""
+    """The text with one reciprocal in place of several divisions by the same value, because a vector division takes as long as four
+    scalar ones."""
     return "\n}\n".join(map(_inverted, text.split("\n}\n")))
 
 

@@ -42,7 +42,7 @@ PROTOTYPES = f"void k_qdot({CONST}y,{CONST}v,{CONST}c,double*restrict dq);"
 
 @dataclass
 class MainUnit:
-    """C text of the stepping unit. sizes: as in ``tr_kernel``. active: indices of the active constraint rows."""
+    """C text of the stepping unit. sizes: sizes of ``tr_kernel``. active: indices of the active constraint rows."""
 
     text: str
     sizes: dict[str, int]
@@ -50,7 +50,7 @@ class MainUnit:
     elements: list[Element]
     operations: dict[str, int]
     turned: dict[str, tuple[int, int]]
-    """For joints in loops with friction: index of the first scaled reaction that friction changes, and number of such reactions
+    """For joints in loops with friction: index of the first scaled reaction that friction changes, and number of these reactions
     (``rubbing_on_loops``)."""
 
 
@@ -130,7 +130,7 @@ def _maps(m: Model, parts: list[Element], active: list[int], redundant: bool) ->
 
 
 def _derivative(m: Model) -> tuple[list[SX], list[SX]]:
-    """ẏ and the powers. All powers are generated, whichever columns are chosen, because with other surrounding text the compiler
+    """ẏ and the powers. All powers are generated, even if no column needs them, because with other surrounding text the compiler
     would round the motion differently."""
     sym = m.sym
     pick = combination(sym)

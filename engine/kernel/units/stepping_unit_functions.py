@@ -1,5 +1,5 @@
 """Functions of the stepping unit outside its stages: closure of loops, depths of stops, friction laws, static friction capacities,
-coordinate rates, energies. Also the function that computes all constants."""
+coordinate rates, energies. Also the C text of the function that computes all constants."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from trunnion.system.structure.friction_joint_indices import Element, elements
 
 
 def _of_state(sym: Symbols, name: str, output: str, values: list[SX]) -> Code:
-    """C function of the state."""
+    """C text of a function of the state."""
     stages = with_constants(f"k_prepare_{name}", f"k_{name}", f"{STATE},double*restrict {output}")
     return emit(inputs(sym), [Output(output, 0, values or [SX(0, 1)], 1)], stages)
 
 
 def _of_loads(sym: Symbols, name: str, N: SX, others: Sequence[Input], outputs: dict[str, list[SX]]) -> Code:
-    """C function of reaction components N, external values and other inputs."""
+    """C text of a function of reaction components N, external values and other inputs."""
     read = ["N", *(o.name for o in others), "x", "c"]
     arguments = ",".join([*(f"{CONST}{n}" for n in read), *(f"double*restrict {n}" for n in outputs)])
     ins = [Input("p", sym.p, 0), Input("x", sym.x, 1), Input("N", N, 1), *others]
@@ -45,9 +45,9 @@ def closure_function(m: Model) -> Code:
 
 
 def stops_function(m: Model) -> Code:
-    """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths, each stop
-    has the factor of its elastic force, which is 0 at release (``stop_push``). For a hook, the excess of its signal over the
-    release value takes the place of this factor; for a joint that only pushes, its coefficient of restitution."""
+    """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths follows
+    one more value for each: for a stop, the factor of its elastic force, which is 0 at release (``stop_push``); for a hook, the
+    excess of its signal over the release value; for a joint that only pushes, its coefficient of restitution."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops
@@ -75,8 +75,8 @@ def stops_function(m: Model) -> Code:
 
 
 def laws_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of η = law(N, rates), of its derivative by N (dense block per element, column-major), and of a ``tr_sliding`` per
-    pair."""
+    """C function of η = law(N, rates), and of a ``tr_sliding`` for each pair. Also computes the derivative of η by N (a dense block
+    for each element, column-major)."""
     nn = sum(len(e.needs) for e in parts)
     nr = sum(e.joint.kind.nv for e in parts)
     N, rates = SX.sym("N", nn), SX.sym("r", nr + sym.b.numel())
@@ -101,8 +101,8 @@ def laws_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def held_function(sym: Symbols, parts: list[Element]) -> Code:
-    """C function of a ``tr_hold`` per pair, and of the derivative of the capacities by N. The derivative has a row per pair, over
-    the components of the pair's element."""
+    """C function of a ``tr_hold`` for each pair, and of the derivative of the capacities by N: a row for each pair, over the
+    components of its element."""
     nn = sum(len(e.needs) for e in parts)
     N, u = SX.sym("N", nn), SX.sym("u", sym.system.neta)
     values: list[SX] = [SX(0)] * (3 * len(sym.system.sliders))
@@ -122,7 +122,7 @@ def held_function(sym: Symbols, parts: list[Element]) -> Code:
 
 
 def _also_alone(code: Code, name: str, derivatives: int) -> Code:
-    """The code with a second function, ``name``_alone, without the derivatives dN. The text of this function is the same, with a
+    """The code with a second function, ``name``_alone, without the derivatives dN. The second function has the same text, with a
     local array dN; the compiler removes computations that only dN needs."""
     own = code.text[code.text.index(f"void {name}(") :].replace(f"void {name}(", f"void {name}_alone(")
     own = own.replace(",double*restrict dN", "").replace("{\n", f"{{\ndouble dN[{max(derivatives, 1)}];\n", 1)
@@ -137,7 +137,7 @@ def energy_function(m: Model) -> Code:
 
 def pressed_function(sym: Symbols, parts: list[tuple[Element, int, int]]) -> Code:
     """C function of the change of the scaled reactions of joints in loops by friction η = u. Also the derivatives of this change by
-    N and by η (dense blocks per element, column-major)."""
+    N and by η (dense blocks for each element, column-major)."""
     every = elements(sym.system)
     N, rates = SX.sym("N", sum(len(e.needs) for e in every)), SX.sym("r", sum(e.joint.kind.nv for e in every) + sym.b.numel())
     u = SX.sym("u", sym.system.neta)

@@ -13,10 +13,11 @@ Allocate = Callable[[int], Slot]
 
 
 ENDS = ("gin", "gout", "gin2", "gout2")
-"""Names of the constraint wrenches on the inboard and outboard body of a cut joint. A coupling has four bodies (``Joint.ends``)."""
+"""Names of the constraint wrenches on the bodies of a cut joint: inboard and outboard body; four bodies of a coupling
+(``Joint.ends``)."""
 
 ALONG = {"gin": "win", "gout": "wout", "gat": "wat"}
-"""For each name of constraint wrenches, the name of the wrenches that unit forces along the freedoms cause."""
+"""Name of the wrenches caused by unit forces along the freedoms, for each name of constraint wrenches."""
 
 
 def free_of(block: Slot, j: Joint) -> Slot:
@@ -29,7 +30,7 @@ class BodySlots:
     """Slots of a body and of the tree joint that carries this body.
 
     q, v: coordinates and rates of all freedoms. known: prescribed accelerations. motion, pose: ``MOTION`` and ``POSE`` numbers.
-    work: values that later functions of the body read. force: wrench on the body. effort: forces along the freedoms. bias: w (6).
+    work: values that the body's later functions read. force: wrench on the body. effort: forces along the freedoms. bias: w (6).
     """
 
     q: Slot

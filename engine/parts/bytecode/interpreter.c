@@ -1,5 +1,6 @@
-/* Bytecode interpreter, which executes the programs of a scene (program.py). A program is a list of calls of ops with operands. A
- * host calls these functions like those of a compiled kernel. The first of the constants c contains the address of the scene. */
+/* Bytecode interpreter, which executes the programs of a scene (program.py). A program is a list of calls of ops with operands.
+ * Hosts call the functions of this file like those of a compiled kernel. The first constant in c contains the address of the
+ * scene. */
 #include "interpreter.h"
 
 /* -- builtin ops; operands and integers: ``Builtin`` in program.py ------------------------------------------------------------- */
@@ -108,7 +109,7 @@ void tr_parts_prepare(const void *scene, const double *p, double *c) {
   execute(s, &s->prepare, base);
 }
 
-/* Execute a program of the scene; c contains the address of the scene. The last arguments assign an array to each space that the
+/* Execute a program of the scene; c contains the address of the scene. The last arguments give an array for each space that the
  * program uses. */
 #define EXECUTE(c, program, ...)                                        \
   do {                                                                  \

@@ -28,7 +28,7 @@ static inline void execute(const tr_scene *s, const tr_program *program, double 
     code = how + numbers;
   }
 }
-/* Dot product with two independent sums, so that the processor overlaps their additions. */
+/* Dot product, by two independent sums whose additions the processor overlaps. */
 static inline double dot(int n, const double *a, const double *b) {
   double sum = 0.0, next = 0.0;
   int k = 0;

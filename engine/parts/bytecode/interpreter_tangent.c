@@ -87,8 +87,8 @@ static void execute_tangents(const tr_scene *s, const tr_directions *d, double *
   }
 }
 
-/* ``seed`` adds direction q to a lane, multiplied by the factor ``by``. ``unseed`` sets all lanes of the tangents that q changes to
- * zero. */
+/* ``seed`` adds direction q to a lane, multiplied by the factor ``by``. ``unseed`` sets the tangents that q changes to zero, in all
+ * lanes. */
 static void seed(const tr_directions *d, int q, int lane, double by, const double *x, double *v, char *live) {
   for (int i = d->first[q]; i < d->first[q + 1]; ++i) {
     const int *e = d->seed + 3 * i; /* index of the tangent, of its cell, and of its rate of change in x (−1: rate 1) */
@@ -108,11 +108,11 @@ static void copy_lane(const tr_directions *d, const double *v, int lane, double 
   for (int r = 0; r < d->rows; ++r) out[r] = d->row[r] < 0 ? 0.0 : v[LANES * d->row[r] + lane];
 }
 
-/* The work array of a point contains values, then tangents, then a flag per cell: 1 if the cell is nonzero. */
+/* The work array of a point contains values, then tangents, then a flag for each cell: 1 if the cell is nonzero. */
 static double *tangents_of(const tr_scene *s, double *w) { return w + s->point.scratch; }
 static char *cells_of(const tr_scene *s, double *w) { return (char *)(tangents_of(s, w) + LANES * s->directions->vectors); }
 
-/* Set all tangents of a new work array to zero. Later passes leave nothing behind: every call sets or clears its outputs. */
+/* Set all tangents of a new work array to zero. Later passes need no clearing, because every call sets or clears its outputs. */
 static void clear_tangents(const tr_scene *s, double *w) {
   memset(tangents_of(s, w), 0, sizeof(tr_vec) * s->directions->vectors), memset(cells_of(s, w), 0, s->directions->cells);
 }
@@ -128,9 +128,9 @@ void tr_parts_d_point(const double *x, const double *y, const double *c, const d
   execute(s, &s->point, base);
 }
 
-/* Derivatives along `count` combinations of the directions, at the point of the last ``d_point``. The tangents in its work array
- * must have been zero before the first pass. Row k of `sizes` (stride next) contains a factor for each direction. Row k of `out`
- * (stride next_out) receives the derivatives. */
+/* Derivatives along `count` combinations of the directions, at the point of the last ``d_point``. In its work array, the tangents
+ * must be zero before the first pass. Row k of `sizes` (stride next) contains a factor for each direction. Row k of `out` (stride
+ * next_out) receives the derivatives. */
 void tr_parts_d_along(const double *x, const double *y, const double *c, const double *z, const double *a, const double *extra, double *w,
                       int count, const double *sizes, size_t next, double *out, size_t next_out) {
   const tr_scene *s = scene_of(c);

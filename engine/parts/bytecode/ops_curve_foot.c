@@ -14,7 +14,8 @@ static void at_piece(const double *piece, double u, double *at) {
   }
 }
 
-/* Find the foot by Newton's method. Each piece offers the foot on its chord as a start; the start nearest to the point is used. */
+/* Find the foot by Newton's method. The search starts at the foot on the chord of a piece: of all pieces, at the foot that is
+ * nearest to the point. */
 void tr_op_curve_foot(double *const *a, const int *how) {
   enum { ROW = 11, ROUNDS = 50 };
   const double *p = a[0], around = a[1][0], *rows = a[1] + 1, *of = rows;

@@ -1,5 +1,5 @@
 /* Builtin ops for many loops with friction (theory, "Friction along the recursion"). One op eliminates the friction of a cut joint
- * from the equations of its loop. Two others factor and solve the unsymmetric equations of all loops by sparse LU. */
+ * from the equations of its loop. Two other ops factorise and solve the unsymmetric equations of all loops by sparse LU. */
 #include <math.h>
 
 #include "interpreter.h"
@@ -37,8 +37,8 @@ static double eliminate(int n, int m, double *A, double *B) {
   return det;
 }
 
-/* Eliminate the friction of a cut joint. The linearised law is η = e + D f, and the reactions are f = p0 + P λ − Pw η. It follows
- * that (E + D Pw) η = e + D p0 + D P λ. */
+/* Eliminate the friction of a cut joint. The linearised law is η = e + D f, and the reactions are f = p0 + P λ − Pw η. Together: (E
+ * + D Pw) η = e + D p0 + D P λ. */
 void tr_op_cut_joint_friction(double *const *a, const int *how) {
   const int nv = how[0], needs = how[1], rows = how[2];
   double A[9], B[3 * (3 + 6 + 1)];
@@ -57,9 +57,9 @@ void tr_op_cut_joint_friction(double *const *a, const int *how) {
   memcpy(a[6], B + nv * (nv + rows), sizeof(double) * nv);
 }
 
-/* Factor S = L U in the order of elimination, column by column. L holds the inverse pivots of all columns, then the entries below
- * the pivots. U holds the entries to the right of the pivots. Only structural nonzeros are stored. a[3] receives the pivots and the
- * diagonal of S, indexed by row of S. */
+/* Factorise S = L U in the order of elimination, column by column. L holds the inverse pivots of all columns, then the entries
+ * below the pivots. U holds the entries to the right of the pivots. Only structural nonzeros are stored. a[3] receives the pivots
+ * and the diagonal of S, indexed by row of S. */
 void tr_op_factor_loops(double *const *a, const int *how) {
   const int n = how[0], *order = how + 1, *start = order + n, *below = start + n + 1, count = start[n];
   const int *own = below + count, *lower = own + n, *upper = lower + count, *meets = upper + count, *with = meets + n + 1, *at = with + count;
@@ -75,7 +75,7 @@ void tr_op_factor_loops(double *const *a, const int *how) {
       const int first = at[m] + 1, size = start[with[m] + 1] - first, *row = below + first;
       const double *lj = L + n + first, *uj = U + first, lc = lj[-1], uc = uj[-1];
       pivot -= lc * uc;
-      if (size && row[size - 1] - row[0] == size - 1) { /* contiguous rows */
+      if (size && row[size - 1] - row[0] == size - 1) { /* the rows are contiguous */
         double *to = l + row[0], *right = u + row[0];
         for (int i = 0; i < size; ++i) to[i] -= lj[i] * uc, right[i] -= uj[i] * lc;
       } else

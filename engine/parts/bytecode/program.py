@@ -63,8 +63,7 @@ NOWHERE = Slot(Space.NONE, 0, 0)
 
 
 class Builtin(IntEnum):
-    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring lists the operands; after a semicolon, the
-    integers; after a colon, the operation."""
+    """Builtin ops, numbered as in the table of ``interpreter.c``. Each docstring has the form "operands; integers: operation"."""
 
     ZERO = 0
     """out; n: write n zeros."""
@@ -123,7 +122,7 @@ class Builtin(IntEnum):
 
 BUILTINS = len(Builtin)
 JOINED = (int(Builtin.ZERO), int(Builtin.COPY))
-"""Ops of which calls for adjacent slots are joined."""
+"""Ops whose calls for adjacent slots are joined to one call."""
 
 
 @dataclass
@@ -144,7 +143,7 @@ class Program:
         self.code.extend(call)
 
     def scratch_slot(self, size: int) -> Slot:
-        """Allocate a slot in T. Its values are valid during one execution of the program."""
+        """Allocate a slot in T. The slot's values are valid during one execution of the program."""
         self.scratch += size
         return Slot(Space.T, self.scratch - size, size)
 
@@ -159,8 +158,8 @@ class Program:
             self.call(Builtin.COPY, [source, out], [out.size])
 
     def merged(self) -> list[int]:
-        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are one call. The same holds
-        for products with equidistant rows or columns."""
+        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are joined to one call, and so
+        are products with equidistant rows or columns."""
         out: list[int] = []
         last: list[int] = []
         code, first = self.code.tolist(), 0
@@ -178,8 +177,8 @@ class Program:
 
 
 def _joined(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of two successive calls, the second of an op in ``JOINED``; empty if there is none. Copies within
-    an array are not joined, because the second may read what the first wrote."""
+    """One call that does the work of two successive calls, of which the second has an op in ``JOINED``; empty if there is none.
+    Copies within an array are not joined, because the second copy may read numbers that the first one wrote."""
     if not a or a[0] != b[0] or a[3:-1:2] != b[3:-1:2]:
         return []
     if a[0] == Builtin.COPY and a[3] == a[5]:
@@ -192,7 +191,7 @@ def _joined(a: list[int], b: list[int]) -> list[int]:
 
 def _in_rows(a: list[int], b: list[int]) -> list[int]:
     """One call that does the work of a call and of a following ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. Empty if their rows or
-    columns are not equidistant. The sums and their order are the same."""
+    columns are not equidistant. The joined call adds in the same order."""
     dot = b[0] == Builtin.ADD_DOT
     several = int(Builtin.ADD_ROW_DOTS if dot else Builtin.ADD_STRIDED_COLUMNS)
     if not a or a[0] not in (b[0], several) or b[0] not in (Builtin.ADD_DOT, Builtin.ADD_COLUMNS) or b[-1] != 1:

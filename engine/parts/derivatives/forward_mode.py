@@ -2,7 +2,8 @@
 program ``along`` computes derivatives along four directions at once (theory, "Jacobians on parts").
 
 A tangent is the vector of the four derivatives of a number that a direction may change. Tangents are grouped into *cells*:
-contiguous numbers that every call uses together. A call whose input cells are all zero is skipped; its outputs are then zero."""
+contiguous numbers that every call uses together. A call whose input cells are all zero is skipped, and its outputs are set to
+zero."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from trunnion.parts.primitives.primitive_cache import primitive_derivatives
 from trunnion.parts.primitives.primitive_keys import AROUND, KEPT, Primitive
 
 BODIES = "p_"
-"""Prefix of the names of body functions without tangents. ``accelerations`` differentiates the results of these functions."""
+"""Prefix of the names of body functions without tangents; ``acceleration_derivatives`` differentiates their results."""
 LONGEST = 36
 """Largest size of an operand of a function with the prefix ``BODIES``."""
 B = Builtin
@@ -24,8 +25,8 @@ B = Builtin
 
 @dataclass
 class TangentCall:
-    """A call in the program ``along``. operands: pairs of a slot and a flag; True means the slot's tangent, False its value, and
-    None in place of the slot a zero tangent. ins, outs, added: tangents that the call reads, writes, and adds to."""
+    """A call in the program ``along``. operands: pairs of a slot and a flag. The flag is True for the slot's tangent, False for its
+    value. None in place of the slot is a zero tangent. ins, outs, added: tangents that the call reads, writes, and adds to."""
 
     function: int
     operands: list[tuple[Slot | None, bool]]
@@ -37,7 +38,8 @@ class TangentCall:
 
 @dataclass
 class ValueCall:
-    """A call in the differentiated program. outs: operands that the call writes. added: those outs to which the call adds."""
+    """A call in the differentiated program. outs: operands that the call changes. added: those outs to which the call adds instead
+    of writing."""
 
     function: int
     names: tuple[str, ...]
@@ -54,7 +56,7 @@ ADDING = {B.ADD, B.ADD_DOT, B.ADD_ROW_DOTS, B.ADD_COLUMNS, B.ADD_STRIDED_COLUMNS
 
 
 def _builtin_sizes(which: int, numbers: Sequence[int]) -> dict[str, int]:
-    """Sizes of the operands of a builtin op, with the output last. Constants have size 0."""
+    """Sizes of the operands of a builtin op; the output is last. Constants have size 0."""
     n, k = numbers[0], numbers[1] if len(numbers) > 1 else 0
     span = (k - 1) * numbers[2] if which in (B.ADD_ROW_DOTS, B.ADD_STRIDED_COLUMNS) and k else 0
     return {
@@ -116,7 +118,7 @@ class Directions:
 
     def follow(self, program: Program, first: int = 0) -> int:
         """Differentiate the calls of a program from index ``first`` on. Returns the index of the program's end. If directions
-        change parameters, the new calls of ``prepare`` are differentiated first."""
+        change parameters, differentiates the new calls of ``prepare`` first."""
         if self.numbers and program is not self.scene.prepare:
             self._prepared = self.follow(self.scene.prepare, self._prepared)
         code, at = program.code, first
@@ -168,7 +170,7 @@ class Directions:
 
     def _derive_part(self, g: ValueCall) -> None:
         numbers = g.operands.get("numbers")
-        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # time may change numbers
+        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # parameters may vary
         at, along = primitive.operands
         moving = [n for n in g.names if n not in g.outs and g.operands[n] in self.active]
         if not moving:
@@ -209,7 +211,7 @@ class Directions:
     def _derive_builtin(self, g: ValueCall) -> None:
         a, b, out = (g.operands.get(n) for n in ("a", "b", "out"))
         assert out is not None
-        if not out.size:  # the product has no rows, because the joint has no constraints
+        if not out.size:  # a joint without constraints has no rows, and the product is empty
             return None
         ins = [x for x in (a, b) if x is not None and x in self.active]
         if not ins or g.function in (B.CURVE_PIECE, B.CURVE_FOOT):  # the selected piece has no first-order effect
@@ -232,7 +234,7 @@ class Directions:
     def linear(self, function: int, operands: Sequence[tuple[Slot, bool]], ins: Iterable[Slot], outs: Iterable[Slot],
                added: Iterable[Slot] = (), numbers: Sequence[int] = ()) -> None:  # fmt: skip
         """Append a call of a function that is linear in its tangents to the program of tangents. operands: slots, each with a flag,
-        which is True for tangents. The program of values gets no corresponding call."""
+        which is True for tangents. The program of values gets no call."""
         outs, added = [b for b in outs if b.size], [b for b in added if b.size]
         ins = [b for b in ins if b.size and b in self.active]
         spots = [(b if not v or b in self.active or b in [*outs, *added] else None, v) for b, v in operands]
@@ -242,7 +244,7 @@ class Directions:
     # -- the program of values -----------------------------------------------------------------------------------------------------
 
     def point(self, program: Program, outs: Iterable[Slot] = ()) -> None:
-        """Write the calls whose values are needed by tangents or ``outs``, in order. Then write the calls that store values for
+        """Write, in order, the calls whose values the tangents or ``outs`` need. Then write the calls that store values for
         tangents."""
         needed, later, live = SlotSet(), SlotSet(), []
         for b in outs:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots, free_of
 from trunnion.parts.bytecode.program import Builtin, Program, Slot, Space
-from trunnion.parts.derivatives.accelerations import AccelerationTangents, DifferentiableScene
+from trunnion.parts.derivatives.acceleration_derivatives import AccelerationTangents, DifferentiableScene
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tangent_tables
 from trunnion.parts.primitives.primitive_cache import friction
@@ -92,7 +92,7 @@ class JacobianProgram(AccelerationTangents):
                     self.open_contact(c.joint, Slot(Space.Z, i, 1), Slot(Space.OUT, at + i, 1))
 
     def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
-        """Replace the residuals of a joint while its contact is open. For the Jacobian, the runtime replaces them itself."""
+        """Replace the residuals of a joint while its contact is open. (In the Jacobian, the runtime replaces the residuals.)"""
 
     def _add_accelerations(self, ends: list[tuple[int, str]], c: CutJointSlots, out: Slot) -> None:
         for b, which in ends:
@@ -162,13 +162,13 @@ def jacobian(scene: DifferentiableScene, active: Sequence[int], redundant: bool)
 
 
 def each(space: Space, count: int, first: int = 0) -> list[Change]:
-    """Directions that change one number each, for ``count`` numbers of a space."""
+    """One direction for each of ``count`` numbers of a space, from ``first`` on: it changes this number."""
     return [[(Slot(space, first + i, 1), -1)] for i in range(count)]
 
 
 def time(scene: ScenePasses) -> Change:
-    """Direction of time. t itself changes at rate 1. Each number of a table, except the last, changes at the rate given by the next
-    number."""
+    """Direction of time. t itself changes at rate 1. Of a table's numbers (value and derivatives), each but the last changes at the
+    rate that the next number gives."""
     at, tables = scene.system.external, range(scene.system.tables)
     numbers = [(NOW, -1), *[(at.table(k) + i, at.table(k) + i + 1) for k in tables for i in range(TABLE - 1)]]
     return [(Slot(Space.X, i, 1), rate) for i, rate in numbers]
@@ -180,7 +180,7 @@ def changed(changes: Sequence[Change]) -> list[Slot]:
 
 
 def _order(scene: DifferentiableScene) -> list[int]:
-    """Order of the columns [y, t, z] in which coordinates and rates of each joint stand together."""
+    """Order of the columns [y, t, z] in which the coordinates and rates of a joint are adjacent."""
     system = scene.system
     out: list[int] = []
     for j in system.tree:

@@ -9,7 +9,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.parts.bytecode.program import Builtin, Slot, Space
-from trunnion.parts.derivatives.accelerations import DifferentiableScene
+from trunnion.parts.derivatives.acceleration_derivatives import DifferentiableScene
 from trunnion.parts.derivatives.forward_mode import Directions
 from trunnion.parts.derivatives.jacobian import JacobianProgram, changed, each, time
 from trunnion.parts.derivatives.tangent_layout import Change, TangentTables, tangent_tables
@@ -63,9 +63,10 @@ def _signals(system: System) -> list[Change]:
 def motion(system: System, parameters: int, active: Sequence[int], quadratures: bool) -> DerivedUnit:
     """Tangents of f = [F; R; V; H; L; G] along [y, z, p, inputs, t].
 
-    F = [q̇; v̇; friction states; powers]. R: multiplier residuals. V: rates of all freedoms of frictional joints. H: friction ratio
-    minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. G: gap, rate of the gap
-    and restitution of each joint that only pushes. While such a joint is open, the residuals in R are its multipliers."""
+    F = [q̇; v̇; rates of friction states; powers]. R: multiplier residuals. V: rates of all freedoms of frictional joints. H:
+    friction ratio minus one for pairs at rest; zero at their release. L: distance of each latch's hook from its release. G: gap,
+    rate of the gap and restitution of each joint that only pushes. While this joint is open, its residuals in R are its
+    multipliers."""
     own = [*each(Space.Y, states(system)), *each(Space.Z, len(active) + system.neta)]
     return _rates(system, active, [*own, *_outside(system, parameters)], True, quadratures)
 
@@ -83,8 +84,8 @@ def _outside(system: System, parameters: int) -> list[Change]:
 
 
 class _Motion(JacobianProgram):
-    """Adds further values to F and R. They are powers, rates of the freedoms of frictional joints, and (friction ratio − 1) of each
-    friction pair. The distance of each hook from its release and the gaps of joints that only push follow."""
+    """Adds further values to F and R: powers, V (rates of the freedoms of frictional joints), H (friction ratio − 1 of each pair),
+    L (distance of each hook from its release) and G (gaps of joints that only push)."""
 
     def __init__(self, scene: DifferentiableScene, active: Sequence[int], d: Directions, quadratures: bool):
         self.powers = len(names_of_powers(scene.system)) if quadratures else 0
@@ -134,8 +135,7 @@ class _Motion(JacobianProgram):
             self.size += 1
 
     def _hold(self, e: Element) -> None:
-        """Write (friction ratio − 1) of each pair, computed as if the pair were at rest. For a law without static friction, write
-        −1."""
+        """Write (friction ratio − 1) of each pair, computed for the pair at rest; −1 for a law without static friction."""
         pairs, program, s = e.friction.sliders, self.program, self.scene
         hold = program.scratch_slot(3 * len(pairs))
         if e.sets:

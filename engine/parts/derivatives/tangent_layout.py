@@ -23,7 +23,7 @@ class TangentTables:
 
 def tangent_tables(d: Directions, changes: Sequence[Change], outs: Sequence[Slot], order: Sequence[int] = ()) -> TangentTables:
     """Tables of the directions ``changes`` and of the outputs ``outs``. order: order in which the directions are evaluated.
-    Directions that reach the same cells should be adjacent."""
+    Directions that change the same cells should be adjacent."""
     reached = [b in d.active for b in outs]
     w = _Cells(d, [*[b for c in changes for b, _ in c], *[b for b, r in zip(outs, reached, strict=True) if r]])
     first = [0, *accumulate(len(c) for c in changes)]

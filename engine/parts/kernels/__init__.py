@@ -1,1 +1,1 @@
-"""The programs and tables of a scene, assembled to its kernel."""
+"""Assembly of a scene's programs and tables to its kernel."""

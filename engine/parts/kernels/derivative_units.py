@@ -12,7 +12,7 @@ from trunnion.kernel.interface.output_columns import Column
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.parts.bytecode.program import LANES
 from trunnion.parts.derivatives import linear_and_sensitivity_units as units
-from trunnion.parts.derivatives.accelerations import DifferentiableScene
+from trunnion.parts.derivatives.acceleration_derivatives import DifferentiableScene
 from trunnion.parts.derivatives.jacobian import jacobian
 from trunnion.parts.derivatives.tangent_layout import TangentTables
 from trunnion.parts.kernels.table_contents import DifferentiatedScene, UnitDescription
@@ -104,6 +104,6 @@ class Sensitivities:
 
 
 def address_of(a: np.ndarray) -> int:
-    """Address of a contiguous, writable array. ``a.ctypes`` would take four times as long, and a run needs hundreds of thousands of
-    addresses."""
+    """Address of a contiguous, writable array. Faster than ``a.ctypes`` by a factor of four; a run requires hundreds of thousands
+    of addresses."""
     return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, a))) if a.size else 0

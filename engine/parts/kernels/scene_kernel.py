@@ -1,4 +1,4 @@
-"""A bytecode kernel: programs and tables of one scene, in memory. Primitives are compiled only if they are missing."""
+"""A bytecode kernel: programs and tables of one scene, in memory. Only missing primitives are compiled."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ COUPLING = ("shift",)
 
 @dataclass
 class PartsKernel(Kernel):
-    """A kernel whose tables are in memory. keep: the arrays to which the tables point."""
+    """A kernel whose tables are in memory. keep: the arrays to which the tables point, so that they live as long as the kernel."""
 
     units: dict[str, UnitDescription]
     tables: dict[str, Any]
@@ -102,8 +102,8 @@ def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratu
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier. Also whether friction couples these multipliers to the multipliers of the other
-    rows, which the motion leaves undetermined."""
+    """Rows of cut joints that have a multiplier, and whether friction couples these multipliers to those of the other rows. (The
+    motion does not determine the latter.)"""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)
@@ -121,7 +121,7 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 def _kernel_unit(
     system: System, parameters: int, active: Sequence[int], redundant: bool, along: bool = False
 ) -> tuple[UnitDescription, Maps]:
-    """Build the unit of the kernel. along: whether friction of loops is solved along the recursion, as in trees."""
+    """Build the unit of the kernel. along: whether the friction of loops is solved along the recursion, like that of trees."""
     rubbed = bool(system.frictional) and (along or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)

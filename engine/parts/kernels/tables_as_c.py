@@ -22,8 +22,8 @@ PER_LINE = 30
 
 
 def parts_texts(units: Iterable[UnitDescription]) -> dict[str, str]:
-    """C text of all primitives that the units call, sorted by name. "long_parts" contains the primitives that need other compiler
-    flags (``c_compiler.part_flags``), and "parts" the others. Scenes of the same kind have equal texts."""
+    """C text of all primitives that the units call, sorted by name. The entry "long_parts" contains the primitives that need other
+    compiler flags (``c_compiler.part_flags``), "parts" all others. Scenes of the same kind have equal texts."""
     primitives: dict[str, Primitive] = {}
     for of in chain.from_iterable(_scenes(u.scene) for u in units):
         primitives |= {name: of.scene.primitive_of[name] for name in called(of) if name in of.scene.primitive_of}
@@ -36,7 +36,7 @@ def parts_texts(units: Iterable[UnitDescription]) -> dict[str, str]:
 
 
 def _functions(text: str) -> dict[str, str]:
-    """The functions of a primitive by name. Each text includes the helper functions that the function calls."""
+    """The functions of a primitive by name. The text of a function includes the helper functions that it calls."""
     out, pieces = {}, ""
     for piece in re.split(r"(?<=\n}\n)", text.replace(VECTOR, "")):
         pieces += piece
@@ -55,8 +55,8 @@ def called(of: DifferentiatedScene) -> list[str]:
 
 
 def _numbers(code: Sequence[int], head: int) -> Iterator[int]:
-    """Numbers of the ops that a program calls. head: number of integers at the start of a call. A program of tangents has three
-    more integers there: the numbers of inputs, outputs and added outputs. Two integers follow for each of these."""
+    """Numbers of the ops that a program calls. head: number of integers at the start of a call. In a program of tangents, three
+    more integers follow: the numbers of inputs, outputs and added outputs. Then come two integers for each of these."""
     at = 0
     while at < len(code):
         yield code[at]

@@ -52,9 +52,9 @@ class Maps:
         return Slot(Space.MAPS, self.at("N") + self.nn * (1 + column), self.nn)
 
     def Q(self, column: int) -> Slot:
-        """Slot of the accelerations of the freedoms of frictional joints, with columns as in ``N``."""
+        """Slot of the accelerations of the freedoms of frictional joints. column: see ``N``."""
         return Slot(Space.MAPS, self.at("Q") + self.ne * (1 + column), self.ne if self.held else 0)
 
     def kappa(self, column: int) -> Slot:
-        """Slot of the scaled reactions, with columns as in ``N``."""
+        """Slot of the scaled reactions. column: see ``N``."""
         return Slot(Space.MAPS, self.at("kappa") + self.nkappa * (1 + column), self.nkappa)

@@ -1,4 +1,4 @@
-"""Tables of a scene: its constants, the numbers of the ops that it calls, its bodies."""
+"""Tables of a scene: its constants, the ops that it calls, its bodies."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from trunnion.system.structure.friction_joint_indices import Element
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 POINTER = 1
-"""Number of doubles at the start of the constants C. These doubles contain the address of the scene."""
+"""Number of doubles, at the start of the constants C, that contain the address of the scene."""
 STILL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 9)
 """Motion of the ground (``MOTION``)."""
 BODY = 10
-"""Number of a body's parameters: mass, mass centre (3), inertia (6). They are the last numbers of the body's primitive."""
+"""Number of a body's parameters: mass, mass centre (3), inertia (6). These are the last numbers of the body's primitive."""
 
 
 @dataclass
@@ -29,15 +29,15 @@ class SceneTables:
     constants: list[float] = field(default_factory=list)
     functions: dict[str, int] = field(default_factory=dict)
     primitive_of: dict[str, Primitive] = field(default_factory=dict)
-    """For the name of each op, the primitive that contains this op."""
+    """The primitive that contains an op, by the op's name."""
     programs: dict[str, Program] = field(default_factory=dict)
     nc: int = POINTER
     rubbed: bool = False
     """Whether friction is solved along the recursion, in loops as well."""
     bare: bool = False
-    """Whether a cut joint without devices computes only the outputs that its constraint needs."""
+    """Whether cut joints without devices compute only the outputs that their constraints need."""
     keys: dict[str, FrictionKey] = field(default_factory=dict)
-    """The keys of friction primitives by joint. The first request of a joint adds its key."""
+    """The keys of friction primitives, by joint; filled at the first request of a joint."""
     multipliers: int = 0
     """Number of multipliers of the rows of cut joints. These multipliers precede the friction multipliers."""
 
@@ -74,7 +74,7 @@ class SceneTables:
         return Slot(Space.K, len(self.constants) - len(values), len(values))
 
     def numbers(self, leaves: Iterable[Leaf]) -> Slot:
-        """A slot with these values. If any of the values is a parameter, ``prepare`` gathers the values."""
+        """A slot with these values. If one of the values is a parameter, ``prepare`` writes them."""
         leaves = list(leaves)
         if not any(isinstance(x, Param) for x in leaves):
             return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]
@@ -100,7 +100,7 @@ class SceneTables:
         return self.functions.setdefault(name, BUILTINS + len(self.functions))
 
     def call(self, program: Program, primitive: Primitive, name: str = "", /, **operands: Slot) -> None:
-        """Call an op of a primitive, by default its first op, with operands given by name."""
+        """Append a call of a primitive's op (by default its first op). Keywords give the operands."""
         name = name or primitive.first
         program.call(self.function(primitive, name), [operands[p] for p in primitive.operands[name]])
 
@@ -136,7 +136,7 @@ class SceneTables:
         self.body_numbers.append(own.slice(len(spun), own.size - len(spun)))
 
     def inertial_numbers(self, i: int) -> Slot:
-        """Mass, mass centre (3) and inertia (6) of body i."""
+        """Slot of the mass, mass centre (3) and inertia (6) of body i."""
         own = self.body_numbers[i]
         return own.slice(own.size - BODY, BODY)
 
@@ -151,7 +151,8 @@ class SceneTables:
         )
 
     def acceleration(self, Z: Sequence[Slot], b: int) -> Slot:
-        """Ż of a body or of the ground. The ground has the acceleration ``base``, minus gravity, which replaces gravity forces."""
+        """Ż of a body or of the ground. The ground has the acceleration ``base``; this is minus gravity, in place of gravity
+        forces."""
         return self.base if b == GROUND else Z[b]
 
     def parent(self, i: int) -> int:

@@ -1,4 +1,4 @@
-"""Values of single signals at one instant. The same primitives compute them as in a run."""
+"""Values of single signals at one instant, computed by the primitives that runs use."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def motion(s: Signal, external: External, p: np.ndarray, x: np.ndarray) -> np.nd
 
 
 def value(s: Signal, external: External, p: np.ndarray, x: np.ndarray) -> float:
-    """Value of the signal of a load or effort. p, x: as in ``motion``."""
+    """Value of the signal of a load or effort. p, x: see ``motion``."""
     if s.kind == "value":
         return _number(s.leaves[0], p)
     return float(x[external.table(s.index)] if s.kind == "table" else _evaluated(s, False, p, x, 1, external)[0])

@@ -1,9 +1,10 @@
 """Articulated inertias with friction: a Newton step on η − law(N(η)) is one more pass over the bodies (theory, "Friction along the
 recursion").
 
-A friction law depends only on the reaction of its own joint. Let K = ∂law/∂N ∂N/∂(reaction) be its derivative, and e the remainder.
-The balance along the joint's freedoms is then (Πᵀ + K) N = Q − e. The reduction (27)–(42) projects with Πᵀ + K instead of Πᵀ, and
-articulated inertias become unsymmetric. For a freedom held at rest, Π has a zero column; the joint transmits its friction."""
+A friction law depends only on the reaction of its own joint. Let K = ∂law/∂N ∂N/∂(reaction) be the derivative of the law, and e the
+remainder of its linearisation. The balance along the joint's freedoms is then (Πᵀ + K) N = Q − e. The reduction (27)–(42) projects
+with Πᵀ + K instead of Πᵀ, and articulated inertias become unsymmetric. A freedom held at rest has a zero column in Π; the joint
+transmits its friction."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ def narrowed(
     """Inputs and outputs of the stages from ``stage`` on: ``narrow`` (inertias and pivots), ``pull`` (forces inward), ``push``
     (accelerations and reactions outward). looped: whether to add ``press``, ``sense`` and ``swing``.
 
-    steady: F⁰ of the body (17). spun: rotor inertias of the free freedoms (n×n)."""
+    steady: F⁰ of the body (17 in the paper). spun: rotor inertias of the free freedoms (n×n)."""
     n = step.Pi.size2()
     turned, grip, moves = SX.sym("turned", 36), SX.sym("grip", n, 6), SX.sym("moves", n)
     own = ca.vertcat(ca.horzcat(mass.M11, mass.M12), ca.horzcat(mass.M12.T, mass.M22))
@@ -49,7 +50,8 @@ def narrowed(
 
 def _pull(Mw: SX, MPi: SX, step: Step, steady: SX, projected: tuple[SX, SX, SX], at: dict[str, str], stage: int) -> Functions:
     """The inward step of the forces. Inputs: the wrench from outboard bodies (``fc``), the wrench on the body, and the forces along
-    the free freedoms minus e (``yc``). Outputs: y, the total wrench F̄ on the body, and the wrench on the inboard body."""
+    the free freedoms, from which e is subtracted (``yc``). Outputs: y, the total wrench F̄ on the body, and the wrench on the
+    inboard body."""
     rows, inverse, moves = projected
     handed, force, along = SX.sym("handed", 6), SX.sym("force", 6), SX.sym("along", step.Pi.size2())
     F = steady + force + handed
@@ -89,8 +91,8 @@ def _of_loops(step: Step, Pi: SX, MPi: SX, answer: SX, V: SX, at: dict[str, str]
 
 
 def _inverse(P: SX) -> tuple[SX, SX]:
-    """Inverse and determinant of a joint's unsymmetric block. Up to three freedoms, cofactors give the inverse; beyond, elimination
-    without pivoting. A joint with friction has at most three freedoms."""
+    """Inverse and determinant of a joint's unsymmetric block. Cofactors give the inverse for up to three freedoms, elimination
+    without pivoting for more. A joint with friction has at most three freedoms."""
     n = P.size1()
     if n == 0:
         return zeros(0, 0), SX(1)

@@ -38,7 +38,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT, symmetric, zero
 
 OPERANDS = ("numbers", "constants", "q", "v", "known", "carrier", "work", "kept", "motion", "pose", "handed", "force", "effort",
             "up", "y", "F", "Z", "yc", "fc", "qdd", "Zo", "N", "bias", "fq", *NARROW)  # fmt: skip
-"""Operands of all functions. A function takes only operands that it uses, in this order."""
+"""Operands of all functions. A function has only the operands that it uses, in this order."""
 FUNCTIONS = ("prepare", "outward", "inward", "column", "accelerations", "response", "weigh", "carry", "moved", "onward", "narrow",
              "pull", "push", "press", "sense", "swing")  # fmt: skip
 NARROWS, CROSSES = FUNCTIONS.index("narrow"), FUNCTIONS.index("press")
@@ -113,8 +113,8 @@ def _outward(art: Articulated, step: Step, stage: int) -> tuple[list[Input], lis
 
 
 def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], list[Output]]]:
-    """Three functions. The first adds M Ż − F of the body alone to N, where F includes the wrench ``force``. The second carries N
-    inward. The third computes Ż from q̈."""
+    """Three functions. The first one adds M Ż − F of the body alone to N, where F includes the wrench ``force``. The second one
+    converts N to a wrench on the inboard body. The third one computes Ż from q̈."""
     Z, f, N = SX.sym("Z", 6), SX.sym("f", 6), SX.sym("N", 6)
     moved = ca.vertcat(mass.M11 @ Z[:3] + mass.M12 @ Z[3:], mass.M12.T @ Z[:3] + mass.M22 @ Z[3:])
     own = moved - velocity_force(mass, motion.omega) - f
@@ -127,13 +127,13 @@ def _balance(mass: Mass, motion: Motion, step: Step) -> list[tuple[list[Input], 
 
 
 def _with_own_operands(which: BodyKey, text: str) -> tuple[str, dict[str, tuple[str, ...]]]:
-    """The text, with the operands of each function renumbered from 0. Also the names of each function's operands."""
+    """The text with the operands of each function renumbered from 0, and the names of each function's operands."""
     operands, out, pieces = {}, [], ""
     for function in re.split(r"(?<=\n}\n)", text):
         pieces += function
         found = re.search(rf"^void {which.name}_(\w+)\(", function, re.MULTILINE)
         if not found:
-            continue  # a helper function; the function that calls it follows
+            continue  # a helper function, which precedes the function that calls it
         used = sorted({int(i) for i in re.findall(r"\ba\[(\d+)\]", pieces)})
         number = {str(i): n for n, i in enumerate(used)}
         out.append(re.sub(r"\ba\[(\d+)\]", lambda m, number=number: f"a[{number[m.group(1)]}]", pieces))  # type: ignore[misc]

@@ -1,9 +1,9 @@
 """Catalogue of the primitives that an installation precompiles. Scenes that need only these primitives need no compiler.
 
-The declarations of joint types, contact elements, laws and columns determine the list. It omits rare cases: two prescribed freedoms
-of a planar joint; one or two prescribed freedoms of a free body; Adams' approximation with laws other than ``COMPARED``; friction
-on redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads with
-unusual laws; rotors, except on hinges, guides and balls."""
+The declarations of joint types, contact elements, laws and columns determine the catalogue. It omits rare cases: two prescribed
+freedoms of a planar joint; one or two prescribed freedoms of a free body; Adams' approximation with laws other than ``COMPARED``;
+friction on redundant loops of joints with a stiffness; constant friction and preloads with laws that are not set-valued; threads
+with unusual laws; rotors, except on hinges, guides and balls."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ from trunnion.system.structure.friction_joint_indices import everything
 Recipe = tuple[Any, ...]
 """Module, function and arguments of a primitive (``primitive_cache.primitive``)."""
 MANY = 3
-"""If a joint has this number of freedoms, none, one or all of them may be prescribed. With more freedoms, none or all may be
-prescribed; with fewer, any subset."""
+"""Of a joint's freedoms, the catalogue allows as prescribed: any subset if there are fewer than this number; none, one or all if
+there are this many; none or all if there are more."""
 COMPARED = {name for law in LAWS.values() if law.exact for name in (law.name, law.exact)}
 """Laws that the catalogue combines with Adams' approximation: each law that smooths another law, and the smoothed law."""
 SIDES = (False, True)
 PINS = (PIN_IN, PIN_OUT)
 SIGNALS = [(kind.drives is None, not kind.loads, label) for kind in KINDS.values() for label in kind.labels]
 DRIVES, LOADS = [label for drives, _, label in SIGNALS if drives], [*(label for _, loads, label in SIGNALS if loads), "through"]
-"""Labels of the signals of drives, and labels of the signals of loads."""
+"""Labels of the signals of drives, then of loads."""
 
 
 def every() -> Iterator[Recipe]:
@@ -74,8 +74,8 @@ FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "betw
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue contains tangents of a primitive. Of contact columns, it contains them only for the usual laws:
-    these tangents have as much code as all other code together, and columns are seldom linearised."""
+    """Whether the catalogue contains tangents of a primitive. For contact columns this holds only with the usual laws: their
+    tangents have as much code as all other primitives together, and columns are seldom linearised."""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
@@ -84,8 +84,8 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether the catalogue supports friction parameters that depend on time in stiff motions. It supports them for Coulomb's law
-    without a curve over speed."""
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions: only with Coulomb's law without a
+    curve over speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 
@@ -136,7 +136,7 @@ def _contacts(which: FrictionKey, column: ColumnKind = CONTACT) -> Recipe:
 
 
 def driven(kind: JointKind) -> list[tuple[int, ...]]:
-    """Sets of freedoms of a joint that may be prescribed together. For a bodiless joint, only the empty set."""
+    """Sets of freedoms of a joint that may be prescribed together. A bodiless joint has only the empty set."""
     if kind.bodiless:
         return [()]
     able = [k for k in range(kind.nv) if kind.coordinate_of(k) >= 0]
@@ -161,8 +161,8 @@ def _bodies() -> Iterator[Recipe]:
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
     """Whether the catalogue contains primitives with rotors for a joint of this type, with the freedoms ``which`` prescribed. A
-    rotor adds an inertia along a freedom. Any free freedom may need one, because it may be light. A prescribed freedom may have
-    one only on hinges, guides and balls; motors and imported files use this."""
+    rotor adds an inertia along a freedom. Every free freedom may have one, because it may be light. Prescribed freedoms may have
+    one on hinges, guides and balls only, for motors and imported files."""
     plain = kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
     return plain or len(which) < kind.nv
 
@@ -201,13 +201,13 @@ def _laws(kind: JointKind) -> list[str]:
 
 
 def usual(law: str) -> bool:
-    """Whether the catalogue contains the law also for pitched and bodiless joints. It does for set-valued laws, and for the laws in
+    """Whether the catalogue also contains this law for pitched and bodiless joints: set-valued laws, and the laws in
     ``COMPARED``."""
     return LAWS[law].sets or law in COMPARED
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
-    """All fits of a joint. A fit states which part is inside, and which part has the ends of the contact."""
+    """All fits of a joint: which part is inside, and which part has the ends of the contact."""
     pins = pins[:1] if kind.bodiless else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]
@@ -235,7 +235,7 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 
 def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """The parameters with tables in place of the numbers that may be tables: all tables are over load, or all are over speed."""
+    """The parameters, with a table for each number that may be a table. All tables are over load, or all over speed."""
     tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
     for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
         if some <= tables:

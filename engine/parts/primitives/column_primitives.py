@@ -22,14 +22,14 @@ from trunnion.recursion.vector_algebra import SX, zeros
 from trunnion.system.structure.friction_joint_indices import everything
 
 Symbols = tuple[dict[str, SX], Any]
-"""Symbols of an operand's slots, by name, and the argument that the column's expression receives for this operand."""
+"""For an operand: symbols of its slots, by name, and the argument that the column's expression receives."""
 
 
 @cache
 def column(kind: str, structures: tuple[Hashable, ...]) -> Primitive:
-    """The primitive that computes columns of one kind. Its operands are the operands of the kind's expression, followed by the
-    outputs. Names of outputs begin with ``OUT``. structures: one entry for each operand, on which the code depends, such as a size
-    or a friction key (``parts.programs.column_operand_slots``). ``sizes`` of the primitive are the sizes of its outputs."""
+    """The primitive that computes columns of one kind. Its operands are those of the kind's expression, then the outputs, whose
+    names begin with ``OUT``. structures: for each operand, the data on which the code depends, such as a size or a friction key
+    (``parts.programs.column_operand_slots``). ``sizes`` of the primitive are the sizes of its outputs."""
     declared = REGISTRY[kind]
     inputs: dict[str, SX] = {}
     arguments: dict[str, Any] = {}

@@ -19,8 +19,8 @@ from trunnion.system.structure.bodies_and_joints import LawForce, Load
 
 @cache
 def along_freedom(law: str, what: str) -> Primitive:
-    """Inputs: numbers, coordinate, rate. Adds to the output the ``force`` of a law along a freedom, the ``power`` of a damper, or
-    the ``potential`` energy."""
+    """Primitive of a law along a freedom. Inputs: numbers, coordinate, rate. Adds to the output the ``force``, the ``power`` of a
+    damper, or the ``potential`` energy."""
     count = ParameterCounter()
     laws = (LawForce(law, count.take(REGISTRY[law].count)),)
     sym, q, rate = PrimitiveSymbols(count.count), SX.sym("q"), SX.sym("rate")
@@ -33,8 +33,9 @@ def along_freedom(law: str, what: str) -> Primitive:
 
 @cache
 def between_points(law: str, what: str) -> Primitive:
-    """Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. Adds to the output the ``wrench`` of a law on both
-    bodies (6 each), the ``force`` that pulls the points together, the ``power`` of a damper, or the ``potential`` energy."""
+    """Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. Adds one quantity (``what``) to the output: the
+    ``wrench`` of a law on both bodies (6 each), the ``force`` that pulls the points together, the ``power`` of a damper, or the
+    ``potential`` energy."""
     count = ParameterCounter()
     laws, points = (LawForce(law, count.take(REGISTRY[law].count)),), (count.take(3), count.take(3))
     sym, a, b = PrimitiveSymbols(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)

@@ -35,8 +35,8 @@ class FrictionSymbols(PrimitiveSymbols):
 
     @property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers that have a bristle state. The object replaces a ``System``, which has an attribute
-        of the same name."""
+        """Indices of the friction multipliers that have a bristle state. (This object takes the place of a ``System``, which has an
+        attribute of this name.)"""
         return tuple(self.eta_of)
 
     def mode(self, slider: int) -> list[SX]:
@@ -91,8 +91,8 @@ def residual(which: FrictionKey) -> Primitive:
 
 @cache
 def held(which: FrictionKey, alone: bool) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``, with u in place of the rates. Outputs: a ``tr_hold`` per pair, and (unless ``alone``)
-    ∂(capacity)/∂N of each pair."""
+    """Inputs: ``_Evaluation.inputs``, with the friction u in place of the rates. Outputs: a ``tr_hold`` per pair, and (unless
+    ``alone``) ∂(capacity)/∂N of each pair."""
     at = _Evaluation(which, "u")
     e = at.element
     found = e.contact.held(at.wrench, [at.rates[i] for i in e.eta], at.laws, at.numbers, e.friction.adams)
@@ -115,7 +115,7 @@ def grip(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], free: tuple
 
 @cache
 def drift(which: FrictionKey) -> Primitive:
-    """Inputs: ``_Evaluation.inputs``. Output: rates of the law's states, 1/s."""
+    """Inputs: ``_Evaluation.inputs``. Output: time derivatives of the law's states, 1/s."""
     at = _Evaluation(which)
     return expression_primitive(f"{which.name}_drift", at.inputs, {"out": at.element.contact.drifts(*at.arguments)})
 

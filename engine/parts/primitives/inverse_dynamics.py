@@ -1,5 +1,4 @@
-"""Balance of a body with known accelerations. Each term is a separate primitive, so that each term has tangents
-(``primitive_derivatives``).
+"""Balance of a body with known accelerations. Each term is a separate primitive with its own tangents (``primitive_derivatives``).
 
 In this module, ``work`` contains a body's lever (3), the nonzeros of Π for its free freedoms, and w (6)."""
 
@@ -22,7 +21,7 @@ from trunnion.recursion.vector_algebra import SX, Gamma, GammaT
 
 
 def _walked(which: BodyKey) -> tuple[PrimitiveSymbols, SX, Motion, Step]:
-    """Symbols of a body's joint and of the inboard body's motion; motion and step of the body."""
+    """For a body: symbols of its joint and of the inboard body's motion, its own motion, and the step over its joint."""
     kind, count = REGISTRY[which.kind], ParameterCounter()
     joint = a_joint(count, which.kind, which.forward, which.driven, kind.pitched, kind.nv)
     a_body(count)
@@ -49,7 +48,7 @@ def outward(which: BodyKey) -> Primitive:
 
 
 def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
-    """Symbols of work: all its numbers, then lever, Π and w."""
+    """Symbols of ``work``: one vector with all numbers; and lever, Π and w from this vector."""
     pattern = _walked(which)[3].Pi.sparsity()
     all_of = SX.sym("work", 9 + pattern.nnz())
     return all_of, all_of[:3], SX(pattern, all_of[3:-6]), all_of[-6:]

@@ -47,8 +47,8 @@ def device(what: str) -> Primitive:
 def latch(what: str) -> Primitive:
     """The primitive of one quantity of a latch. what: ``force``, ``power`` (of damping), ``potential`` (energy) or ``depths``.
 
-    ``depths`` has the inputs numbers (``LATCH``), flags (hook, pressed), coordinate and release; its output is three depths. The
-    other quantities have the rate as last input, and add to the output."""
+    ``depths`` has the inputs numbers (``LATCH``), flags (hook, pressed), coordinate and release; its outputs are three depths. The
+    other quantities have the rate as an additional last input, and are added to the output."""
     sym, flags, q, rate, release = PrimitiveSymbols(LATCH), SX.sym("flags", 2), SX.sym("q"), SX.sym("rate"), SX.sym("release")
     n = ParameterCounter().take(LATCH)
     x: Any = Latch(n[0], sym.leaf(n[1]), n[2], n[3], n[4], Signal("value"), 0, 0, 0, n[5])  # type: ignore[arg-type]

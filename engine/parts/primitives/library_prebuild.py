@@ -25,12 +25,12 @@ from trunnion.parts.primitives.primitive_cache import (
 )
 
 CHUNK = 150_000
-"""Number of characters of C text that are compiled together. They take a few seconds, so that all processors stay busy."""
+"""Number of characters of C text that are compiled together: a few seconds of work, so that all processors stay busy."""
 
 
 def build(folder: Path, recipes: Iterable[Recipe] | None = None, machine: Machine | None = None) -> None:
     """Build all libraries in a folder (``prebuilt_libraries.folder``). recipes: recipes of the primitives; by default, the whole
-    catalogue. machine: machine that the libraries are for; by default, this machine."""
+    catalogue. machine: target of the libraries; by default, this machine."""
     folder.mkdir(parents=True, exist_ok=True)
     made_for = machine or c_compiler.host()
     with side_by_side(os.cpu_count() or 2) as submit:
@@ -49,8 +49,8 @@ def build(folder: Path, recipes: Iterable[Recipe] | None = None, machine: Machin
 
 
 def _object(machine: Machine, flags: tuple[str, ...], text: str) -> Path:
-    """The object file of a C text without headers, from the cache or compiled. Machines that differ only in the C library share the
-    file."""
+    """The object file of a C text without headers, from the cache or compiled. Machines that differ only in the C library share
+    this file."""
     plain = replace(machine, target=machine.target.replace("-musl", "-gnu.2.17"))
 
     def make(folder: Path) -> None:
@@ -63,7 +63,7 @@ def _object(machine: Machine, flags: tuple[str, ...], text: str) -> Path:
 
 
 def _stored_chunks() -> Iterator[tuple[tuple[str, ...], str]]:
-    """The chunks of the whole catalogue, from the cache or written. A build for a second machine finds them in the cache."""
+    """The chunks of C text of the whole catalogue. They are written once; a build for a second machine finds them in the cache."""
     file = library_cache.cache_folder() / f"texts-{texts_key()}" / "texts.json"
     if file.exists():
         yield from ((tuple(flags), text) for flags, text in json.loads(file.read_text()))
@@ -80,8 +80,8 @@ def _stored_chunks() -> Iterator[tuple[tuple[str, ...], str]]:
 
 
 def _chunks(recipes: Iterable[Recipe]) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Pairs of compiler flags and of the C text for these flags. A text contains primitives and their facts. If several recipes
-    give equal primitives, the text contains only one of them."""
+    """Pairs of compiler flags and C text. A text contains primitives and their facts. If several recipes give equal primitives, it
+    contains only one of them."""
     texts: dict[str, str] = {}
     begun: dict[tuple[str, ...], list[str]] = {}
     for recipe in recipes:

@@ -1,8 +1,6 @@
-"""Precompiled primitives of the bytecode. A primitive comes from the installation, from this machine's cache, or is built when
-needed.
-
-A key is the digest of a recipe: module, function and arguments that build the primitive. A primitive is derived symbolically and
-compiled only if it is neither installed nor cached."""
+"""Precompiled primitives of the bytecode. A primitive is taken from the installation or from this machine's cache, or is built when
+it is needed. Its key is the digest of its recipe: module, function and arguments that build it. A primitive is derived symbolically
+and compiled only if it is neither installed nor cached."""
 
 from __future__ import annotations
 
@@ -33,8 +31,8 @@ INTERPRETER = [
 
 
 class _LazyModule:
-    """Stands for a module of primitives. A function of the module runs, and imports the symbolic library, only for a primitive that
-    is neither installed nor cached."""
+    """Stands for a module of primitives. Only for a primitive that is neither installed nor cached does a function of the module
+    run, and import the symbolic library."""
 
     def __init__(self, module: str):
         self._module = module
@@ -115,7 +113,7 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of everything that influences the code of primitives: everything that influences their C text, and the compiler."""
+    """Digest of everything that influences the machine code of primitives: ``texts_key`` and the compiler."""
     return library_cache.digest(texts_key(), *c_compiler.toolchain())
 
 
@@ -189,7 +187,7 @@ def _compile(flags: tuple[str, ...], text: str) -> Path:
 
 
 def _is_there(library: str) -> bool:
-    """Whether a library is installed or still in the cache, from which pruning removes the least recently used entries."""
+    """Whether a library is installed, or is still in the cache. (Pruning removes the least recently used entries.)"""
     if library != str(prebuilt_libraries.path("parts")):
         with suppress(OSError):
             os.utime(Path(library).parent)
@@ -197,8 +195,8 @@ def _is_there(library: str) -> bool:
 
 
 def _groups(texts: set[str]) -> list[tuple[tuple[str, ...], list[str]]]:
-    """Compiler flags and the C texts that are compiled with them to one library. Two compiler processes share the texts if these
-    are long."""
+    """Pairs of compiler flags and the C texts that become one library with these flags. Long texts are divided between two compiler
+    processes."""
     out: dict[tuple[tuple[str, ...], int], list[str]] = {}
     compilers = 2 if sum(map(len, texts)) > c_compiler.LONG_PART else 1
     for number, text in enumerate(sorted(texts, key=lambda t: (len(t), t))):
@@ -224,6 +222,6 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
 
 
 def _made(key: str) -> str:
-    """The library of a primitive that was compiled since this process looked it up, or ""."""
+    """The library of a primitive that was compiled after this process looked it up; otherwise ""."""
     known = _cached(key) if key else None
     return known.library if known else ""

@@ -1,7 +1,7 @@
 """Tangents of primitives: derivatives along four directions of their inputs at once.
 
 Op ``…_at`` computes values that depend only on the point. Op ``…_along`` is linear in the directions; each of its numbers is a
-vector of four. Body functions that are already linear become vector functions."""
+vector of four. Body functions that are linear need no derivative: they become vector functions."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def tangent(module: str, function: str, which: tuple[Hashable, ...], numbers: bo
     """Tangents of the primitive with one op that a function of a module builds from ``which``. numbers: whether directions also
     change the operand ``numbers``.
 
-    sizes of the result: sizes of all inputs, outputs and stored values. "out NAME" marks an output, "added NAME" an output that is
-    added to its slot."""
+    sizes of the result: sizes of all inputs, outputs and stored values. Their keys: "out NAME" for an output, "added NAME" for an
+    output that is added to its slot."""
     expressions: Expressions = getattr(import_module(f"trunnion.parts.primitives.{module}"), function)(*which).expressions
     seeded = [n for n in expressions.inputs if n not in FIXED and (numbers or n != "numbers")]
     outs = {n: v for n, v in expressions.outputs.items() if n not in APART}

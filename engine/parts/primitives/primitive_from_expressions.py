@@ -29,7 +29,7 @@ class Expressions:
 def expression_primitive(
     name: str, inputs: dict[str, SX], outputs: Mapping[str, SX | Sequence[SX]], added: Sequence[str] = ()
 ) -> Primitive:
-    """The primitive ``name``. In C names, underscores replace all characters of the name except letters and digits. Its operands
+    """The primitive ``name``. In C, the name has underscores in place of all characters except letters and digits. Its operands
     are the inputs, then the outputs; empty vectors are omitted. added: outputs that are added to their slot."""
     name = re.sub(r"\W", "_", name)
     ins = {k: v for k, v in inputs.items() if v.numel()}

@@ -34,12 +34,12 @@ PIN_OUT, PIN_IN = "pin_out", "pin_in"
 LATER_POINTS = frozenset(
     name for curve in (BY_SPEED, *EFFICIENCY_TABLES) for pair in curve[1:] for name in pair
 )  # fmt: skip
-"""Names of the numbers of a curve's points, except the first point. In C names, the first point already represents the curve."""
+"""Names of the numbers of a curve's points, without the first point, which stands for the curve in C names."""
 KEPT = "kept"
 """Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
-"""Outputs of a cut joint's primitive, by variant. None means all outputs; "moving" has those that stepping needs, and "closed"
-those that closure needs. Only joints without forces along their freedoms use the last two variants."""
+"""Outputs of a cut joint's primitive, by variant. None: all outputs; "moving": those that stepping needs; "closed": those that
+closure needs. The last two are only for joints without forces along their freedoms."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Primitive:
 
     operands: names of the operands of each op, in order. sizes: numbers of doubles, by kind. key: digest of the recipe. library:
     path. recipe: module, function and arguments that build the primitive. text (C text) and expressions exist only in the process
-    that built the primitive; expressions also require that it is a single op."""
+    that built the primitive; expressions only if it has a single op."""
 
     operands: Mapping[str, tuple[str, ...]]
     sizes: Mapping[str, int] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class Primitive:
 
 @dataclass(frozen=True)
 class BodyKey:
-    """Determines the primitive of a body and its joint.
+    """The data that determine the primitive of a body and its joint.
 
     forward: direction of the recursion across the joint. driven: freedoms with prescribed motion. rubbed: whether friction is
     solved along the recursion. looped: whether there are also multipliers of loops. rotors: whether freedoms turn rotor
@@ -93,8 +93,8 @@ class BodyKey:
 
 @dataclass(frozen=True)
 class FrictionKey:
-    """Determines the primitives of a joint's friction. It consists of the joint, without names, values and offsets, and of the
-    reaction components that the friction needs."""
+    """The data that determine the primitives of a joint's friction: the joint, without names, values and offsets, and the reaction
+    components that the friction needs."""
 
     joint: Joint
     needs: tuple[str, ...]
@@ -117,7 +117,7 @@ def rubbing(e: Element) -> FrictionKey:
     numbers = ParameterCounter()
     bound = tuple(i - first for i in f.bound)
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.take_one()) for name, _ in f.numbers), sliders, bound)
-    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # the part that has the ends changes operands, not code
+    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # which part has the ends affects operands, not code
     fit = Fit(e.joint.fit.pin_out and bool(e.needs), ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,
@@ -142,6 +142,5 @@ class ParameterCounter:
 
 
 def sized(contact: str) -> tuple[str, ...]:
-    """Labels of those sizes of a contact element that determine how its contacts carry load, whether or not a scene gives these
-    sizes."""
+    """Labels of all sizes of a contact element that determine how its contacts carry load, even if a scene omits them."""
     return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

@@ -14,7 +14,7 @@ from trunnion.system.structure.bodies_and_joints import Body, Device, Fit, Joint
 from trunnion.system.structure.parameter_table import Leaf, Param
 
 PRESCRIBED = Device(drive=Signal("value", (0.0,)))
-"""Device of a freedom with prescribed motion. The choice of the drive has no effect."""
+"""Device of a freedom with prescribed motion. Any drive would do."""
 
 
 class PrimitiveSymbols(Symbols):

@@ -29,8 +29,8 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS} | {label: count for kind in SIGNALS.values() for label, count in kind.labels.items()}
-"""Number of parameters of a signal, by kind. A table has no parameters. The primitives ``limit`` and ``operation`` have the
-parameters of limits and expressions."""
+"""Number of parameters of a signal, by kind. A table has none; those of limits and expressions belong to the primitives ``limit``
+and ``operation``."""
 
 
 class Timed(PrimitiveSymbols):
@@ -157,8 +157,8 @@ def energies() -> Primitive:
 
 
 def pin_components(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...], N: SX) -> tuple[dict[str, SX], SX]:
-    """(inputs, components). inputs: symbols of a joint's pose and, if its parts overlap, of their lengths, by name. components: the
-    components ``needs`` of f_c and m_c, as expressions of the inputs and of the reaction N (6) on the joint's child."""
+    """Inputs and components. Inputs: symbols of a joint's pose and, if its parts overlap, of their lengths, by name. Components:
+    the components ``needs`` of f_c and m_c, as expressions of the inputs and of the reaction N (6) on the joint's child."""
     pose, none = SX.sym("pose", POSE), zeros(3)
     Ein, Eout, s = ca.reshape(pose[:9], 3, 3), ca.reshape(pose[9:18], 3, 3), pose[18:]
     joint = Joint("", kind, 0, 0, (), (), (), (), fit, None, (), None, False, 0, forward)
@@ -178,7 +178,7 @@ def span() -> Primitive:
 @cache
 def pin(kind: str, forward: bool, fit: Fit, needs: tuple[str, ...]) -> Primitive:
     """Inputs: reaction N on the child (6), pose (and lengths of overlapping parts). Output: the components ``needs`` of f_c and
-    m_c. If ``needs`` includes the span, its entry is 0."""
+    m_c. The entry of the span, if any, is 0."""
     N = SX.sym("N", 6)
     ins, out = pin_components(kind, forward, fit, needs, N)
     words = [CONTACTS[REGISTRY[kind].friction].name, "out" if forward else "in", fit.label, *needs]

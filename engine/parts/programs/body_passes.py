@@ -121,7 +121,7 @@ class ScenePasses(JointForces):
         return made
 
     def outboard_wrench(self, program: Program, j: Joint, m: BodySlots | CutJointSlots, N: Slot, out: Slot) -> None:
-        """Write force and torque on a joint's outboard part. For a cut joint, write only the contribution of its devices. N:
+        """Write force and torque on a joint's outboard part. For a cut joint, this is only the contribution of its devices. N:
         reaction of a tree joint."""
         if isinstance(m, CutJointSlots):
             program.zero(out)
@@ -135,7 +135,7 @@ class ScenePasses(JointForces):
         return qdd.slice(j.v0 + j.free.index(k), 1) if k in j.free else m.known.slice(k, 1)
 
     def force_on(self, program: Program, b: int, moving: list[BodySlots], allocate: Allocate) -> Slot:
-        """The slot of the wrench on a body, which is zero at first. Loads and devices add to it."""
+        """The slot of the wrench on a body; loads and devices add to its initial zero."""
         if moving[b].force is self.zeros:
             moving[b].force = allocate(6)
             program.zero(moving[b].force)
@@ -177,8 +177,8 @@ class ScenePasses(JointForces):
         return N
 
     def drive_effort(self, program: Program, j: Joint, k: int, m: BodySlots, N: Slot, out: Slot) -> None:
-        """Write the effort of a drive. It is the transmitted force along the freedom, minus device forces, plus η (the friction
-        force is −η), plus the inertia force of the rotor."""
+        """Write the effort of a drive: transmitted force along the freedom − device forces + η (the friction force is −η) + inertia
+        force of the rotor."""
         devices = program.scratch_slot(1)
         pitch = self.numbers([j.pitch if j.pitch is not None else 0.0])
         self.call(program, signals_loads_energies.along(j.kind_name, j.forward, k), N=N, pose=m.pose, pitch=pitch, out=out)

@@ -1,5 +1,5 @@
-"""Operands of output columns as slots. There is one method for each operand in ``trunnion.columns.operands``. A pass of the
-recursion is added to the program when a column needs it for the first time."""
+"""Operands of output columns as slots. Each operand in ``trunnion.columns.operands`` has a method. The first column that needs a
+pass of the recursion adds it to the program."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from trunnion.system.structure.friction_joint_indices import elements, everythin
 from trunnion.system.structure.parameter_table import Leaves
 
 
-class Provided(NamedTuple):
+class OperandSlots(NamedTuple):
     """An operand. slots: a slot for each operand of the primitive; the key "" stands for the name of the column's operand.
-    structure: data that determine the primitive's code, in addition to the operand's name."""
+    structure: data, besides the operand's name, that determine the primitive's code."""
 
     slots: dict[str, Slot]
     structure: Hashable = None
 
 
-def sized(slot: Slot) -> Provided:
+def sized(slot: Slot) -> OperandSlots:
     """A vector whose size is determined by a joint's structure."""
-    return Provided({"": slot}, slot.size)
+    return OperandSlots({"": slot}, slot.size)
 
 
 @provides_all
@@ -142,9 +142,9 @@ class ColumnOperands:
     def joint_pose(self, name: str) -> Slot:
         return self.joint(name)[1].pose
 
-    def reaction_arm(self, name: str) -> Provided:
+    def reaction_arm(self, name: str) -> OperandSlots:
         j, m = self.joint(name)
-        return Provided({}, PIN_OUT) if j.fit.pin_out else Provided({"": m.pose.slice(18, 3)}, PIN_IN)
+        return OperandSlots({}, PIN_OUT) if j.fit.pin_out else OperandSlots({"": m.pose.slice(18, 3)}, PIN_IN)
 
     def outboard_wrench(self, name: str) -> Slot:
         j, m = self.joint(name)
@@ -211,11 +211,11 @@ class ColumnOperands:
     def pair_state(self, flag: int) -> Slot:
         return Slot(Space.EXTRA, EXTRA.numbers + flag, 1)
 
-    def friction(self, name: str) -> Provided:
+    def friction(self, name: str) -> OperandSlots:
         e = self.elements[name]
-        return Provided(element_operands(self.scene, self.program, e), self.scene.key_of(e))
+        return OperandSlots(element_operands(self.scene, self.program, e), self.scene.key_of(e))
 
-    def contact_reaction(self, name: str) -> Provided:
+    def contact_reaction(self, name: str) -> OperandSlots:
         (j, m), ft = self.joint(name), self.outboard_wrench(name)
         needs = everything(j)
 
@@ -225,19 +225,19 @@ class ColumnOperands:
 
         return sized(self.once(("pin", name), len(needs), press))
 
-    def joint_rates(self, name: str) -> Provided:
+    def joint_rates(self, name: str) -> OperandSlots:
         j, m = self.joint(name)
         return sized(m.v.slice(0, j.kind.nv))
 
-    def joint_multipliers(self, name: str) -> Provided:
+    def joint_multipliers(self, name: str) -> OperandSlots:
         return sized(self.scene.eta(self.joints[name]))
 
     # -- loads, and the whole scene -----------------------------------------------------------------------------------------
 
-    def load_ends(self, i: int) -> Provided:
+    def load_ends(self, i: int) -> OperandSlots:
         moving = self.moving()
         motions = [self.scene.ground if b == GROUND else moving[b].motion for b in self.system.loads[i].bodies]
-        return Provided(dict(zip("ab", motions, strict=True)))
+        return OperandSlots(dict(zip("ab", motions, strict=True)))
 
     def load_numbers(self, i: int) -> Slot:
         return self.numbers(("load", i), self.system.loads[i].leaves)

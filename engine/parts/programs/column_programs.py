@@ -1,4 +1,4 @@
-"""Programs of an output row: the selected columns, and the contact forces that locate contact jumps."""
+"""Programs of an output row: the selected columns, and the contact forces in which contact jumps are found."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from trunnion.parts.bytecode.program import Program, Slot, Space
 from trunnion.parts.primitives.primitive_cache import column_primitives
 from trunnion.parts.primitives.primitive_keys import OUT
 from trunnion.parts.programs.body_passes import ScenePasses
-from trunnion.parts.programs.column_operand_slots import ColumnOperands, Provided
+from trunnion.parts.programs.column_operand_slots import ColumnOperands, OperandSlots
 
 
 class ColumnPrograms(ColumnOperands):
-    """Slots of columns, from the definitions in ``trunnion.columns``. Each kind is evaluated once per subject."""
+    """Slots of columns, from the definitions in ``trunnion.columns``. Each kind is evaluated once for each subject."""
 
     def __init__(self, scene: ScenePasses, program: Program):
         super().__init__(scene, program)
@@ -41,7 +41,7 @@ class ColumnPrograms(ColumnOperands):
         return self.output(CONTACT.name, (joint,), "watched")
 
     def output(self, kind: str, subject: tuple, name: str) -> Slot:
-        """An output of a kind's expression. If a kind only selects a value, its single output has the name ""."""
+        """Slot of an output of a kind's expression. The output of a kind that only selects a value has the name ""."""
         if (kind, subject) not in self._evaluated:
             self._evaluated[kind, subject] = self._evaluate(kind, subject)
         return self._evaluated[kind, subject][name]
@@ -51,7 +51,7 @@ class ColumnPrograms(ColumnOperands):
         found = {n: getattr(self, o.name)(*subject[: o.subject]) for n, o in declared.operands.items()}
         if declared.selects:
             return {"": next(iter(found.values()))}
-        provided = {n: Provided({"": x}) if isinstance(x, Slot) else x for n, x in found.items()}
+        provided = {n: OperandSlots({"": x}) if isinstance(x, Slot) else x for n, x in found.items()}
         primitive = column_primitives.column(kind, tuple(x.structure for x in provided.values()))
         outputs = {n: self.program.scratch_slot(size) for n, size in primitive.sizes.items()}
         operands = {slot or n: at for n, x in provided.items() for slot, at in x.slots.items()}

@@ -1,5 +1,5 @@
-"""Slots of couplings between parts that other joints carry: the piece of a cam's profile, the foot on a curve, and a freedom that
-follows another freedom."""
+"""Slots of joints that couple parts carried by other joints: the active piece of a cam's profile, the foot on a curve, and a
+freedom that follows another freedom."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def foot(s: SceneTables, program: Program, curve: Curve, spot: Primitive, /, **o
 
 
 def light(s: SceneTables, j: Joint) -> CutJointSlots:
-    """The slots for the row of a light freedom. The force of this row acts along the freedom."""
+    """The slots for the row of a light freedom, whose force acts along the freedom."""
     blocks = dict.fromkeys(("phi", "rate", "xi"), s.zeros.slice(0, 1)) | dict.fromkeys(ENDS[:2], s.zeros)
     return CutJointSlots(j, s.zeros, s.zeros, s.zeros, blocks, s.zeros)
 

@@ -70,8 +70,8 @@ class EvaluationPasses:
         self, program: Program, efforts: Sequence[Slot], allocate: Allocate | None = None, forces: Sequence[Slot] | None = None
     ) -> tuple[Slot, list[Slot]]:
         """Write the inward pass. efforts: forces along the freedoms of each joint. forces: wrenches on the bodies; by default, the
-        wrenches of the scene. Returns y (nv), and the wrench on each body (6). y are the accelerations of the freedoms if the
-        inboard body has Ż = 0."""
+        wrenches of the scene. Returns y (nv), the accelerations of the freedoms for Ż = 0 of the inboard body, and the wrench on
+        each body (6)."""
         s, n = self.scene, len(self.system.bodies)
         y, F = (allocate or program.scratch_slot)(self.system.nv), [(allocate or program.scratch_slot)(6) for _ in range(n)]
         handed = [program.scratch_slot(HANDED) for _ in range(n)]
@@ -121,21 +121,21 @@ class EvaluationPasses:
         return ft
 
     def along_cut(self, program: Program, c: CutJointSlots, Z: Sequence[Slot], out: Slot) -> None:
-        """``out`` contains accelerations of a cut joint's freedoms. Add the part that the accelerations Z of its two bodies
+        """Add to ``out``, the accelerations of a cut joint's freedoms, the part that the accelerations Z of its two bodies
         cause."""
         for which, z in zip(("win", "wout"), Z, strict=True):
             program.call(Builtin.ADD_ROW_DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
 
     def pin_of_cut(self, program: Program, e: Element, ft: Slot, out: Slot, whole: bool = True) -> None:
         """Write the components of f_c, m_c that a cut joint's law needs, from the wrench on the joint's outboard part. whole:
-        whether this is the full wrench; otherwise it is the wrench of one multiplier."""
+        whether this wrench is the total one, not that of one multiplier."""
         j, pose = e.joint, self.closing(e.joint).pose
         write_pin(self.scene, program, j, e.needs, ft, pose, out)
         if whole:
             write_span(self.scene, program, j, e.needs, pose, out)
 
     def pin(self, program: Program, e: Element, N: Slot, out: Slot, whole: bool = True) -> None:
-        """Write the components of f_c, m_c that a tree joint's law needs, from the reaction N. whole: as in ``pin_of_cut``."""
+        """Write the components of f_c, m_c that a tree joint's law needs, from the reaction N. whole: see ``pin_of_cut``."""
         j, pose = e.joint, self.moving[e.joint.child].pose
         if e.needs:
             primitive = signals_loads_energies.pin(j.kind_name, j.forward, j.fit, e.needs)

@@ -28,7 +28,7 @@ class EvaluationPrograms(EvaluationPasses):
         self._derivative(second if self.maps.columns else first)
 
     def _columns(self, program: Program) -> None:
-        """Write the columns of all multipliers. If few loops share bodies, a column extends only over the path of its loop."""
+        """Write the columns of all multipliers. If few loops share bodies, a column extends over the path of its loop only."""
         if self.maps.matrix:
             self.apart: SparseForceColumns | None = SparseForceColumns(self, program)
             return

@@ -111,7 +111,7 @@ class JointForces(SceneTables):
             self.call(program, joint_devices.motor(), numbers=numbers, signal=signal, rate=rate, out=out)
 
     def each_device(self, j: Joint, q: Slot, v: Slot) -> Iterable[tuple[int, Device, Slot, Slot]]:
-        """Number, device, coordinate and rate of each freedom of a joint."""
+        """Index, device, coordinate and rate of each freedom of a joint that has a device."""
         for k, d in enumerate(j.devices):
             i = j.kind.coordinate_of(k)
             yield k, d, q.slice(i, 1) if i >= 0 else self.zeros, v.slice(k, 1)

@@ -31,7 +31,7 @@ def write(s: ScenePasses, redundant: bool = False) -> None:
 
 
 def _states(s: ScenePasses, program: Program, e: Element, *more: Leaf) -> dict[str, Slot]:
-    """Operands of an element: numbers, modes, bristle states. In R, the bristle states follow the rates."""
+    """Operands of an element: numbers, modes, bristle states. In the space R, the bristle states follow the rates."""
     operands = element_operands(s, program, e, *more)
     if e.friction.bristles:
         rates = sum(o.joint.kind.nv for o in elements(s.system))
@@ -121,8 +121,8 @@ def _events(s: ScenePasses) -> None:
 
 
 def _depths(s: ScenePasses, program: Program, d: Device, q: Slot, rate: Slot) -> None:
-    """Write the depths by which stops and a latch are compressed. After all depths, write for each stop the factor of its elastic
-    force (0 at release), and for a hook the excess of its signal over the release value."""
+    """Write the depths by which stops and a latch are compressed. Write further values after all depths: for each stop the factor
+    of its elastic force (0 at release), for a hook the excess of its signal over the release value."""
     for upper, bound in enumerate((d.stop.lower, d.stop.upper) if d.stop else ()):
         if bound is not None and d.stop:
             out = Slot(Space.OUT, d.stop.flags[upper], 1)

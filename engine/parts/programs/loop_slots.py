@@ -63,12 +63,12 @@ class LoopPath:
         return of.slice(self.stride * k + self.offsets[i], 6)
 
     def of(self, lam: Slot) -> Slot:
-        """This loop's part of the multipliers λ of all loops."""
+        """The multipliers of this loop, among the multipliers λ of all loops."""
         return lam.slice(self.rows[0], len(self.rows))
 
     def runs(self, other: LoopPath | None = None) -> list[tuple[int, int, int]]:
-        """Runs of consecutively numbered bodies on the path; with ``other``, on both paths. Each run has its first body, its number
-        of bodies and its number of free rates."""
+        """Runs of consecutively numbered bodies on the path; with ``other``, on both paths. For each run: first body, number of
+        bodies, number of free rates."""
         out: list[tuple[int, int, int]] = []
         for i in self.at:
             if other is not None and i not in other.at:
@@ -110,7 +110,7 @@ def path_slots(
 @dataclass
 class FrictionLoop(LoopPath):
     """A loop in a mechanism with friction. sensed: rows of the loop's constraint equations on the bodies, in the layout of
-    ``pressed``; with friction, the two differ. friction: friction of the loop's cut joint."""
+    ``pressed``, from which they differ with friction. friction: friction of the loop's cut joint."""
 
     sensed: Slot
     friction: CutJointFriction | None = None

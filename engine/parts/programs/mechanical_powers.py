@@ -18,7 +18,7 @@ def write_powers(
     N: Sequence[Slot], space: Space, at: int = 0,
 ) -> None:  # fmt: skip
     """Write powers, W: friction of each joint, dampers, drives, loads. motion_of: returns the coordinates and rates of a joint. N:
-    reaction of each body, needed only for drives."""
+    reaction on each body, for drives."""
     system = s.system
     count = len(system.frictional) + 1 + GIVING
     each = [Slot(space, at + i, 1) for i in range(count)]

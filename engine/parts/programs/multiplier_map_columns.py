@@ -1,8 +1,8 @@
 """Columns of the affine maps: accelerations and reactions under a unit of each multiplier. The unit force of each multiplier is
 reduced inward, from its joint to the ground. An outward pass over the branch then computes accelerations and reactions.
 
-Every column uses the same calls per body, in shared scratch. The calls stand once in the program ``shared``: a column executes the
-range of each run of bodies. The results are copied into the maps."""
+All columns use the same calls for a body, in shared scratch. These calls are written once, in the program ``shared``: a column
+executes the range of each run of bodies. The results are copied into the maps."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from trunnion.system.structure.friction_joint_indices import Element
 
 
 class ForceColumns:
-    """Writes calls that compute the maps from a unit of each multiplier. block: slot of the accelerations that these units cause
-    (nv each), which stage 2 reads."""
+    """Writes calls that compute the maps from a unit of each multiplier. block: slot of the accelerations (nv for each multiplier)
+    that these units cause; stage 2 reads it."""
 
     def __init__(self, stepping: EvaluationPasses, program: Program, block: Slot):
         self.stepping, self.program, self.block = stepping, program, block
         self.scene, self.system, self.maps = stepping.scene, stepping.system, stepping.maps
         n, nv = len(self.system.bodies), self.system.nv
         self.qdd, self.pressed = program.scratch_slot(nv), program.scratch_slot(nv * self.maps.active)
-        # the next slots are neighbours, so that one call sets them to zero
+        # the next slots are adjacent, so that one call sets them to zero
         self.effort, self.y, self.fq = (program.scratch_slot(nv) for _ in range(3))
         self.forces = program.scratch_slot(6 * (n + 1))
         self.rows, self.held = program.scratch_slot(self.maps.nn), program.scratch_slot(self.maps.ne)
@@ -57,8 +57,8 @@ class ForceColumns:
         return self.forces.slice(6 * (i if i != GROUND else len(self.system.bodies)), 6)
 
     def _inward(self) -> list[int]:
-        """Write the inward reduction of all bodies, outermost first. Returns the positions where the calls of the bodies end, and
-        where those of the outermost body start. So the calls of body i start at position i + 1 of this list, and end at i."""
+        """Write the inward reduction of all bodies, outermost first. Returns positions in the program: entry i is where the calls
+        of body i end, entry i + 1 where they start."""
         s, ends = self.stepping, [len(self.shared.code)]
         for i, j in reversed(list(enumerate(self.system.tree))):
             self.scene.body_call(
@@ -200,7 +200,7 @@ class ForceColumns:
             self.stepping.shares.write(self.program, self.where, self.stepping.moving, self._shared, self.maps.kappa(column))
 
     def _shared(self, j: Joint) -> Slot | None:
-        """Wrench that a joint transmits in the present column; None means zero."""
+        """Wrench that a joint transmits in the present column; None: zero."""
         if j.cut:
             return self.own.get(j.name)
         return self.transmitted[j.child] if self._moves(j.child) else None
@@ -220,14 +220,15 @@ class ForceColumns:
         return runs
 
     def _first(self) -> list[int]:
-        """For each body, the first body of the run in which each body is the inboard body of the next."""
+        """For each body, the first body of its run. In a run, each body is the inboard body of the next one."""
         first: list[int] = []
         for b, parent in enumerate(self.parents):
             first.append(first[parent] if GROUND < parent == b - 1 else b)
         return first
 
     def _roots(self) -> list[int]:
-        """For each body, the body of its branch that a joint connects to the ground. All bodies of a branch move together."""
+        """For each body, the root of its branch: the body that a joint connects to the ground. A force on one body of a branch
+        moves all of them."""
         roots: list[int] = []
         for b, parent in enumerate(self.parents):
             roots.append(b if parent == GROUND else roots[parent])

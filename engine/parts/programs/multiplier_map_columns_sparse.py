@@ -28,7 +28,7 @@ class SparseForceColumns:
             loop.respond(program, Slot(Space.Z, 0, self.maps.columns), out)
 
     def _add_loop(self, at: int, r: LoopPath) -> None:
-        """Write a loop's columns, its rows of g0, and its blocks of S: the diagonal block, and the blocks with earlier loops."""
+        """Write a loop's columns, its rows of g0, and its blocks of S: the diagonal block, and those with earlier loops."""
         program, m, c, own = self.program, self.maps, r.closed, r.own
         g0 = Slot(Space.MAPS, m.at("g0") + r.rows[0], len(r.rows))
         program.call(Builtin.SELECT, [c.blocks["xi"], g0], [len(own), *own])

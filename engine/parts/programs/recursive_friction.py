@@ -1,5 +1,5 @@
-"""Programs that solve friction along the recursion, without maps. They compute motion, articulated inertias with ∂law/∂N
-(``articulated_inertias``), reactions to friction, and ẏ. This module treats trees; ``recursive_friction_loops`` adds loops."""
+"""Programs that solve friction along the recursion, without maps. The programs compute motion, articulated inertias with ∂law/∂N
+(``articulated_inertias``), the response to friction, and ẏ. This module is for trees; ``recursive_friction_loops`` adds loops."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ INERTIA = 36
 
 
 class RecursiveFriction:
-    """Writes the programs of this module after those of ``stepping``, for a scene with friction."""
+    """Writes the programs of this module, for a scene with friction. Requires the programs of ``stepping``."""
 
     def __init__(self, stepping: EvaluationPrograms):
         self.stepping, self.scene, self.system = stepping, stepping.scene, stepping.system
@@ -36,7 +36,7 @@ class RecursiveFriction:
         stepping.write_derivative(self.scene.program("derive"), self.qdd, self.Z)
 
     def _begin(self) -> None:
-        """Write motion and forces as at the start of stage 1, then the rates."""
+        """Write motion and forces, like the start of stage 1, then the rates."""
         program = self.scene.program("begin")
         program.code += self.stepping.begun.code
         program.scratch = self.stepping.begun.scratch
@@ -84,7 +84,7 @@ class RecursiveFriction:
             self.coupled.narrow(program)
 
     def _along(self, program: Program, j: Joint, m: BodySlots, less: Slot | None) -> Slot:
-        """Forces along a joint's free freedoms: device forces plus the remainder −e (``less``) of the linearised friction law."""
+        """Forces along a joint's free freedoms: device forces plus ``less``, the remainder −e of the linearised friction law."""
         if less is not None and not self.scene.acts(j):
             return less
         out = program.scratch_slot(len(j.free))

@@ -20,7 +20,7 @@ from trunnion.system.structure.loop_matrix_fill import MANY_ROWS, coupled, fill,
 
 class LoopFriction:
     """The loops of a scene whose friction is solved along the recursion. slim: values that ``narrow`` stores for each body. y (nv),
-    F (6 per body): results of the inward pass; this class adds the effect of the loops' multipliers to these results."""
+    F (6 for each body): results of the inward pass, to which this class adds the effect of the loops' multipliers."""
 
     def __init__(self, stepping: EvaluationPasses, slim: list[Slot], y: Slot, F: list[Slot]):
         self.stepping, self.slim, self.y, self.F = stepping, slim, y, F
@@ -90,7 +90,7 @@ class LoopFriction:
         )
 
     def _wrenches(self, program: Program, loop: FrictionLoop, dn: dict[str, Slot]) -> None:
-        """Write columns and rows on the two bodies of the cut joint. The friction of this joint makes columns and rows differ."""
+        """Write columns and rows on the two bodies of the cut joint. They differ by the friction of this joint."""
         c, j, r = loop.closed, loop.closed.joint, loop.friction
         how = [loop.stride, loop.offsets[j.inb], loop.offsets[j.out], len(loop.own), *loop.own]
         for out in (loop.pressed, loop.sensed):
@@ -123,7 +123,7 @@ class LoopFriction:
     # -- solution for the multipliers -----------------------------------------------------------------------------------------
 
     def forces(self, program: Program) -> list[Slot]:
-        """Wrench on each body. It includes the known part of the friction of cut joints."""
+        """Wrench on each body, with the known part of the friction of cut joints."""
         found = [m.force for m in self.stepping.moving]
         for loop in self.loops:
             r = loop.friction
@@ -141,7 +141,7 @@ class LoopFriction:
                 program.call(Builtin.ADD_COLUMNS, [c.blocks[w], less, self._own(program, found, body)], [6, c.joint.kind.nv])
 
     def _own(self, program: Program, found: list[Slot], i: int) -> Slot:
-        """Slot of the wrench on a body. Before its first change, the wrench is copied to a new slot."""
+        """Slot of the wrench on a body, for changes. At the first request, the wrench is copied to this new slot."""
         if found[i] is self.stepping.moving[i].force:
             found[i] = program.scratch_slot(6)
             program.copy(self.stepping.moving[i].force.slice(0, 6), found[i])
@@ -167,8 +167,8 @@ class LoopFriction:
         self._add(program, self.lam)
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
-        """If many loops all share bodies, correct the multipliers once by the remaining residual. Returns whether this was done.
-        Example: for a ladder with a hundred rungs, the condition number of S is 1e8."""
+        """If there are many loops, and all of them share bodies, correct the multipliers once by the remaining residual. Returns
+        whether this was done. (For a ladder with a hundred rungs, the condition number of S is 1e8.)"""
         if self.refines:
             self._left(program, self.gap, Z)
             program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, self.gap, self.more], self.listed)
@@ -227,8 +227,8 @@ class LoopFriction:
         return Slot(Space.U, self.system.neta + loop.rows[0], len(loop.rows))
 
     def gaps(self, program: Program, Z: list[Slot]) -> None:
-        """Write the residuals of all rows under accelerations Ż, behind the accelerations of the freedoms. Also write the reaction
-        components and accelerations of cut joints with friction."""
+        """Write the residuals of all rows under accelerations Ż; their place is after the accelerations of the freedoms. Also write
+        the reaction components and accelerations of cut joints with friction."""
         self._left(program, Slot(Space.A, self.system.neta, self.active), Z)
         for loop in self.loops:
             if loop.friction:

@@ -1,4 +1,5 @@
-"""Scaled reactions of joints in loops, which select the reactions of redundant loops (``recursion.redundant_loop_reactions``)."""
+"""Scaled reactions of joints in loops: the criterion that selects the reactions of redundant loops
+(``recursion.redundant_loop_reactions``)."""
 
 from __future__ import annotations
 
@@ -42,7 +43,8 @@ class ScaledReactions:
         ft: Callable[[Joint], Slot | None],
         out: Slot,
     ) -> None:
-        """Write all scaled reactions. ft: returns the wrench that a joint transmits to its outboard part, or None for zero."""
+        """Write all scaled reactions. ft: function that returns the wrench that a joint transmits to its outboard part, or None for
+        zero."""
         at = zeros = 0
         for j in self.joints:
             size, transmitted = self.rows[j.name], ft(j)

@@ -51,7 +51,7 @@ def _numbers(s: ScenePasses, program: Program, f: FrictionElement, more: Sequenc
 
 
 def lengths_of(s: ScenePasses, j: Joint) -> dict[str, Slot]:
-    """Operand with the lengths of two parts that touch along their overlap. Other joints have no such operand."""
+    """Operand with the lengths of a joint's parts, if they touch along their overlap; otherwise no operand."""
     f = j.friction
     return {"lengths": s.numbers([f.number(n.name) for n in LENGTHS])} if f and j.fit.ends == OVERLAP else {}
 

@@ -1,4 +1,4 @@
-"""Structural zeros of loop equations: rows that need no multiplier, and couplings by friction that are absent. The maps with all
+"""Structural zeros of loop equations: rows that need no multiplier, and absent couplings by friction. The maps with all
 rows are evaluated at random states. An entry that vanishes at every state is a structural zero."""
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from trunnion.system.structure.bodies_and_joints import System
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
 
 ROUND_OFF = 1e-12
-"""Largest round-off of a sum that is zero in exact arithmetic. Its terms are of order one, and with oblique axes they cancel only
-in the sum."""
+"""Largest round-off of a sum that is zero in exact arithmetic. Terms of order one cancel in such a sum, if axes are oblique."""
 TRIALS = 3
-"""Number of random states. At a single state, a nonzero entry may vanish by chance."""
+"""Number of random states. Several, because at a single state an entry may vanish by chance."""
 
 
 class StructureProbe:

@@ -77,9 +77,9 @@ long kept_capacity : number of rows that `kept` can hold
 struct tr_lane *lane : lane that serves the requests of the batch's cases; 0: no lane
 """)
 
-STRAND = Record("tr_strand", "One of the cases of an ensemble that step together. When it ends, the next case takes its place.", """
+STRAND = Record("tr_strand", "One strand of an ensemble. It steps one case, and takes the next one when this case ends.", """
 tr_lane lane
-tr_batch *batch : batch of the strand, which runs one case at a time
+tr_batch *batch : batch of this strand
 int running : whether the strand has a case
 int state : TR_STRAND_…
 """)

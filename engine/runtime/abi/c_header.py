@@ -1,4 +1,4 @@
-"""The C header ``tr_abi.h``, and the ABI's number. By this number, kernels, runtime and Python verify that they use the same
+"""The C header ``tr_abi.h``, and its number. Kernels, runtime and Python compare this number to verify that they use the same
 header."""
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ struct tr_sim;
 
 
 def records() -> list[Record]:
-    """All records, each after the records that it contains."""
+    """All records. Each record follows the records that it contains."""
     return [
         r
         for module in (kernel_records, run_records, lane_records, batch_records, tangent_records)

@@ -1,6 +1,6 @@
-"""C text of the functions that hosts call: in FMUs, in C libraries, and from Python. Each sets the floating-point environment,
-calls the function that does the work, and restores the host's environment. These functions are a translation unit of their own, so
-that no compiler moves arithmetic across the change of the environment."""
+"""C text of the functions that hosts call: in FMUs, in C libraries, and from Python. Each of these functions sets the
+floating-point environment, calls the function that does the work, and restores the host's environment. They form a separate
+translation unit, so that no compiler moves arithmetic across the change of the environment."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ def _function(result: str, name: str, parameters: str, host: str, inside: str) -
 
 
 def _named(parameter: str, index: int) -> str:
-    """A parameter with a name; the headers of FMI 2.0 omit one."""
+    """A parameter with a name. The headers of FMI 2.0 omit the name of one parameter."""
     plain = " ".join(parameter.split())
     return plain if len(WORD.findall(plain.replace("const ", ""))) > 1 else re.sub(r"^\w+", rf"\g<0> x{index}", plain)

@@ -16,7 +16,7 @@ class Status(Named):
     DONE = 5
     NEED_REDUNDANT = 6, "friction depends on reactions that redundant constraints leave open: use the kernel's redundant variant"
     CANCELLED = 7, "the host cancelled the work"
-    EVENT = 8, "an event was logged, and the host handles it"
+    EVENT = 8, "an event was logged, and the host must handle it"
     NEED_INERTIA = 9, "the host must examine whether all motions of the assembled case move inertia"
     WAITS = 23, "the case waits for the SIMD lanes"
     FAIL_NOT_FINITE = 10
@@ -29,7 +29,7 @@ class Status(Named):
     FAIL_METHOD = 17, "no method has this number"
     FAIL_STALLED = 19, "many trial steps without progress in time"
     FAIL_TIME = 21, "the time limit of the host is reached"
-    FAIL_PENETRATION = 22, "the parts of a joint that only pushes are inside each other"
+    FAIL_PENETRATION = 22, "the parts of a joint that only pushes penetrate each other"
     INACCURATE = 18, "the end was reached, but the audit found energy gained or lost far beyond the tolerance"
     CASE_FAILED = 20, "a case of a batch ended early: the host may read its block and must call again"
 
@@ -41,7 +41,7 @@ class EventKind(Named, prefix="TR_EV_"):
     STICK = 2, "a sliding pair came to rest and sticks"
     SLIP = 3, "a sticking pair began to slide"
     SEPARATION = 4, "a normal force passed through zero, and the contact crossed its clearance"
-    CONTACT_JUMP = 5, "a contact jumped because something else changed at this instant"
+    CONTACT_JUMP = 5, "a contact jumped because another pair, a load or a drive changed at this instant"
     END_STOP_ENGAGED = 6, "an end stop, or the hook of a latch, began to press"
     END_STOP_RELEASED = 7, "an end stop, or the hook of a latch, ceased to press"
     IMPACT = 9, "a jammed pair stopped at once by a tangential impact"
@@ -55,8 +55,8 @@ class EventKind(Named, prefix="TR_EV_"):
 
 class PairState(Named):
     """Flag of the mode of a sliding pair. Under a law with a kink, the pair is in the proportional or in the saturated zone. Under
-    a set-valued law, it sticks or slips; a ball may also spin inside its friction cone without sliding. Under a law whose only kink
-    is at rest, the flag stays 0, and only the direction of friction changes."""
+    a set-valued law, the pair sticks or slips; a ball may also spin inside its friction cone without sliding. Under a law whose
+    only kink is at rest, the flag stays 0, and only the direction of friction changes."""
 
     STUCK = 0
     SLIPS = 1
@@ -79,7 +79,7 @@ class PairKind(Named, prefix="TR_KIND_"):
 
 
 class StopState(Named, prefix="TR_STOP_"):
-    """Flag of a stop."""
+    """Flag of an end stop, a latch's hook or a contact."""
 
     OPEN = 0
     PRESSED = 1
@@ -96,12 +96,12 @@ class Coordinate(Named, prefix="TR_COORDINATE_"):
 class RowKind(Named, prefix="TR_CONSTRAINS_"):
     """Quantity that a constraint row fixes."""
 
-    TRAVEL = 0, "its multiplier is a force"
-    TURNING = 1, "its multiplier is a torque"
+    TRAVEL = 0, "a translation: the row's multiplier is a force"
+    TURNING = 1, "a rotation: the row's multiplier is a torque"
 
 
 class TableKind(Named, prefix="TR_TABLE_"):
-    """Interpolation of a table of signals."""
+    """Kind of a signal's table: how values between the knots are found."""
 
     LINEAR = 0, "straight lines between the knots"
     SPLINE = 1, "a cubic spline through the knots"
@@ -167,7 +167,7 @@ class Law(Named, prefix="TR_LAW_"):
 
 
 class Breaks(Named, prefix="TR_BREAKS_"):
-    """Bits: laws that a solution violates."""
+    """Bits of the laws that a solution violates."""
 
     LOOP = 1, "the equations of the loops"
     REST = 2, "a held pair moves"
@@ -202,7 +202,7 @@ class Lane(Named, prefix="TR_LANE_"):
 
     FREE = 0, "no request"
     ASKS = 1, "the case waits for its request"
-    SERVED = 2, "the lanes have computed the request, or could not"
+    SERVED = 2, "the lanes have answered the request, with or without results"
 
 
 class Strand(Named, prefix="TR_STRAND_"):
@@ -210,7 +210,7 @@ class Strand(Named, prefix="TR_STRAND_"):
 
     GOES = 0, "ready to continue"
     ASKS = 1, "waits for its request"
-    NEEDS = 2, "waits for the Jacobian unit"
+    NEEDS = 2, "waits until the host attaches the Jacobian unit"
     OVER = 3, "no cases left"
 
 

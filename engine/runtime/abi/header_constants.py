@@ -1,4 +1,4 @@
-"""Constants of the runtime that Python and the lanes use. They are read from ``base/tolerances.h`` and ``base/stick_rule.h``."""
+"""Constants of the runtime for Python and the lanes, read from ``base/tolerances.h`` and ``base/stick_rule.h``."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def number(name: str) -> float:
 
 
 def used_by(text: str) -> str:
-    """C definitions that a C text needs. They comprise the functions of the stick rule that the text names, and the constants that
-    the text or these functions name."""
+    """C definitions that a C text needs: the functions of the stick rule that the text names, and the constants that the text or
+    these functions name."""
     rule = [f for f in FUNCTION.findall(STICK_RULE.read_text(encoding="utf-8")) if set(re.findall(r"tr_\w+", f)) & _words(text)]
     named = _words(text) | _words("\n".join(rule))
     return "".join(f"{line}\n" for line in [*(f"#define {n} {v}" for n, v in _values().items() if n in named), *rule])

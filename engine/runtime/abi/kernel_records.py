@@ -8,7 +8,7 @@ STATE = "const double *x, const double *y, const double *c"
 
 ELEMENT = Record("tr_element", "A frictional joint: indices of its reaction components, multipliers and rates.", """
 int n0 : first reaction component
-int needs : number of reaction components that its contact form uses
+int needs : number of reaction components that its friction depends on
 int eta0 : first multiplier
 int neta : number of multipliers
 int rate0 : first rate in the maps
@@ -83,7 +83,7 @@ PROGRAMS = (
     "prepare", "stage1", "stage2", "laws", "laws_alone", "held", "held_alone", "closure", "events", "energy", "qdot", "eval",
     "contacts", "kappa", "pressed", "begin", "narrow", "respond", "answer", "derive", "point", "shift", "shared",
 )  # fmt: skip
-"""Functions of a scene of parts, in the order of their programs. Others execute ranges of ``shared``."""
+"""Functions of a scene of parts, in the order of their programs. Some programs execute ranges of ``shared``."""
 
 SCENE = Record("tr_scene", "A scene of parts: its programs, the primitives that they call, and the constants that they read.",
                "\n".join(f"tr_program {name}" for name in PROGRAMS) + """
@@ -158,12 +158,12 @@ const tr_pace *pace : (npaces)
 const tr_unilateral *unilateral : (nunilateral)
 const void *scene : tr_scene of a kernel of parts, else 0
 void (*prepare)(const void *scene, const double *p, double *c) : constants from parameters
-void (*stage1)({STATE}, double *w, double *maps, double *dy, double *power) : maps; without multipliers also the outputs of stage 2
+void (*stage1)({STATE}, double *w, double *maps, double *dy, double *power) : maps; without multipliers, ẏ and powers, too
 void (*stage2)({STATE}, const double *w, const double *z, double *dy, double *power) : ẏ and the powers
 void (*laws)(const double *N, const double *r, const double *x, const double *c, double *e, double *dN, double *v) : η = law(N)
 void (*laws_alone)(const double *N, const double *r, const double *x, const double *c, double *e, double *v) : laws without dN
 void (*held)(const double *N, const double *u, const double *x, const double *c, double *hold, double *dN) : tr_hold of each pair
-void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : held without derivative
+void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : held without dN
 void (*pressed)(const double *N, const double *r, const double *u, const double *x, const double *c, double *more, double *dN) : δ
 void (*closure)({STATE}, double *h) : residuals of the loops, then of their rates
 void (*events)({STATE}, double *g) : depth of every stop, then its distance from release (unilateral: −gap, restitution)

@@ -131,7 +131,7 @@ class Record:
 
 
 def _field(line: str) -> Field:
-    """The Field that a line such as ``const double *p : meaning`` declares."""
+    """The Field declared by a line such as ``const double *p : meaning``."""
     declaration, _, about = line.partition(" : ")
     declaration = declaration.strip()
     pointer = re.search(r"\(\*+(\w+)\)", declaration)

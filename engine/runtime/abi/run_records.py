@@ -10,11 +10,11 @@ from trunnion.runtime.integrators import METHODS
 EVENT_CONTACTS = 6
 """Largest number of contacts of one pair in an event; the cross of a universal joint has four."""
 
-# -- contents of x: the moment, a signal for each table, a flag for each stop, a mode for each pair ------------------------------
+# -- contents of x: the time of evaluation, a signal for each table, a flag for each stop, a mode for each pair --------------------
 
 MOMENT = Record("tr_moment", "Time of an evaluation.", """
 double t : time, s
-double inside : a time inside the present step, s; it selects the branch of ramps and tables
+double inside : a time inside the present step, s; selects the branch of ramps and the interval of tables
 """)
 
 SIGNAL = Record("tr_signal", "Signal of a table at the time of evaluation.", """
@@ -51,7 +51,7 @@ double vector[3] : the contact's vector, rotated so that its angle is atan2(vect
 
 # -- inputs and settings --------------------------------------------------------------------------------------------------------
 
-KNOTS = Record("tr_knots", "Head of a table. n knot times, n values, n second derivatives (spline) or slopes (Hermite) follow.", """
+KNOTS = Record("tr_knots", "Head of a table. n knot times, values and second derivatives (spline) or slopes (Hermite) follow.", """
 double kind : TR_TABLE_LINEAR, TR_TABLE_SPLINE or TR_TABLE_HERMITE
 double held : 1: constant beyond the ends; 0: straight lines beyond the ends
 double n : number of knots
@@ -101,7 +101,7 @@ long refused : solutions that violated a law
 long rhs_evaluations : evaluations of the right-hand side
 long jacobians : evaluations of the Jacobian
 long newton_iterations : iterations on the complement equations
-long creeps : iterations that predict modes and share loads of many pairs
+long creeps : iterations of creep minimisations, which predict modes and share loads of many pairs
 long newton_most : largest number of iterations of one solution
 long events : events
 long projections : corrections of positions
@@ -118,7 +118,7 @@ long of_method[{len(METHODS)}] : accepted steps by method
 
 # -- events, columns, verdicts --------------------------------------------------------------------------------------------------
 
-TURN = Record("tr_turn", "Turn of a contact at an event.", """
+TURN = Record("tr_turn", "Change of a contact's direction at an event.", """
 double before : angle before, rad
 double after : angle after, rad
 double turn : angle between the normals before and after, rad

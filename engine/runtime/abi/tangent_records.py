@@ -27,11 +27,11 @@ int residual : first residual in f
 int rates : first rate of a frictional joint in f
 int nrates : number of these rates
 int columns : number of columns
-int turning : sliding pairs of several components with a set-valued law
+int turning : number of sliding pairs with several rates and a set-valued law
 const int *turn : five integers for each such pair: index of its mode in x, number of components, indices of the rates in y
 const int *place : (nz) index of each multiplier among those of all rows and of friction
-double regular : smallest over largest pivot above which the scaled ∂R/∂z is clearly regular
-double slow : speed of such a pair at the start or end of its sliding, rad/s or m/s
+double regular : ratio of smallest to largest pivot above which the scaled ∂R/∂z is clearly regular
+double slow : speed of a turning pair at the start or end of its sliding, rad/s or m/s
 const double *dp : (m × np) derivatives of parameters and inputs
 const double *magnitude : (m) magnitudes of the parameters
 const double *c : constants of the motion

@@ -1,4 +1,4 @@
-/* Accessors to parts of a block: pairs and their modes, signals, end stops, multipliers. Also units, and cancellation of a run. */
+/* Accessors to parts of a block: pairs and their modes, signals, end stops, multipliers, units. Also the cancellation of a run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -9,8 +9,8 @@
 #include "base/vectors.h"
 #include "tr_tables.h"
 
-/* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: zero
- * friction, because loops prescribe the motion. SHARE: a share of the load of a group (pairs at rest among which statics does not
+/* Kinds of equation that determine a multiplier. LAW: the friction law. REST: zero acceleration of a held pair. FREE: friction
+ * zero, because loops prescribe the motion. SHARE: a share of the load of a group (pairs at rest among which statics does not
  * determine the load). STORED: a stored load. FULL: the capacity of a held pair that yields. */
 enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED, TR_ROW_FULL };
 
@@ -24,7 +24,7 @@ typedef struct tr_leader {
   int multiplier, pair, dhold;
 } tr_leader;
 
-/* Record of a pair that passes through the proportional zone of its law. */
+/* Data of a pair that is in the proportional zone of its law, stored until the pair leaves the zone. */
 typedef struct tr_zone {
   int inside;
   int ncontacts;       /* number of contacts in `before` */
@@ -42,8 +42,8 @@ typedef struct tr_memory {
 
 #define ASK_AFTER 1e7 /* multiplications between two queries of the host: a few milliseconds, even on slow machines */
 
-/* Work of a bounded step, in evaluations and iterations. Maps formed outside evaluations count as evaluations. Each solution of a
- * mode decision counts as an iteration. */
+/* Work of a bounded step, in evaluations and iterations. Maps formed outside evaluations count as evaluations. Each solution in a
+ * mode decision counts as one iteration. */
 static inline long tr_counted_evaluations(const tr_sim *s) { return s->stats.rhs_evaluations + s->stats.maps; }
 static inline long tr_counted_iterations(const tr_sim *s) { return s->stats.newton_iterations + s->stats.solutions; }
 
@@ -53,8 +53,8 @@ static inline int tr_is_at_bound(tr_sim *s) {
   return s->ask.cancelled = 1;
 }
 
-/* Add `work` multiplications to the count, and query the host every ASK_AFTER multiplications. Returns whether the bound or the
- * host has cancelled the run. */
+/* Add `work` to the count of multiplications. Every ASK_AFTER multiplications, ask the host whether to cancel. Returns whether the
+ * bound or the host has cancelled the run. */
 static inline int tr_is_cancelled(tr_sim *s, double work) {
   if (tr_is_at_bound(s)) return 1;
   if (!s->ask.host || s->ask.cancelled || (s->ask.work += work) < ASK_AFTER) return s->ask.cancelled;
@@ -85,13 +85,13 @@ static inline tr_mode *tr_mode_of(const tr_sim *s, int i) { return (tr_mode *)tr
 /* Whether a stop is the hook of a latch. Hooks have their own event kinds. */
 static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->nstops - s->k->nlatches; }
 
-/* Whether an end stop is engaged, or the hook of a latch is down. For the hook of a ratchet, the flag is the number of the engaged
- * tooth, counted from 1. */
+/* Whether an end stop is engaged, a latch's hook is down, or a contact is closed. The flag of a ratchet's hook is the number of the
+ * engaged tooth, counted from 1. */
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
-/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` may be a null pointer. Otherwise, it
- * receives for an end stop the factor of the elastic force, which is 0 at release. For a hook it receives the excess of the hook's
- * signal over the release value. */
+/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. pushes (or null pointer) receives for an end
+ * stop the factor of the elastic force, which is 0 at release, and for a hook the excess of the hook's signal over the release
+ * value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + 1];
@@ -107,7 +107,7 @@ static inline int tr_stop_behind_hook(const tr_sim *s, int hook) { return s->k->
 static inline int tr_mode_flag(const tr_mode *m) { return (int)m->flag; }
 /* Whether a pair is not stuck. For a law with a kink: whether the pair is saturated. */
 static inline int tr_is_sliding(const tr_sim *s, int i) { return tr_mode_flag(tr_mode_of(s, i)) != TR_STUCK; }
-/* The joint that only pushes and has pair i; −1: none. */
+/* Index of the joint that only pushes and has friction pair i; −1: none. */
 static inline int tr_unilateral_of_pair(const tr_sim *s, int i) {
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (s->k->unilateral[c].pair == i) return c;
@@ -124,7 +124,7 @@ static inline int tr_is_set_valued(const tr_sim *s, int i) { return tr_kind_of(s
 static inline int tr_has_kink_at_rest(const tr_sim *s, int i) { return tr_pair_of(s, i)->kind == TR_KIND_TURN; }
 static inline int tr_is_stuck(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && !tr_is_sliding(s, i); }
 
-/* Copy the modes of all pairs to `kept` (nsliders), and from `kept` back to the block. */
+/* tr_save_modes copies the modes of all pairs to `kept` (nsliders); tr_restore_modes copies them back. */
 static inline void tr_save_modes(const tr_sim *s, tr_mode *kept) { memcpy(kept, tr_mode_of(s, 0), sizeof(tr_mode) * s->k->nsliders); }
 static inline void tr_restore_modes(tr_sim *s, const tr_mode *kept) { memcpy(tr_mode_of(s, 0), kept, sizeof(tr_mode) * s->k->nsliders); }
 
@@ -139,15 +139,15 @@ static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(
 /* Number of active rows that constrain loops. The rows of light freedoms follow them (theory, "Light bodies"). */
 static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
 
-/* tr_row_unit: unit of the residual of a constraint row, 1 for rotation (rad), the length scale for translation. tr_rate_unit: unit
- * of a rate, divided by the rate scale. */
+/* tr_row_unit: unit of a constraint row's residual: 1 for rotation (rad), the length scale for translation. tr_rate_unit: unit of a
+ * rate, without the factor rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
 
 /* Record of a table. `tables` begins with the offsets of all records. */
 static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
 
-/* × max(time, 1 s): times that differ by less are equal. The tolerance covers the round-off of sums of steps. */
+/* × max(time, 1 s): times that differ by less are equal, because round-off accumulates over the steps */
 #define SAME_TIME 1e-13
 static inline double tr_time_tolerance(double t) { return SAME_TIME * fmax(1.0, fabs(t)); }
 

@@ -7,7 +7,7 @@
 #include "base/method_tables.h"
 #include "base/stick_rule.h"
 #include "base/tolerances.h"
-#include "base/unilateral.h"
+#include "base/unilateral_contact.h"
 #include "base/vectors.h"
 
 /* Factorised least-squares problem: minimise |κ + N x| over x (r). N is m×r. */
@@ -18,17 +18,17 @@ typedef struct tr_least_squares {
   int *perm, *lo, *hi;
 } tr_least_squares;
 
-/* Adapt the maps of the current state to the open and closed contacts: the row of an open contact is absent. Called after every
+/* Adapt the maps of the current state to the open and closed contacts: remove the row of each open contact. Called after every
  * evaluation of raw maps. */
 static void tr_apply_contacts(tr_sim *s);
 
 /* Residuals h (2·rows) of the loops at y: of positions, then of rates; 0 for open contacts. Requires the signals. */
 static void tr_evaluate_closure(tr_sim *s, const double *y, double *h);
 
-/* Gap, m, and its rate, m/s, at y, of every joint that only pushes, open or closed. Requires the signals. */
+/* Gap, m, and rate of the gap, m/s, of every joint that only pushes, open or closed, at the state y. Requires the signals. */
 static void tr_evaluate_gaps(tr_sim *s, const double *y, double *gap, double *rate);
 
-/* Second time derivative of the gap of contact c at the present solution, m/s². forces: whether applied forces count, or
+/* Second time derivative of the gap of contact c at the present solution, m/s². forces: 1 includes applied forces, 0 counts
  * multipliers alone. Requires maps. */
 static double tr_gap_acceleration(const tr_sim *s, int c, int forces);
 
@@ -53,19 +53,18 @@ static inline void tr_evaluate_stage2(tr_sim *s, const double *y, const double *
  * outlive the result. */
 static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, double *work);
 
-/* Solve for x, and replace kappa by the residual κ + N x. If `more` (r doubles) is not a null pointer, solve Nᵀ(κ + N x) + more =
- * 0. */
+/* Solve for x, and replace kappa by the residual κ + N x. With `more` (r doubles, or a null pointer), solve Nᵀ(κ + N x) + more = 0
+ * instead. */
 static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x);
 
-/* Evaluate an external input at time t. τ is the time since the last communication point. A motion q that follows the input u may
- * start at the distance e = q − u, with the relative rate ė. The motion approaches u with critical damping: q = u + (e + (ė + ω e)
- * τ) exp(−ω τ). */
+/* Evaluate an external input u at time t. A motion q that follows u may start at a distance e = q − u, with the relative rate ė. It
+ * approaches u with critical damping, where τ is the time since the start: q = u + (e + (ė + ω e) τ) exp(−ω τ). */
 static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal *out);
 
 /* Number of external inputs, which are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
-/* Whether an input that its host declared with a second derivative has its maximum or minimum between two times, s. */
+/* Whether an input has a maximum or minimum between two times, s. Only inputs with a second derivative can have one. */
 static int tr_has_input_turn(const tr_sim *s, double from, double to);
 
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
@@ -74,15 +73,15 @@ double tr_break_after(const tr_sim *s, double t);
 /* Set the last and the next break of a run that starts at t. */
 static void tr_begin_breaks(tr_sim *s, double t);
 
-/* Pass all breaks until t. Returns whether there were any. */
+/* Pass all breaks up to and including time t. Returns whether there were any. */
 static int tr_pass_breaks(tr_sim *s, double t);
 
 /* Form the raw maps of the current state, unless they exist already. */
 static void tr_form_maps(tr_sim *s);
 
 /* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or a null pointer) at the current state y. `response`: for each
- * friction, the acceleration that a unit of this friction causes in its own freedom. `again`: the previous call was at the same
- * state, so this call reuses the ẏ without impulses that it stored. */
+ * friction, the acceleration that a unit of this friction causes in its own freedom. `again`: whether the previous call was at the
+ * same state; its stored ẏ without impulses is then reused. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
 /* Store y and the time of the signals as the current state. Requires a kernel with recursion. */
@@ -105,6 +104,6 @@ static inline void tr_set_time(tr_sim *s, double t);
 /* Set the signals of time t, then call tr_evaluate_maps. */
 static inline void tr_evaluate_maps_at(tr_sim *s, double t, const double *y) { tr_set_time(s, t), tr_evaluate_maps(s, y); }
 
-/* Potential energy at y, J. In mechanisms without latches the result is 0, because only latches use it. */
+/* Potential energy at y, J, for latches. Returns 0 in mechanisms without latches. */
 static double tr_potential_energy(const tr_sim *s, const double *y);
 #endif

@@ -1,9 +1,9 @@
-/* Layout of a block: its size, the offsets of its arrays, and the copy into a larger block. */
+/* Layout of a block: its size, the offsets of its arrays, and the copy of a block into a larger one. */
 #include "base/base.h"
 
 static int tr_max(int a, int b) { return a > b ? a : b; }
 
-/* Set the offsets of all arrays behind the struct. Returns their total number of doubles. */
+/* Set the offsets of all arrays, which follow the struct. Returns their total number of doubles. */
 static int tr_lay_out(tr_sim *s, int ntable) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
@@ -47,7 +47,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   return at;
 }
 
-/* Set the units, the capacities, and the layout of a block for them. */
+/* Set the kernel, columns and Jacobian of a block, its capacities, and the layout that they need. */
 static void tr_fit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
   s->k = k, s->o = o, s->j = j, s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
   s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(s, ntable);

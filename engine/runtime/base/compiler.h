@@ -17,7 +17,7 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
 #define TR_UNROLL
 #endif
 
-/* Code between TR_RARE and TR_OFTEN (events, starts, failures) is compiled for size. Inlining this code would take most of the
+/* Code between TR_RARE and TR_OFTEN (events, starts, failures) is compiled for size, because inlining it would take most of the
  * compile time. */
 #ifdef __clang__
 #define TR_RARE _Pragma("clang attribute push(__attribute__((minsize, noinline)), apply_to = function)")
@@ -31,11 +31,11 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
  * longer. */
 #define TR_INLINE static inline __attribute__((always_inline))
 
-/* Marks a function that is never inlined. The machine code of steps that do not call it is then unchanged. */
+/* Marks a function that is never inlined. Code of steps without a call of this function is then unchanged. */
 #define TR_APART static __attribute__((noinline))
 
-/* a − b c. If the machine has a fused multiply-add, the result is rounded once. The compiler does the same in loops. Without this
- * function, it could fuse other products in straight-line code. */
+/* a − b c, rounded once if the machine has a fused multiply-add, as the compiler does in loops. In straight-line code, the compiler
+ * could otherwise fuse other products. */
 static inline double tr_multiply_subtract(double a, double b, double c) {
 #ifdef __FMA__
   return __builtin_fma(-b, c, a);

@@ -11,7 +11,8 @@ void tr_fail_check(const char *function, const char *part) {
   if (!tr_failures.count++) tr_failures.function = function, tr_failures.part = part;
 }
 
-/* Number of failed checks since the last call of tr_forget_checks. Outputs: function and part of the first failure. */
+/* Number of failed checks since the last call of tr_forget_checks. *function and *part receive the place and the invalid part of
+ * the first failure. */
 long tr_failed_check(const char **function, const char **part) {
   *function = tr_failures.function, *part = tr_failures.part;
   return tr_failures.count;

@@ -1,6 +1,6 @@
-/* The floating-point environment during a call. Hosts may trap exceptions, round in another direction, or flush subnormal numbers to
- * zero. Each function that a host calls saves the host's environment, sets the default one, and at its end restores that of the host
- * with its exception flags. The functions exist for x86-64 and 64-bit ARM; elsewhere they do nothing. */
+/* The floating-point environment during a call. Hosts may trap exceptions, round in another direction, or flush subnormal numbers
+ * to zero. Each function that a host calls saves the host's environment and sets the default environment. At its end, it restores
+ * the host's environment with its exception flags. The functions exist for x86-64 and 64-bit ARM; elsewhere they do nothing. */
 #ifndef TR_ENVIRONMENT_H
 #define TR_ENVIRONMENT_H
 #if defined __x86_64__ || defined _M_X64

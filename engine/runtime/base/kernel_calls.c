@@ -1,7 +1,7 @@
 /* Calls of a kernel's two stages: stage 1 forms the maps, stage 2 evaluates ẏ. */
 #include "base/base.h"
 
-#define NO_IMPULSE 1e-250 /* smaller impulses have no effect; the inverse of a larger impulse is finite */
+#define NO_IMPULSE 1e-250 /* N s, N m s: a smaller impulse has no effect; its inverse is still finite */
 
 static void tr_form_maps(tr_sim *s) {
   TR_NEED(s, TR_HAS_MAPS);
@@ -26,7 +26,7 @@ static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam,
   }
   double size = 0.0;
   for (int i = 0; i < k->nv; ++i) size = fmax(size, fabs(base[k->nq + i]));
-  /* z is scaled so that round-off of ẏ without impulses does not hide the difference. 1/d² is the acceleration along a row by a
+  /* z is scaled so that its effect is larger than the round-off of ẏ without impulses. 1/d² is the acceleration along a row by a
    * unit of its multiplier. */
   const double *d = TR_A(s, d);
   double gain = 0.0;

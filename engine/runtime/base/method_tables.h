@@ -13,11 +13,11 @@ typedef void (*tr_combination)(int n, double h, const tr_vec *restrict K, tr_vec
 typedef struct tr_explicit {
   int stages, extra;   /* stages of a step; extra stages of the dense output */
   int errors;          /* error estimators: 1 or 2 */
-  int dense;           /* rows of the dense output in addition to those of the cubic */
+  int dense;           /* rows of the dense output beyond those of the cubic through both ends */
   int ends_in_error;   /* whether an error estimator uses the derivative at the end of the step */
   double stiff_at;     /* h|λ| (λ: eigenvalue of the Jacobian) above which stability limits the step size */
   const double *c;     /* nodes of all rows */
-  const double *lead;  /* stages × stages, by rows: weights that extrapolate earlier stages to a start of Newton's method */
+  const double *lead;  /* stages × stages, by rows: weights of earlier stages whose sum is the start of Newton's method */
   void (*argument)(int stage, int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   void (*solution)(int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   const tr_combination *error, *dense_row;

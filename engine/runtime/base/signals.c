@@ -6,8 +6,9 @@ static void tr_evaluate_given(const tr_input *in, double t, tr_signal *out) {
   out->value = u[0] + tau * (u[1] + 0.5 * tau * u[2]), out->first = u[1] + tau * u[2], out->second = u[2], out->third = 0.0;
 }
 
-/* Signal of an input at time t. `ts`, a time inside the step, decides whether the input has begun. A motion that follows the input
- * closes the gap from the communication point on or, if the input begins later, from its beginning on. */
+/* Signal of an input at time t. The input counts from its beginning on; `ts`, a time inside the step, decides whether this is
+ * reached. A motion that follows the input closes the gap from the communication point on or, if the input begins later, from its
+ * beginning on. */
 static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal *out) {
   double from = in->t0, gap = in->gap, rate = in->gap_rate, w = in->bandwidth;
   if (ts < in->begin) {
@@ -40,12 +41,11 @@ static int tr_has_input_turn(const tr_sim *s, double from, double to) {
   return 0;
 }
 
-/* The knot times, which follow the head of a table. Behind them are the values, then second derivatives (spline) or slopes (Hermite
+/* The knot times, which follow the head of a table. After them come the values, then second derivatives (spline) or slopes (Hermite
  * pieces). */
 static const double *tr_knot_times(const tr_knots *table) { return (const double *)(table + 1); }
 
-/* Signal before the first knot, or after the last knot (`last`). The signal is constant for a held table, otherwise a straight
- * line. */
+/* Signal before the first knot, or (`last`) after the last knot: constant for a held table, otherwise a straight line. */
 static void tr_extrapolate_table(const tr_knots *table, int last, double t, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, e = last ? n - 1 : 0, a = last ? n - 2 : 0;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;
@@ -63,8 +63,8 @@ static void tr_evaluate_hermite(const double *v, const double *m, double h, doub
   out->second = 2.0 * bend + 6.0 * u * twist, out->third = 6.0 * twist;
 }
 
-/* Signal of a table at time t. The time ts selects the interval of the table. All evaluations of a step pass the same ts, so that
- * they use the same side of a knot. */
+/* Signal of a table at time t. The time ts selects the interval of the table. All evaluations of a step pass the same ts, and so
+ * use the same side of a knot. */
 static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, lo = 0, hi = n - 1;
   const double *tt = tr_knot_times(table), *v = tt + n, *m = v + n;
@@ -92,8 +92,8 @@ static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_sig
   }
 }
 
-/* Write time t and `count` signals to x. x already contains the time inside the step, which selects intervals. `tables` begins with
- * the offset of each record. Runs, statics and derivatives call this function, so that all evaluate tables in the same way. */
+/* Write time t and `count` signals to x. Requires the time inside the step in x, which selects the intervals of tables. `tables`
+ * begins with the offset of each record. Runs, statics and derivatives all call this function. */
 static inline void tr_evaluate_signals(const double *tables, int count, double t, double *x) {
   tr_moment *now = (tr_moment *)x;
   tr_signal *out = (tr_signal *)(now + 1);

@@ -22,8 +22,8 @@
 typedef struct tr_clock {
   double t;                /* time of the state `y`, s */
   double t_start, t_end;   /* start and end of the run, s */
-  double every, row_next;  /* spacing of rows and time of the next row, s; 0: each step writes a row; −n: each step writes n rows */
-  long row_index, part;    /* number of rows written so far; of the present step, if rows follow the steps */
+  double every, row_next;  /* spacing of rows and time of the next row, s; every 0: each step writes a row; −n: n rows */
+  long row_index, part;    /* number of rows so far: in the run; in the present step, if rows follow the steps */
   int width;               /* doubles in a row, including time */
   int nbreaks;             /* number of breaks */
   double last_break, next_break; /* times of the last break that the run has passed and of the next, s; −INFINITY, INFINITY: none */
@@ -32,7 +32,7 @@ typedef struct tr_clock {
 
 /* Level to which maps are formed for the current state. Maps are affine functions of the multipliers λ and η. RAW: as the kernel
  * writes them. OF_LOADS: also loads as functions of η, with λ eliminated. HELD: also accelerations of the sliding freedoms as
- * functions of η. OF_IMPULSES: the same as HELD, for an impulse step. */
+ * functions of η. OF_IMPULSES: like HELD, for an impulse step. */
 enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD, TR_MAPS_OF_IMPULSES };
 
 /* The present step, and data that it leaves for the next step. */
@@ -65,7 +65,8 @@ typedef struct tr_stepping {
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
   double stiffness;    /* h |λ| of the last explicit trial step */
-  int judged, rough;   /* whether rows inside the accepted step are judged, and less accurate than its end (tr_is_limited_by_stability) */
+  /* rows inside the accepted step: whether judged; whether less accurate than its end (tr_is_limited_by_stability) */
+  int judged, rough;
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */
   int explicit_for_now; /* whether an explicit method replaces the stiff method (tr_use_explicit_for_now) */
@@ -77,18 +78,18 @@ typedef struct tr_trial {
   double h, end;    /* size and end time of the step, s */
   int last;         /* whether the step ends at the limit */
   double err;       /* error, in units of the tolerance; NaN: the step is unusable */
-  int found, which; /* result of the event search; pair or stop of the event */
+  int found, which; /* result of the event search; index of the event's pair or stop */
   double theta;     /* place of the event, as a fraction of the step */
-  int cuts;         /* how often the step was remade to end at the event */
-  double whole;     /* size before the first remake, s; 0: never remade */
-  int corners;      /* how often the step was remade to end at a corner */
-  double most;      /* largest growth factor of the next step; 1 after a refused or remade step */
+  int cuts;         /* number of times the step was repeated to end at the event */
+  double whole;     /* size before the first repetition, s; 0: not repeated */
+  int corners;      /* number of times the step was repeated to end at a corner */
+  double most;      /* largest growth factor of the next step; 1 after a refused or repeated step */
 } tr_trial;
 
 /* Phases of a step (``stepping/trial_step.c``). A case of SIMD lanes waits before STAGES and before END. */
 enum { TR_PHASE_BEGIN, TR_PHASE_STAGES, TR_PHASE_END };
 
-/* Kinds of accepted step that wait until their rows are written. tr_complete_step then completes the step. */
+/* Kinds of accepted step. An accepted step waits until its rows are written; then tr_complete_step completes it. */
 enum { TR_NOTHING, TR_WHOLE_STEP, TR_STEP_TO_EVENT, TR_IMPULSE_STEP };
 typedef struct tr_waiting {
   int kind;      /* TR_NOTHING, … */
@@ -110,25 +111,25 @@ typedef struct tr_loops {
   int open;            /* number of open directions with reactions that friction determines (``constraints/internal_forces.c``) */
   double least_pivot;  /* smallest pivot within `rank`, at the state that determined `rank` */
   double recursive_pivot; /* root of the recursion's smallest pivot (``friction/newton_recursive.c``); 0: S is factorised */
-  double round_off;    /* many loops: residual that a correction hardly reduced, which is round-off of points far from the origin */
-  int known;           /* whether `begin` is valid (``stepping/singular_step_limits.c``) */
+  double round_off;    /* many loops: a residual that a correction hardly reduced; it is round-off of points far from the origin */
+  int known;           /* whether `begin` is valid, see `stepping/singular_step_limits.c` */
   double begin, end;   /* independence (tr_loop_independence) at the start and at the end of the step */
   double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
 } tr_loops;
 
 /* TR_PAST_ENDS: number of step ends with stored speeds (``events/capture_at_end_of_sliding.c``). TR_WORK_NODES: nodes of the
- * quadrature of works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step, because the dense output
- * does not use this stage. TR_AUDIT_SUMS: sums of the audit (energy taken, energy given). */
+ * quadrature of works. TR_MIDDLE_ROW: row of K that receives the powers in the middle of a stiff step; the dense output does not
+ * use this row. TR_AUDIT_SUMS: sums of the audit (energy taken, energy given). */
 enum { TR_PAST_ENDS = 4, TR_WORK_NODES = 9, TR_MIDDLE_ROW = 1, TR_AUDIT_SUMS = 2 };
 
 /* Pairs under set-valued laws. */
 typedef struct tr_friction {
   int held;            /* number of pairs held at rest */
-  int shared;          /* whether some pairs share their load as a group */
+  int shared;          /* whether pairs at rest share their load as a group */
   int reserve;         /* whether large groups share their load again, with the largest possible reserve */
   int stored;          /* TR_STORES_…: whether groups of any size store loads, because the sharing rule has no solution */
   int from_anywhere;   /* whether Newton's method may use all starts, because the run would otherwise end */
-  double faint;        /* N: smaller friction is round-off of the last capacities */
+  double faint;        /* N: a smaller friction is round-off of the last capacities */
   double eased;        /* fraction of friction that the equations omit (``friction/newton_restarts.c``) */
   double searched;     /* last time at which all starts were tried, s */
   int failed;          /* pair of the event whose decision failed; -1: none */
@@ -141,10 +142,10 @@ typedef struct tr_friction {
   double pace;         /* frequency of the fastest periodic load, Hz */
   long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */
   int undecided;       /* whether the last decision found no solution and could not prove that none exists */
-  int freed;           /* pair whose friction is removed (tr_find_obstructing_pair); -1: none */
+  int freed;           /* pair whose friction is removed as a trial (tr_find_obstructing_pair); -1: none */
   int cutting_pair;    /* sliding pair whose change of direction has shortened steps; -1: none */
   int capture;         /* pair whose sliding ends in the next step; -1: none */
-  double capture_h;    /* length of this next step, s */
+  double capture_h;    /* length of the step that ends this sliding, s */
   int steady;          /* whether the captured pair stops in a steady direction (tr_find_steady_stop) */
   double past_t[TR_PAST_ENDS]; /* end times of the last steps, newest first, s; NaN: no such step since the last event */
 } tr_friction;
@@ -159,7 +160,7 @@ typedef struct tr_moreau {
   double first_t;      /* time at which method auto first used impulse steps, s; -1: never */
   double failed_t;     /* last time at which no step was possible, s */
   long burst_events;   /* number of events before this window */
-  int steps, calm;     /* impulse steps since the last change of method; consecutive impulse steps without a mode change */
+  int steps, calm;     /* numbers of impulse steps: since the last change of method; in succession, without a mode change */
 } tr_moreau;
 
 /* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. */
@@ -168,9 +169,9 @@ typedef struct tr_impact {
   double h;
 } tr_impact;
 
-/* A joint that only pushes. In an impact, `multiplier` is the joint's multiplier if `given` is 1; otherwise `shift` is the required
- * change of the gap's rate, divided by −h. rebound: speed after the joint's last impact, m/s; 0: no impact since it was closed.
- * now: speed after the impact at which impacts end, m/s; otherwise INFINITY. unloaded: 1 while the joint is open, but other, closed
+/* A joint that only pushes. In an impact: if `given` is 1, `multiplier` is the joint's multiplier; otherwise `shift` is the
+ * required change of the gap's rate, divided by −h. rebound: speed after the joint's last impact, m/s; 0: none since the contact
+ * closed. now: speed after the impact at which impacts end, m/s; otherwise INFINITY. unloaded: 1 while the joint is open and closed
  * contacts keep its gap 0. */
 typedef struct tr_touch {
   double given, multiplier, shift, rebound, now, unloaded;
@@ -182,14 +183,14 @@ typedef struct tr_events {
   int chatter;         /* number of consecutive events at nearly the same time */
   double chatter_t;    /* time of the last of these events, s */
   double margin;       /* margin of the next event (``events/event_outcome_margin.c``) */
-  int unsure;          /* whether `margin` is below the run's error, or the slow crossing makes the time of the event inaccurate */
+  int unsure;          /* whether `margin` is below the run's error, or a slow crossing makes the event's time inaccurate */
   tr_last last;
 } tr_events;
 
 /* Certificates and energy balance of the run, and the reason of its failure. */
 typedef struct tr_audit {
   double contraction, complement; /* largest contraction factor and largest residual of the complement equations so far */
-  double open_t;       /* time of the first decision with several solutions, s; -1: none */
+  double open_t;       /* time of the first decision that had several solutions, s; -1: none */
   double dead_t;       /* time at which a driven motion first passes a dead centre, s; -1: none */
   int open_pair;       /* pair of the decision at open_t */
   int fail_detail;     /* component or constraint row of the failure; -1: none */
@@ -238,7 +239,7 @@ typedef struct tr_places {
   int openF, openP, openB, openE; /* equations of these amounts: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η including these amounts */
   int more, dmore;  /* δ, the change of contact-spring loads by friction (constraints/internal_forces.c); ∂δ/∂N, ∂δ/∂η */
   int post_memory;  /* tr_memory for each column with post-processing */
-  int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; per multiplier: TR_ROW_…, tr_leader, share */
+  int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; for each multiplier: TR_ROW_…, tr_leader, share */
   int pair_class, class_rates; /* class of coupled pairs (int per pair: 0, or 1 + multiplier of the class); rates of the class */
   int yeval, dyeval; /* the current state, and ẏ there; for the recursion (``friction/newton_recursive.c``) */
   int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
@@ -246,21 +247,21 @@ typedef struct tr_places {
   int impending_law, impending_dlaw; /* balls of groups at rest: η that the laws give in the impending motion; ∂η/∂N */
   int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */
-  int past_speeds, stopping; /* speeds at the ends of the last steps; int per pair: it stops with the captured pair */
-  int lever, capture_tried; /* levers of the multipliers; per pair: speed at the last failed capture, m/s */
-  int speed_errors; /* speed errors per pair, m/s: of the last trial step, then sums over all steps */
+  int past_speeds, stopping; /* speeds at the ends of the last steps; int for each pair: whether it stops with the captured pair */
+  int lever, capture_tried; /* levers of the multipliers; for each pair: speed at the last failed capture, m/s */
+  int speed_errors; /* speed errors of each pair, m/s: of the last trial step, then sums over all steps */
   int violations;   /* violations of pairs and stops: present, at the start of the step, at the end of the step */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, decaying with time */
   int indicators, end_speed, saved_modes; /* model exchange: indicators, counts; speeds at the end of sliding; old modes */
-  int touch, raw_rows; /* tr_touch of each joint that only pushes; their rows as the kernel gave them */
+  int touch, raw_rows; /* tr_touch of each joint that only pushes; their rows as the kernel wrote them */
   int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, its point, matrix, pivots; second Jacobian */
 } tr_places;
 
-/* Cancellation by the host. The runtime queries the host every few milliseconds of work. */
+/* Cancellation by the host. The runtime asks the host every few milliseconds of work. */
 typedef int tr_asked_host(void);
 typedef struct tr_asking {
-  tr_asked_host *host; /* function that returns 1 to cancel; 0: no host */
-  double work;       /* multiplications since the last query */
+  tr_asked_host *host; /* function that returns 1 to cancel; null pointer: no host */
+  double work;       /* multiplications since the host was last asked */
   int cancelled;     /* whether the run is cancelled; every search then ends without a result */
 } tr_asking;
 

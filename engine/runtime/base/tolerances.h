@@ -1,6 +1,6 @@
-/* Constants that several files use (runtime, lanes, FMUs; Python by engine/runtime/abi/header_constants.py), with unit and reason. "× x"
- * means that the constant is a factor on x. Constants of a single file are at the top of that file. Thresholds of the stick event
- * are in ``base/stick_rule.h``. */
+/* Constants that several files use (runtime, lanes, FMUs; Python by engine/runtime/abi/header_constants.py), with unit and reason.
+ * "× x" means that the constant is a factor on x. A constant of a single file is at the top of this file. Thresholds of the stick
+ * event are in ``base/stick_rule.h``. */
 #ifndef TR_TOLERANCES_H
 #define TR_TOLERANCES_H
 
@@ -9,68 +9,78 @@
 #define DEFAULT_RTOL 1e-6      /* default relative tolerance */
 #define RUN_ERROR 10.0         /* × the tolerance: assumed error of a run's states, in the units of the states */
 
-/* Tiny numbers that replace a zero divisor. Quotients then stay finite. */
+/* Tiny numbers in place of a zero divisor, so that quotients stay finite. */
 #define NO_FORCE 1e-300    /* N: replaces a zero force, capacity or friction */
 #define NO_PIVOT 1e-300    /* smallest pivot or determinant that may be a divisor */
 
 /* Times. */
-#define JUST_AFTER 1e-12        /* s: signals with kinks are evaluated this long after a start */
+#define JUST_AFTER 1e-12        /* s: after a start, signals with kinks are evaluated this much later */
 #define BREAK_REACHED 1e-10     /* × max(time, 1 s): a break closer than this counts as reached */
-#define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step is lost in round-off */
-#define LAST_ROW 1e-9           /* × the duration of the run: if the last row is earlier by more, the run adds a row at its end */
+#define TIME_ROUND_OFF 8e-16    /* × the time: a smaller step would be lost in round-off */
+#define LAST_ROW 1e-9           /* × the duration of the run: the run adds a row at its end if the last row is earlier by more */
 #define STEP_START 1e-3         /* × a step: an event before this fraction counts as at the start */
 #define STEP_END 0.999999       /* × a step: an event after this fraction counts as at the end */
 
 /* Step sizes. */
 #define GROW_MOST 6.0   /* largest ratio of successive steps */
-#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: at the limit, estimates of h |λ| may be this much too small */
+#define NEAR_LIMIT 0.4 /* × h |λ| at the stability limit: accuracy of estimates of h |λ| at this limit */
 #define SHRINK_MOST 0.2 /* smallest factor on a step; also the factor after a step that could not be evaluated */
 
 /* Rank of loops and of rest conditions. */
-#define KEEP_PIVOT 1e-9 /* × a row's scale: smallest pivot within the stored rank; lets runs pass bifurcations (theory) */
-#define GROW_PIVOT 1e-6 /* × a row's scale: smallest pivot beyond the stored rank; above the error of a step in a redundant row */
+#define KEEP_PIVOT 1e-9 /* × a row's scale: smallest pivot within the stored rank; so small that runs pass bifurcations (theory) */
+/* × a row's scale: smallest pivot that increases the stored rank; above a step's error in a redundant row */
+#define GROW_PIVOT 1e-6
 #define RANK_PIVOT 1e-9 /* × the response of a row or freedom to itself: at accurate states, a smaller pivot means dependence */
 
 /* Closure of loops. "Length" is the length scale of the run. */
 #define LOOP_CLOSED 4e-15     /* × the length, or rad; for rates × length · rate: round-off of a closed loop */
 #define LOOP_OPEN 1e-8        /* × the length, or rad: with a larger residual after all iterations, the loops cannot be closed */
-#define LOOP_NEARLY_CLOSED 1e-8 /* × the length, or rad: with many loops, one more correction squares a smaller residual */
-#define CLOSURE_SHRINKS 0.2   /* × the last residual: an iteration that leaves a larger residual has reached round-off */
-#define CLOSURE_STEPS 12      /* iterations on positions, which converge quadratically from any end of a step */
-#define CLOSURE_RATE_STEPS 3  /* iterations on rates, whose equations are linear */
+/* × the length, or rad: in mechanisms with many loops, a correction of a smaller residual is the last one, because it squares the
+ * residual */
+#define LOOP_NEARLY_CLOSED 1e-8
+#define CLOSURE_SHRINKS 0.2   /* × the previous residual: an iteration that leaves more has reached round-off */
+#define CLOSURE_STEPS 12      /* largest number of iterations on positions, which converge quadratically from any end of a step */
+#define CLOSURE_RATE_STEPS 3  /* largest number of iterations on rates, whose equations are linear */
 
 /* Newton's method on the complement equations. */
 #define NEWTON_MAX 30         /* iterations; two to five are usual */
 #define NEWTON_EXACT 1e-15    /* × the largest friction: a smaller step is round-off */
-#define NEWTON_QUADRATIC 1e-7 /* × the largest friction: after a smaller step, the next (quadratic) step would be round-off */
-#define NEWTON_SHRINKS 0.1    /* × the last step: NEWTON_QUADRATIC applies only to steps that are not larger */
+/* × the largest friction: a step below this is the last, because the next (quadratic) step would be round-off */
+#define NEWTON_QUADRATIC 1e-7
+#define NEWTON_SHRINKS 0.1    /* × the previous step: NEWTON_QUADRATIC applies only to a step that shrank to this */
 #define NO_LOAD 1e-9          /* N or N m: smallest load that serves as a scale for other loads */
 #define CREEP_MOVES 1e3       /* × the last ε of a creep minimisation: a pair with a larger acceleration slides */
-#define BY_CONE 0.25          /* × s²/|ω|²: a ball closer to its cone may have several roots */
-#define ROUND_OFF_FRICTION 1e-11 /* × the largest friction: smaller friction is round-off; that of unloaded gear teeth is as large as this */
-#define NO_CAPACITY 1e-12     /* N or N m: smallest capacity, so that shares are finite */
+#define BY_CONE 0.25          /* × s²/|ω|²: within this distance from its cone, a ball may have several roots */
+/* × the largest friction: a smaller friction is round-off; friction of unloaded gear teeth reaches this value */
+#define ROUND_OFF_FRICTION 1e-11
+#define NO_CAPACITY 1e-12     /* N or N m: smallest capacity; keeps ratios finite */
 
-/* Largest violation of a mode by a pair or stop at the end of a step. TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE <
- * TOL_RELEASE. With this order, a decision does not cause a new event at once. */
+/* Largest violation of a mode by a pair or stop at the end of a step. The order TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE
+ * < TOL_RELEASE prevents a decision that causes a new event at once. */
 #define TOL_RESOLVE 1e-11 /* × the friction ratio; for accelerations × length · rate²: tolerance of decisions */
 #define TOL_RELEASE 1e-10 /* × the friction ratio: excess over the capacity at which a held pair is released */
 #define TOL_CONE 1e-10    /* s²/|ω|²: tolerance of the border between a sliding and a spinning ball */
 #define TOL_KINK 1e-9     /* × the kink speed: tolerance of the crossing of the kink */
 #define TOL_STOP 1e-12    /* m or rad: depth tolerance of the contact of a stop */
-#define TOL_LIFT 1e-12   /* × energy over length: pull at which a joint that only pushes opens; round-off of normal forces */
-#define EVENT_CLOSE 10.0  /* × the event's tolerance: largest distance from the event after a refinement with closed loops */
+/* × energy over length: larger pull at which a joint that only pushes opens; above round-off of normal forces */
+#define TOL_LIFT 1e-12
+#define EVENT_CLOSE 10.0  /* × the event's tolerance: largest distance from the event after its time is refined with closed loops */
 
 /* Rest. */
-#define REST_BROKEN 1e-7   /* × the sum of absolute terms of an acceleration: a dependent pair with a larger one moves */
-#define HELD_SPEED 1e-12   /* × the speed unit: speed of a held pair from round-off of loop closure */
-#define POWER_GIVEN 1e-6   /* × friction · speed: largest power with which friction may drive a pair; round-off */
+/* × the sum of absolute terms of an acceleration: a pair at rest with a larger acceleration moves, although loops should hold it */
+#define REST_BROKEN 1e-7
+#define HELD_SPEED 1e-12   /* × the speed unit: largest speed of a held pair by round-off of loop closure */
+#define POWER_GIVEN 1e-6   /* × friction · speed: a larger power of friction that drives a pair is an error, not round-off */
 #define FAINT_RATIO 1e-5   /* × the acceleration by friction: the direction of a smaller acceleration has no meaning */
-#define KEPT_GAIN 1e-7     /* × the capacity: least reserve of a stuck pair after resharing; with less, groups reshare endlessly */
+/* × the capacity: least reserve of a stuck pair after loads are shared again; with less, sharing would repeat without end */
+#define KEPT_GAIN 1e-7
 #define DECISION_STEPS 40  /* largest number of mode changes from one start; a longer search repeats earlier modes */
-#define CLEAR_MARGIN 1.0   /* largest margin of an event: for a pair without load, or if a threshold is exceeded by far */
+/* largest margin of an event; also the margin of a pair without load, or of a threshold exceeded by far */
+#define CLEAR_MARGIN 1.0
 
 /* Norms of frozen sliding directions. */
-#define TR_FROZEN 1e126   /* norm of a direction frozen in the first step: any velocity added to it is below its round-off */
+/* norm of a direction frozen in the first step: so large that adding a velocity changes nothing but round-off */
+#define TR_FROZEN 1e126
 #define STILL_FROZEN 1e-6 /* × TR_FROZEN: smallest norm of a frozen direction, for any unit vector and any levers */
 #define ON_LINE 1e144     /* norm that marks motion along a line: above TR_LINE for any unit vector and any levers */
 #define LINE_WIDTH 1e-9   /* × the speed: smaller components perpendicular to the line are round-off */

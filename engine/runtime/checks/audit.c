@@ -1,19 +1,22 @@
-/* The audit: whether the run satisfies its laws (theory, "Audit"). It evaluates the accepted solution at the end of each step, and
- * changes nothing. It balances the energy between these ends. For every other law, it stores the largest violation ("figure"). */
+/* The audit: whether the run satisfies its laws (theory, "Audit"). The audit evaluates the accepted solution at the end of each
+ * step, and changes nothing. It balances the energy between the ends of steps. For every other law, it stores the largest violation
+ * ("figure"). */
 #include "checks/checks.h"
 
-#define EVERY_STEPS 4    /* steps from one energy balance to the next, which shows a loss in any of these steps */
+#define EVERY_STEPS 4    /* number of steps from one energy balance to the next; a balance shows a loss in any of these steps */
 #define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulse steps where events accumulate */
 #define LEAST_RTOL 1e-12 /* smallest tolerance of the audit; with a tighter tolerance, errors of results are round-off */
 #define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: a run with more unexplained energy is inaccurate */
 #define AT_MOST 0.1      /* × the energy turned over: a run with more unexplained energy is inaccurate, whatever its tolerance */
-#define SINGULAR_LOSS 1e-6   /* × the energy turned over: unexplained energy that is allowed for loops in a singular position */
+/* × the energy turned over: unexplained energy that is allowed if the mechanism has loops, which may be singular */
+#define SINGULAR_LOSS 1e-6
 #define NOTED 0.1        /* × the unexplained energy of an inaccurate run: more unexplained energy causes a note */
-#define ROUND_OFF_TERMS 1e-11 /* × all terms of the balance: round-off of these terms over a run */
+#define ROUND_OFF_TERMS 1e-11 /* × the sum of all terms of the balance: round-off of these terms over a run */
 #define LAW_LEAST 1e-6   /* × a law's unit: smaller figures cause no note */
-#define FAINT_LOAD 1e-9  /* × the largest friction: a pair with less friction has a friction ratio of round-off */
-#define LEAST_LOAD 1e-15 /* × energy over length: smaller friction of any pair is round-off, for example with μ = 0 */
-#define FAINT_TERMS 1e-9 /* × length · rate²: smaller terms of an acceleration are round-off, as in a pendulum that hangs still */
+#define FAINT_LOAD 1e-9  /* × the largest friction: if a pair has less friction, its friction ratio is round-off */
+#define LEAST_LOAD 1e-15 /* × energy over length: if all pairs have less friction, it is round-off, for example with μ = 0 */
+/* × length · rate²: if the terms of an acceleration are smaller, they are round-off (a pendulum that hangs still) */
+#define FAINT_TERMS 1e-9
 
 static double tr_audit_tolerance(const tr_sim *s) {
   const int stepped = s->set.hfixed > 0.0 || s->moreau.first_t >= 0.0;
@@ -51,7 +54,7 @@ static double tr_audit_power(const tr_sim *s, int i) {
   return power;
 }
 
-/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. checked: as in
+/* Record the figures of the friction laws at the end of the last step. Requires the solution at this end. checked: see
  * tr_audit_laws. */
 static void tr_audit_friction(tr_sim *s, int checked) {
   TR_NEED(s, TR_HAS_SOLUTION);
@@ -62,7 +65,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
   tr_recomputed again = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding}, *it = 0;
   if (s->step.recursive && !s->step.mapped && tr_has_stuck_pair(s)) it = &again;
   if (it && !checked) tr_recompute_recursive(s, it, 1);
-  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else tr_update_extremes evaluated them */
+  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else done by tr_update_extremes */
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
@@ -70,7 +73,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
     a->power = fmax(a->power, fabs(power));
     if (power > 0.0 && !held && !tr_pair_of(s, i)->stores)
       tr_audit_record(a, TR_LAW_DRIVES, power / (a->power + s->set.rtol * s->set.energy * s->set.rate), i);
-    if (!held) continue; /* TR_LAW_FRICTION judges sliding pairs */
+    if (!held) continue; /* sliding pairs are judged by TR_LAW_FRICTION */
     if (tr_hold_of(s, i)->size > FAINT_LOAD * load) tr_audit_record(a, TR_LAW_CONE, tr_friction_ratio(s, i) - 1.0, i);
     tr_audit_rest(s, i, it);
   }
@@ -170,7 +173,7 @@ void tr_judge(const tr_sim *s, tr_judgement *out) {
   out->tolerance = tolerance, out->judged = a->known && own < INFINITY && fabs(a->all.lost) < INFINITY;
   out->noted = fmax(LAW_LEAST, RUN_ERROR * tolerance), out->noted_energy = NOTED * far;
   const double beyond = fabs(out->lost) - ROUND_OFF_TERMS * a->terms;
-  out->turned = own + sqrt(own * s->set.energy); /* slow motion is less accurate, because its tolerance is absolute */
+  out->turned = own + sqrt(own * s->set.energy); /* the second term allows for slow motion, whose tolerance is absolute */
   out->share = out->turned > 0.0 ? fabs(out->lost) / out->turned : 0.0;
   for (int i = 0; i < TR_LAWS; ++i)
     if (a->all.law[i].size > out->noted) out->verdict = TR_VERDICT_NOTE;

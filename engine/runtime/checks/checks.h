@@ -6,16 +6,17 @@
 /* Largest speed of a held pair after loop closure that counts as rest, m/s. */
 static inline double tr_closure_speed(const tr_sim *s);
 
-/* Returns bits TR_BREAKS_… of the laws that the solution at the state y violates. rest (n): pairs of the present decision. A null
- * pointer means the end of a step, where branches and end stops are also checked. Requires maps of y and multipliers in z. */
+/* Returns bits TR_BREAKS_… of the laws that the solution at the state y violates. rest (n): pairs of the present decision; null
+ * pointer: the solution is the end of a step, where branches and end stops are checked, too. Requires maps of y and multipliers in
+ * z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
-/* tr_check_solution at the end of a step, without maps if the solution is recursive. (A step that passes an event usually violates
- * laws at its end, and the event is located anyway.) *sure: whether maps were used; if not, tr_confirm_end must confirm a
- * violation. */
+/* Call tr_check_solution at the end of a step, without maps if the solution is recursive. *sure receives whether maps were used; if
+ * not, tr_confirm_end must confirm a violation, unless an event inside the step explains it. */
 static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
 
-/* Evaluate the end (t, y) of a step again, with maps, and return tr_check_solution. Needed if other states were evaluated since. */
+/* Evaluate the end (t, y) of a step again, with maps, and return tr_check_solution. Required if other states were evaluated after
+ * this end. */
 static int tr_confirm_end(tr_sim *s, double t, const double *y);
 
 /* Find a valid solution at the end (t, y) of a step, where the present solution violates the laws `broken`. Newton's method starts
@@ -37,8 +38,8 @@ static void tr_certify(tr_sim *s);
 /* Tolerance used in the judgement of the run. */
 static double tr_audit_tolerance(const tr_sim *s);
 
-/* Compute the figures of all laws at the end of the last step. Requires the solution at this end. checked: whether tr_suspect_end
- * was called last; its accelerations are then reused. */
+/* Compute the figures of all laws at the end of the last step. Requires the solution at this end. checked: whether the last check
+ * was tr_suspect_end; its accelerations are then reused. */
 static void tr_audit_laws(tr_sim *s, int checked);
 
 /* Add the figures of the accepted step that ends at (t, y) to the judgement. Every EVERY_STEPS-th step also balances the energy. */

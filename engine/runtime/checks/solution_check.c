@@ -1,21 +1,22 @@
 /* Verification of solutions (theory, "Answers are checked"). The check compares modes and multipliers with the kernel's maps alone.
- * So it detects errors of the solver: it uses no residual, rank or eliminated map that the solver computed. It runs at every
- * decision and at the end of every accepted step. */
+ * It uses no residual, rank or eliminated map of the solver, and so detects errors of the solver. It runs at every decision and at
+ * the end of every accepted step. */
 #include "checks/checks.h"
 
 /* × the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular position of
  * loops, a dropped pivot p leaves a violation of √p, which is at most 3e-5 (``constraints/loop_solve.c``). */
 #define LOOP_OPENS 1e-4
-#define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): violation of a row that is always allowed */
+#define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): violation of a loop row that is always allowed */
 #define REST_MOVES 1e-4
 #define LAW_MISSED 1e-6    /* × the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
 #define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release it at 1e-10 */
 #define BRANCH_MISSED 1e-6 /* × the kink speed; for a ball, squared sine of its tilt: allowed distance from the assumed branch of a law */
-#define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair; loop closure and cut joints cause it */
-#define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair at loose tolerances */
+#define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair, caused by loop closure and cut joints */
+#define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair, if larger than CREEPS */
 #define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
-#define FRICTION_NOTHING 1e-12 /* × the load: smaller friction counts as zero */
-#define FRICTION_FAINT 1e-9   /* × min(energy, energy / length): smaller friction of all pairs is round-off (a hanging pendulum) */
+#define FRICTION_NOTHING 1e-12 /* × the load: a smaller friction counts as zero */
+/* × min(energy, energy / length): if the friction of all pairs is smaller, it is round-off (a hanging pendulum) */
+#define FRICTION_FAINT 1e-9
 #define STOP_MISSED 1e-9   /* × the length, or rad: allowed depth of an open stop, and allowed gap of an engaged stop */
 
 /* The solution, recomputed from the maps alone. */
@@ -25,14 +26,14 @@ typedef struct tr_recomputed {
   double *law, *dn;       /* η that the laws give at N, and ∂η/∂N */
   const double *Qe;       /* accelerations by unit friction without loops (neta × neta); null pointer without maps */
   tr_sliding *sliding;
-  int sized;              /* whether N_size and dn are computed; needed only if a law misses its usual accuracy */
+  int sized;              /* whether N_size and dn are computed; required only if a law misses its usual accuracy */
   double faint;           /* N: round-off of the largest friction; smaller friction violates no law */
 } tr_recomputed;
 
 static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
 
-/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. The
- * check takes no other information from the solver. */
+/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. This
+ * is the only information that the check takes from the solver. */
 static int tr_is_row_dropped(const tr_sim *s, int i) {
   const int *perm = (const int *)TR_A(s, perm);
   if (s->loops.rank_now >= s->loops.rank) return 0;
@@ -46,7 +47,7 @@ static inline double tr_row_tolerance(const tr_sim *s, int i) {
   return FAINT_OPENING * tr_row_unit(s, s->k->active_rows[i]) * s->set.rate * s->set.rate;
 }
 
-/* Whether the residuals of the loop equations have the usual accuracy, relative to g0. */
+/* Whether the residuals of the loop equations, relative to g0, are as small as usual. */
 static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double *z) {
   const tr_kernel *k = s->k;
   const double *g0 = map_g0(k, maps);
@@ -59,7 +60,7 @@ static int tr_are_loops_closed(const tr_sim *s, const double *maps, const double
   return closed;
 }
 
-/* Like tr_are_loops_closed, for a recursive solution, where no row may be dropped. */
+/* Like tr_are_loops_closed, for a recursive solution. The recursion drops no row. */
 static int tr_are_rows_closed(const tr_sim *s, const tr_recomputed *it) {
   const double *gap = it->acc + s->k->neta, *first = it->acc_size + s->k->neta;
   int closed = 1;
@@ -113,7 +114,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: also a scale, because with μ = 0 friction is round-off of it */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: a second scale, for μ = 0 */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);
@@ -143,10 +144,10 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
   const double *eta = TR_A(s, z) + s->k->active + pair->eta0, *lever = TR_A(s, lever) + pair->eta0;
   const double *v0 = starts ? it->acc + pair->eta0 : map_rates(s->k, TR_A(s, maps)) + pair->rate0;
   const tr_element *el = s->k->element + pair->element;
-  double friction = 0.0, load = 0.0; /* load: also a scale, because with μ = 0 friction is round-off of the load */
+  double friction = 0.0, load = 0.0; /* load: a second scale, because with μ = 0 friction is round-off of the load */
   double power = 0.0, size = 0.0, fast = 0.0, cancel = 0.0, slow = pair->nrates == 1 ? tr_rest_speed(tr_speed_unit(s)) : tr_crawl_speed(tr_speed_unit(s));
   for (int j = 0; j < pair->nrates; ++j) power += eta[j] * v0[j];
-  if (power >= 0.0) return 0; /* levers are not needed, because they cancel in the power */
+  if (power >= 0.0) return 0; /* the power does not depend on the levers */
   power = 0.0;
   for (int j = 0; j < pair->nrates; ++j) {
     double v = v0[j] * lever[j], f = eta[j] / lever[j];
@@ -160,7 +161,7 @@ static int tr_check_dissipation(const tr_sim *s, int i, const tr_recomputed *it,
 }
 
 /* Check that a held pair does not move and does not exceed its capacity. In an impulse step, accelerations include the rates at the
- * step's end. A friction of round-off size may accelerate a light body. */
+ * step's end. Friction of round-off size may accelerate a light body; this is no violation. */
 static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const tr_hold *hold) {
   const tr_pair *pair = tr_pair_of(s, i);
   int broken = 0;
@@ -192,8 +193,8 @@ static int tr_has_stuck_pair(const tr_sim *s) {
   return any;
 }
 
-/* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. With a null pointer, also
- * checks branches. */
+/* Check the friction of every pair. rest (n): pairs of the present decision, which start from rest. null pointer: branches are
+ * checked, too. */
 static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) {
   const tr_kernel *k = s->k;
   tr_hold hold[k->nsliders + 1];
@@ -214,8 +215,8 @@ static int tr_check_pairs(tr_sim *s, tr_recomputed *it, const int *rest, int n) 
   return broken;
 }
 
-/* Like tr_recompute, for a recursive solution: the recursion runs with the frictions as applied forces. An acceleration has two
- * terms: the acceleration without friction, and its change by friction. */
+/* Like tr_recompute, for a recursive solution: the recursion runs with the frictions as applied forces. The terms of an
+ * acceleration are: the acceleration without friction, and its change by friction. */
 static void tr_recompute_recursive(const tr_sim *s, tr_recomputed *it, int accelerates) {
   const tr_kernel *k = s->k;
   const double *eta = TR_A(s, z) + k->active;
@@ -248,8 +249,8 @@ static void tr_recompute(const tr_sim *s, tr_recomputed *it, int accelerates) {
   if (s->moreau.h > 0.0) tr_add_start_rates(s, it->acc, it->acc_size);
 }
 
-/* Like tr_check_solution. brief: whether a violation that the recursion finds is returned without a second check by maps. Kernels
- * with a recursion then store the accelerations of this check in end_acc, for the audit. */
+/* Like tr_check_solution. brief: 1 returns a violation that the recursion finds, without a second check by maps. Kernels with a
+ * recursion then store the accelerations of this check in end_acc, for the audit. */
 static int tr_check_laws(tr_sim *s, const double *y, const int *rest, int n, int brief) {
   TR_NEED(s, TR_HAS_MAPS);
   const tr_kernel *k = s->k;

@@ -2,15 +2,18 @@
  * equations, number of roots. */
 #include "checks/checks.h"
 
-#define KRYLOV 8           /* dimension of the subspace for the contraction: error below 1e-4 in chains of 64 joints, 0 up to 8 frictions */
+/* dimension of the Krylov subspace; error of the contraction: below 1e-4 in chains of 64 joints, 0 up to 8 frictions */
+#define KRYLOV 8
 #define INVARIANT 1e-10    /* × the image of a vector: a smaller part outside the subspace is round-off */
-#define ONE_DIRECTION 1e-9 /* × the norm of a power of a matrix: a smaller distance from rank 1 does not change the radius */
-#define SQUARINGS 30       /* the norm of the power 2^30 differs from its radius by a factor whose 2^30th root is 1 within 1e-8 */
+#define ONE_DIRECTION 1e-9 /* × the norm of a power of a matrix: at a smaller distance from rank 1, the radius no longer changes */
+/* number of squarings: the norm of the power 2^30 has a 2^30th root that equals the radius within 1e-8 */
+#define SQUARINGS 30
 #define SAME_ROOT 1e-7     /* × the largest friction of a root: closer roots are equal */
-#define SAME_AS_NONE 1e-14 /* × the largest load: two roots within this distance are equal, even if one is zero up to round-off */
+/* × the largest load: roots within this distance are equal; covers a root that is zero up to round-off */
+#define SAME_AS_NONE 1e-14
 
-/* The fixed-point iteration of the linearised laws. N0 (nn): loads without friction, N; null pointer: the matrix of Newton's method is
- * used. large: the largest of N0. */
+/* The fixed-point iteration of the linearised laws. N0 (nn): loads without friction, N; null pointer: the matrix of Newton's method
+ * is used. large: largest absolute value in N0. */
 typedef struct {
   const double *N0;
   double large;
@@ -22,7 +25,7 @@ static void tr_iterate_recursive(tr_sim *s, const tr_iteration *it, const double
   const int e = k->neta;
   double less[e], N[k->nn], borne[e + k->active], acc[e + k->active], *D = TR_A(s, dn), most = 0.0;
   for (int i = 0; i < e; ++i) most = fmax(most, fabs(v[i]));
-  for (int i = 0; i < e; ++i) less[i] = -v[i] * it->large / most; /* scaled so that round-off does not hide the effect of v */
+  for (int i = 0; i < e; ++i) less[i] = -v[i] * it->large / most; /* the scale makes the effect of v larger than round-off */
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, acc);
   for (int m = 0; m < k->nelements; ++m) {
     const tr_element *el = k->element + m;
@@ -68,8 +71,8 @@ static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
   return KRYLOV;
 }
 
-/* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. The power is kept as a power of 2 times a matrix
- * of entries near 1, so that only one root is taken. */
+/* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. The power of H is stored as a power of 2 times
+ * a matrix with entries near 1; one root is taken at the end. */
 static double tr_spectral_radius(int n, double *H) {
   double exponent = 0.0, power = 1.0, norm = 0.0, trace = 0.0;
   for (int k = 0;; ++k, power *= 0.5) {
@@ -90,7 +93,7 @@ static double tr_spectral_radius(int n, double *H) {
         square[i + KRYLOV * j] = sum;
         size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
       }
-    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* one eigenvalue is left: the trace */
+    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* the only eigenvalue is the trace */
     exponent += shift * power;
     for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
   }
@@ -152,7 +155,7 @@ int tr_roots(tr_sim *s) {
   double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_z_length(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* stored, because the run continues with these multipliers */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* a copy, because the run continues with these multipliers */
   s->step.watch = 0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_set_row_kinds(s);

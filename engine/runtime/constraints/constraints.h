@@ -4,16 +4,16 @@
 #define TR_CONSTRAINTS_H
 #include "base/base.h"
 
-/* Choice of the open reactions, and data of its derivative by the state. V (a×r): the r open directions. least: factored
- * least-squares problem for the amounts along V. turn (r×(ny+1)): effect of the change of V with each component of [y, t], the
- * vectors cᵈ of ``internal_forces_derivative.c``. */
+/* Choice of the open reactions, and data for the derivative of this choice by the state. V (a×r): the r open directions. least:
+ * factorised least-squares problem for the amounts along V. turn (r×(ny+1)): for each component of [y, t], the effect of the change
+ * of V, cᵈ of ``internal_forces_derivative.c``. */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;
   tr_least_squares least;
 } tr_reaction_choice;
 
-/* Number of open directions whose amounts are solved for in addition to the friction η. 0 outside the redundant variant. */
+/* Number of open directions whose amounts are unknowns besides the friction η; 0 outside the redundant variant. */
 static inline int tr_open_count(const tr_sim *s) { return s->k->nmore ? s->loops.open : 0; }
 
 /* Number of loop rows that depend on other loop rows. Requires the factor. */
@@ -58,21 +58,21 @@ static void tr_narrow_without_friction(tr_sim *s);
 /* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row
  * whose diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off,
  * their scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the
- * world's.) `nothing`: no row has an effect; all scales become 1, so that all pivots stay round-off. */
+ * world's.) nothing: whether all rows are without effect; all scales are then 1, and all pivots round-off. */
 static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Whether the row of contact c, which is open, depends on rows of closed contacts and loops. Requires the factor. */
 static int tr_is_contact_dependent(tr_sim *s, int c);
 
-/* Load, N, that contact c would have if it were closed and shared loads with contacts of equal stiffness; negative: the contact
- * would pull. 0 without scaled reactions. Requires the solution, and that contact c is open and dependent. */
+/* Load, N, that contact c would have if it were closed and all contacts had the same stiffness; negative: the contact would pull.
+ * Returns 0 without scaled reactions. Requires the solution, and that contact c is open and dependent. */
 static double tr_load_of_open_contact(tr_sim *s, int c);
 
 /* Null space of S. The columns of V (a×r), with S V = 0, are the open directions; each belongs to one pivot beyond the rank.
  * Returns r. Requires the factor. */
 static int tr_null_space(tr_sim *s, double *V);
 
-/* Form the held maps Q0' and Qe' of q̈ = Q0' + Qe' η, the accelerations of the sliding freedoms with λ eliminated. Requires load
+/* Form the held maps Q0' and Qe' of q̈ = Q0' + Qe' η, the accelerations of the sliding freedoms; λ is eliminated. Requires load
  * maps, and lam0 (a) of tr_eliminate_loops. */
 static void tr_form_held_maps(tr_sim *s, const double *lam0);
 
@@ -86,8 +86,8 @@ static void tr_form_maps_without_loops(tr_sim *s, int held);
 /* With recursive friction, form the load maps unless they exist already. With set-valued laws, also form the held maps. */
 static void tr_form_all_maps(tr_sim *s);
 
-/* Independence of the loop rows, which measures the distance from a singular position: the square root of the last pivot, or 0 if a
- * row was dropped; INFINITY with a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
+/* Independence of the loop rows, which measures the distance from a singular position: the square root of the last pivot, 0 if a
+ * row was dropped, INFINITY for a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }
@@ -95,19 +95,19 @@ static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->
 /* J: the first `cols` columns of the Jacobian unit at (y, z), which are derivatives by [y, t, z]. Requires the signals. */
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J);
 
-/* Linearise the choice of the open reactions. J: columns of the Jacobian unit at the solution. In the result, r is 0 if no
- * direction is open. */
+/* Linearise the choice of the open reactions. J: columns of the Jacobian unit at the solution. If no direction is open, r of the
+ * result is 0. */
 static tr_reaction_choice tr_linearise_choice(tr_sim *s, const double *y, const double *J);
 
 /* Add the change of the open reactions to lam, the derivative of λ along column j. K: derivatives of the scaled reactions and of δ
- * along this column. */
+ * by the variable of column j. */
 static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, const double *K, double *lam);
-/* Whether the loops prescribe the motion of multiplier i's freedom. The freedom's response with closed loops is then zero. Requires
- * held maps. */
+/* Whether the loops prescribe the motion of multiplier i's freedom. With closed loops, friction then does not accelerate this
+ * freedom. Requires held maps. */
 static inline int tr_is_prescribed(const tr_sim *s, int i);
 
-/* In an impulse step, add the rates at its start to the accelerations acc (neta): the sums are rates at its end, divided by its
- * length. Prescribed freedoms get twice their mean rates, because their friction opposes the motion without changing it. size
+/* In an impulse step, add its start rates, divided by its length, to the accelerations acc (neta). The sums are end rates, divided
+ * by this length. A prescribed freedom gets twice its mean rate instead, because its friction cannot change its motion. size
  * (neta): sums of absolute terms; null pointer: none. Requires held maps. */
 static void tr_add_start_rates(const tr_sim *s, double *acc, double *size);
 

@@ -11,9 +11,10 @@
  * potential, so y minimises an energy only without friction. Newton's method finds y from η. If δ is linear, one step suffices. */
 #include "constraints/constraints.h"
 
-#define PRESS_MAX 40 /* largest number of iterations; usually two or three if only balls make δ nonlinear */
+#define PRESS_MAX 40 /* largest number of iterations; if only balls make δ nonlinear, two or three suffice */
 #define PRESS_EXACT 1e-15 /* × the largest load that friction changes, or × the largest joint load: a smaller step is round-off */
-#define PRESS_LAST 1e-9 /* × the largest load: after a smaller step, the next (quadratic) step would be round-off */
+/* × the largest load: a step below this is the last, because the next (quadratic) step would be round-off */
+#define PRESS_LAST 1e-9
 #define PRESS_NONE 1e-250 /* N: a smaller load has no significant digits */
 
 /* Store the independent open directions V (a×r) and their loads Q (m×r), scaled so that each column of Q has the norm 1. */
@@ -69,7 +70,7 @@ static double tr_internal_force_residual(tr_sim *s, int r, const double *eta, co
 }
 
 /* Whether a step f of the amounts y changes the joint loads N only by round-off. If friction changes no spring load, δ is zero and
- * cannot serve as a scale of convergence; then only this test ends the iteration. */
+ * gives no scale of convergence; only this test then ends the iteration. */
 static int tr_is_internal_step_settled(const tr_sim *s, int r, const double *f, const double *N) {
   const int n = s->k->nn;
   double change = 0.0, most = 0.0;

@@ -3,7 +3,7 @@
  * The choice of λ satisfies Vᵀ κlᵀ κ = 0, where S V = 0 and κ = κ0 + κl λ + κe η are the scaled reactions. Let w = κ be the
  * residual of the least squares, with κlᵀ w = S p. For a change of state d, it follows that Vᵀ κlᵀ dκ + cᵈ = 0. The vector cᵈ_q =
  * wᵀ (dκl) V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit contain derivatives of κ
- * and of S λ, and are affine in λ. Both products are therefore differences of these rows between λ + V_q and λ. In loops whose
+ * and of S λ, and are affine in λ. Both products are therefore differences: the rows at λ + V_q minus the rows at λ. In loops whose
  * joints have friction, w is the load of the springs with friction (``internal_forces.c``), and δ also changes. */
 #include "constraints/constraints.h"
 

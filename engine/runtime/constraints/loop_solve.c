@@ -11,9 +11,13 @@
  * position. Near a singular position, it drops each row that depends on the rows before it. */
 #include "constraints/constraints.h"
 
-#define NOTHING_OF_KIND 1e-12 /* × the largest diagonal of the other kind: if all diagonals of a kind are smaller, they are round-off */
-#define NOTHING_OF_ROW 1e-9 /* × the largest diagonal of its kind: a row with a smaller diagonal takes the scale of the largest */
-#define CLEAR_PIVOT 1e-3 /* × a row's scale: a thousand times GROW_PIVOT, because the structural pivot order gives smaller pivots */
+/* × the largest diagonal of the other kind: if all diagonals of rotations, or of translations, are smaller, they are round-off */
+#define NOTHING_OF_KIND 1e-12
+/* × the largest diagonal of the same kind: a row with a smaller diagonal takes the scale of this largest one */
+#define NOTHING_OF_ROW 1e-9
+/* × a row's scale: smallest pivot of a clearly independent row; 1000 × GROW_PIVOT, because the structural pivot order gives smaller
+ * pivots */
+#define CLEAR_PIVOT 1e-3
 
 /* Sparse factor of S in the structural pivot order, column by column. A row with a pivot not above `keep` depends on the rows
  * before it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw
@@ -36,7 +40,8 @@ TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
     }
     if (pivot > keep) perm[rank++] = order[c];
     else perm[n - ++dropped] = order[c];
-    /* With zeros, a dropped row's multiplier is zero, and other rows do not change. Inverses save tr_solve_sparse divisions. */
+    /* A dropped row gets zeros: its multiplier is then zero, and other rows do not change. tr_solve_sparse needs no divisions,
+     * because the inverses are stored. */
     const double inv = inverse[c] = pivot > keep ? 1.0 / sqrt(pivot) : 0.0;
     for (int p = start[c]; p < start[c + 1]; ++p) L[p] = pivot > keep ? column[below[p]] * inv : 0.0;
   }
@@ -70,8 +75,8 @@ static const double *tr_loop_matrix(tr_sim *s) {
   return own;
 }
 
-/* With S = [S' C; Cᵀ D], where S' belongs to the loops, form Z = S'⁻¹ C and D − Cᵀ Z, which is negative definite. In a factor of
- * the whole S, the digits of S' would be lost beside the large responses of light freedoms (theory, "Light bodies"). */
+/* With S = [S' C; Cᵀ D], where S' belongs to the loops, form Z = S'⁻¹ C and D − Cᵀ Z, which is negative definite. A factor of the
+ * whole S would lose the digits of S' beside the large responses of light freedoms (theory, "Light bodies"). */
 static void tr_factor_light_rows(tr_sim *s) {
   const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
   double *Z = TR_A(s, light_Z), *D = TR_A(s, light_D);
@@ -175,7 +180,7 @@ static void tr_update_rank(tr_sim *s) {
   s->loops.sparse = 0;
   const int n = tr_loop_rows(s);
   if (k->nfill && !k->neta && tr_factor_sparse(s, CLEAR_PIVOT) == n) {
-    double most = 0.0; /* largest inverse root of a pivot */
+    double most = 0.0; /* largest inverse square root of a pivot */
     for (int j = 0; j < n; ++j) most = fmax(most, TR_A(s, sparse)[j]);
     s->loops.rank = n, s->loops.least_pivot = 1.0 / (most * most);
     return;
@@ -328,7 +333,7 @@ static void tr_eliminate_loops(tr_sim *s, double *lam0) {
 static void tr_form_maps_without_loops(tr_sim *s, int held) {
   double lam0[s->k->active + 1];
   if (s->k->begin && !(s->moreau.h > 0.0) && (s->step.mapped == TR_MAPS_HELD || (!held && s->step.mapped == TR_MAPS_OF_LOADS))) {
-    s->step.recursive = 0; /* the maps exist, and do not depend on modes */
+    s->step.recursive = 0; /* from here on, the solution comes from maps */
     return;
   }
   if (s->k->active) tr_factor_loops(s);

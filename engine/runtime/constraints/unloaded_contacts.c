@@ -1,13 +1,13 @@
 /* Contacts without load, of joints that only push. The row of such a contact depends on the rows of closed contacts; the fourth
- * foot of a box is an example. The contact is open, but touches: its gap stays 0 while the other contacts are closed (theory,
- * "Contact that begins and ends"). */
+ * foot of a box is an example. The contact counts as open, but touches: its gap stays 0 while the other contacts are closed
+ * (theory, "Contact that begins and ends"). */
 #include "constraints/constraints.h"
 
-/* × the row's own entry of S: smallest part of a row that does not follow from closed contacts; as RANK_PIVOT, for one row */
+/* × the row's own entry of S: if the part of a row that does not follow from closed contacts is smaller, the row is dependent */
 #define OWN_PART 1e-9
 
-/* V (active): the open direction with the unit multiplier of contact c, which is open. Returns whether the contact's
- * row depends on the rows of closed contacts and loops. Requires the factor. */
+/* V (active) receives the open direction in which contact c, which is open, has the multiplier 1. Returns whether the contact's row
+ * depends on the rows of closed contacts and loops. Requires the factor. */
 static int tr_open_direction_of_contact(tr_sim *s, int c, double *V) {
   const int a = s->k->active, own = tr_active_row(s, c);
   const double *row = tr_raw_row(s, c);

@@ -2,12 +2,13 @@
  * it. Forces jump, velocities are continuous, and a fold event is logged. */
 #include "diagnosis/diagnosis.h"
 
-#define FOLD_AHEAD 1e-7  /* / rate: length of the Euler step from the last state to the state where roots are searched */
-#define FOLD_AGAIN 1e-5  /* / rate: folds that follow each other faster count as repeated */
+#define FOLD_AHEAD 1e-7  /* s, × 1 / rate: length of the Euler step from the last state to the state where roots are searched */
+#define FOLD_AGAIN 1e-5  /* s, × 1 / rate: a fold that follows the last one sooner counts as repeated */
 #define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
-#define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate in the time FOLD_AHEAD */
-#define FOLD_ENDS 1e-4   /* distance of the contraction from 1 at a new root that ends within microseconds */
-#define FOLD_STARTS 48   /* number of random starts of Newton's method; their scale is the friction under the frictionless loads */
+#define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate during the Euler step */
+#define FOLD_ENDS 1e-4   /* a new root whose contraction differs less from 1 ends within microseconds */
+/* number of random starts of Newton's method; their scale is the friction under the loads without friction */
+#define FOLD_STARTS 48
 #define FOLD_BRANCHES 4  /* number of pairs whose branches are tried in all combinations */
 
 /* Find a root of the complement equations in the modes in force: first with growing friction, then by tilts of balls, then from
@@ -61,7 +62,7 @@ static int tr_find_most_changed(const tr_sim *s, const double *was, const double
   return best;
 }
 
-/* Length of the Euler step to the state where roots are searched, s. Rates change little in this time. */
+/* Length of the Euler step to the state where roots are searched, s: so short that rates hardly change. */
 static double tr_look_ahead_time(const tr_sim *s) {
   const double h = FOLD_AHEAD / s->set.rate, *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
   double fastest = s->set.rate, most = 0.0;
@@ -92,7 +93,8 @@ static int tr_pass_fold(tr_sim *s) {
     tr_evaluate_maps(s, y);
     if (tr_find_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && tr_is_on_branches(s)) {
       double jump;
-      /* Whether random starts find a root that ends at once depends on the cut of a loop. No motion is determined there. */
+      /* A root that ends at once is not used: which one random starts find depends on the cut of a loop, so no motion is
+       * determined. */
       const int ends = fabs(1.0 - tr_contraction(s)) <= FOLD_ENDS;
       const int pair = tr_find_most_changed(s, was + k->active, TR_A(s, z) + k->active, &jump), first = tr_pair_of(s, pair)->contact0;
       if (jump > FOLD_JUMP && ends) {

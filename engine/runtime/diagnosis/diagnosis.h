@@ -8,25 +8,25 @@
 static int tr_let_ball_spin(tr_sim *s);
 
 /* If friction has no solution, stop a sliding pair of negligible speed at the state `y`, and decide the modes of all pairs at rest.
- * (At such a speed, the sliding direction turns faster than steps can follow.) Returns 1 if the run can continue. */
+ * (At a negligible speed, the sliding direction turns faster than steps can follow.) Returns 1 if the run can continue. */
 static int tr_stop_slow_pair(tr_sim *s);
 
 /* Stop the jamming pair at the state `y` at once. At a speed below the tolerance, this is an ordinary stop. At a higher speed it is
  * an impact, which requires the setting through_jams. Returns 1 if the run can continue. */
 static int tr_continue_through_jam(tr_sim *s);
 
-/* Search a root in all combinations of branches of the pairs with two branches, beginning with the modes in force. Returns 1 on
+/* Search a root in all combinations of branches, for the pairs that have two branches. The modes in force come first. Returns 1 on
  * success. */
 static int tr_find_root_on_branches(tr_sim *s);
 
 /* The pair with the largest relative difference between the frictions `was` and `is`. *most receives this difference, 0 to 1. */
 static int tr_find_most_changed(const tr_sim *s, const double *was, const double *is, double *most);
 
-/* If the root of friction ends at the state `y` (a fold), search another root a very short time later, and continue with it. Only
- * folds of sliding balls are passed. Returns 1 on success. */
+/* If the root of friction ends at the state `y` (a fold), search another root a very short time later, and continue with it. The
+ * run continues only past folds of sliding balls. Returns 1 on success. */
 static int tr_pass_fold(tr_sim *s);
 
 /* End the run for the reason `code`, and return the final status. If loops are at the end of their reach, the status names this
- * reason instead: near such a position, reactions, friction and errors grow without bound. */
+ * reason instead of `code`: near this position, reactions, friction and errors grow without bound. */
 static int tr_end_run(tr_sim *s, int code);
 #endif

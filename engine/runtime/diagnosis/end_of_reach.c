@@ -1,8 +1,8 @@
 /* Detection of loops at the end of their reach, at a state where no further step is possible (theory, "End of reach").
  *
- * The constraint rows of such a loop become dependent. A wrench λ with S λ = 0 then exists, which does no work in any free joint of
- * the loop. Drives may still move the loop. If λ is a pure couple, all rotation axes of the loop lie in one plane (a gimbal; a
- * Cardan joint at a right angle). Otherwise the loop is fully stretched or folded. */
+ * At the end of reach, the constraint rows of a loop become dependent. A wrench λ with S λ = 0 then exists, which does no work in
+ * any free joint of the loop. Drives may still move the loop. If λ is a pure couple, all rotation axes of the loop lie in one plane
+ * (a gimbal; a Cardan joint at a right angle). Otherwise the loop is fully stretched or folded. */
 #include "diagnosis/diagnosis.h"
 
 /* × the smallest pivot at an accurate state: largest pivot that counts as the end of reach. A pivot is the square of the relative
@@ -10,11 +10,12 @@
  * stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-#define PURE_COUPLE 1e-2 /* largest ratio (force · length) / couple of a pure couple; the distance of 0.01 causes such a ratio */
+/* largest ratio (force · length) / couple of a pure couple; at a distance of 0.01 from the end of reach, the ratio is this large */
+#define PURE_COUPLE 1e-2
 
-/* Write to `lost` (a) the direction of λ that has just lost its effect. It is the null vector of the last pivot within the rank,
- * plus the combination of open directions that makes its forces smallest. Returns the ratio (force · length scale) / couple of this
- * direction. */
+/* Write to `lost` (a) the direction of λ that has just lost its effect. This direction is the null vector of the last pivot within
+ * the rank, plus the combination of open directions that makes its forces smallest. Returns the ratio (force · length scale) /
+ * couple of this direction. */
 static double tr_find_lost_direction(tr_sim *s, double *lost) {
   const tr_kernel *k = s->k;
   int a = k->active, m = 0, travel[a], out = ((const int *)TR_A(s, perm))[s->loops.rank_now - 1];

@@ -2,7 +2,8 @@
  * If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
-#define BLAME_MORE 1.01    /* × the squared component of an earlier pair: a later pair needs more; of equals, the first counts */
+/* × the squared component of the pairs before: a later pair must exceed it; of equal pairs, the first counts */
+#define BLAME_MORE 1.01
 
 /* The sliding pair whose equation is closest to losing its root: it has the largest component in the near-null vector of the
  * Jacobian. Returns −1 if the Jacobian is singular. Requires a solution. */
@@ -30,7 +31,7 @@ static int tr_find_weakest_pair(tr_sim *s) {
   return best;
 }
 
-/* A moving pair such that the equations at the current state have a solution without its friction; −1 if there is none. */
+/* Index of a moving pair without whose friction the equations at the current state have a solution; −1: none. */
 static int tr_find_obstructing_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_collect_pairs_at_rest(s, -1, rest), found = -1;
@@ -45,7 +46,7 @@ static int tr_find_obstructing_pair(tr_sim *s) {
 }
 
 /* The pair that causes the failure at the current state. If loops move several pairs as one freedom, the split of loads between
- * them is arbitrary; then the weakest of these pairs is returned (tr_find_weakest_pair, at the last friction found). */
+ * these pairs is arbitrary. The function then returns the weakest of them (tr_find_weakest_pair, at the last friction found). */
 static int tr_find_jamming_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   tr_mode modes[k->nsliders + 1];
@@ -66,14 +67,14 @@ static int tr_find_jamming_pair(tr_sim *s) {
 static int tr_stop_by_impact(tr_sim *s, double *y, int pair) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_bring_all_to_rest(s, y, pair, rest, tr_collect_pairs_at_rest(s, pair, rest));
-  for (int i = 0; i < k->nsliders; ++i) /* renewed, because the impulse may have reversed the sliding of other pairs */
+  /* directions are frozen again, because the impulse may have reversed the sliding of other pairs */
+  for (int i = 0; i < k->nsliders; ++i)
     if (tr_is_set_valued(s, i) && !tr_contains(rest, n, i)) tr_freeze_direction(s, i);
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * k->neta);
   return tr_decide_modes(s, rest, n, -1);
 }
 
-/* Whether freedom i moves as drives and pairs at rest prescribe: a pair at rest is held at the same freedom. Requires held
- * maps. */
+/* Whether drives and pairs at rest prescribe freedom i, because a pair at rest holds the same freedom. Requires held maps. */
 static int tr_follows_pair_at_rest(const tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
@@ -93,9 +94,9 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
-/* The first moving pair after whose sudden stop at y a solution exists; −1 if there is none. Use this if no single moving pair
- * obstructs the solution (tr_find_obstructing_pair): several pairs together do, or a pair at rest does. (Example: a self-locking
- * thread whose nut reverses stops the link that drives the nut.) */
+/* The first moving pair after whose sudden stop at y a solution exists; −1 if there is none. For failures that no single moving
+ * pair causes (tr_find_obstructing_pair), but several pairs together, or a pair at rest. (Example: a self-locking thread whose nut
+ * reverses stops the link that drives the nut.) */
 static int tr_find_stopping_pair(tr_sim *s, const double *y, const tr_mode *modes) {
   double copy[tr_state_width(s)];
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -114,7 +115,8 @@ static int tr_find_jam(tr_sim *s, const double *y, int *pair) {
   double copy[tr_state_width(s)];
   tr_save_modes(s, modes);
   memcpy(copy, y, sizeof copy);
-  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s)); /* the last accepted root, not that of a later attempt */
+  /* the last accepted root; z may hold the result of a later attempt */
+  memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
   *pair = tr_find_jamming_pair(s);
   tr_evaluate_maps_at(s, s->clock.t, y);
   const int found = *pair, moves = found >= 0 && !tr_is_at_rest(s, found), driven = found >= 0 && tr_is_fully_driven(s, found);

@@ -27,8 +27,8 @@ static void tr_clear_extremes(tr_sim *s);
 /* Evaluate ẏ at (t, y) in the modes in force. Returns 0 if no multipliers are found; step.failure then contains the reason. */
 static int tr_rhs(tr_sim *s, double t, const double *y, double *dy);
 
-/* Interpolate η at the fraction theta of the last step, between the multipliers at both ends. Newton's method starts from this η;
- * another start might lead to another root. */
+/* Interpolate η at the fraction theta of the last step, between the multipliers at both ends. Newton's method must start from this
+ * η, because another start might lead to another root. */
 static void tr_interpolate_multipliers(tr_sim *s, double theta);
 
 /* Store the solution in `kept` (tr_solution_size doubles), before evaluations that are not part of the motion. */
@@ -43,19 +43,19 @@ static inline void tr_store_end_multipliers(tr_sim *s) { tr_copy(tr_z_length(s),
 /* A request to the lane of this case: kind TR_ASK_…, at (t, y). */
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y);
 
-/* Whether the case must wait for lanes, which compute a trial step of size h (all stages, the end and the errors), the extra stages
- * of the last step's dense output, or the projection of ynew at time t and ẏ there (`slope`). The caller then returns TR_WAITS.
- * When it is called again, the answer is 0. */
+/* Whether the case must wait for lanes; the caller then returns TR_WAITS. On the next call, the result is 0. tr_wait_for_step: the
+ * lanes compute a trial step of size h (all stages, the end and the errors). tr_wait_for_dense: the extra stages of the last step's
+ * dense output. tr_wait_for_end: the projection of ynew at time t, and ẏ there (`slope`). */
 static int tr_wait_for_step(tr_sim *s, double h);
 static int tr_wait_for_dense(tr_sim *s);
 static int tr_wait_for_end(tr_sim *s, double t, double *slope);
 
-/* Take the results of a served request of this kind, which replaces this number of evaluations. Returns 0 if there is none, or if
+/* Take the results of a served request of this kind, and count `evaluations` for it. Returns 0 if no request was served, or if
  * lanes could not serve it. */
 static int tr_take_from_lane(tr_sim *s, int kind, int evaluations);
 
-/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. `own`: the call follows
- * loop closure; rates that depend on other rates then keep their values. Requires maps of y. */
+/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: whether the call
+ * follows loop closure; if so, only rates that depend on no other rates become zero. Requires maps of y. */
 static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own);
 
 /* Scale the quaternions of y to norm 1. */
@@ -70,11 +70,11 @@ static void tr_loop_residual(const tr_sim *s, const double *h, double *position,
 static int tr_project(tr_sim *s, double t, double *y);
 
 /* Close the loops from the state `y` at the time of the clock. qgiven, vgiven (nv each): 0 for an open value, 1 for a given value,
- * 2 for an exact value. `y` receives the result, or the nearest state found. Returns 1 on success, 0 if no closed positions are
- * found, −1 if no consistent rates are found. */
+ * 2 for an exact one, which may not change. `y` receives the result, or the nearest state found. Returns 1 on success, 0 if no
+ * closed positions are found, −1 if no consistent rates are found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
-/* Whether no freedom changes any active row at y, except by round-off. The other joints alone then satisfy the rows (example: a
- * door on two hinges). */
+/* Whether all freedoms together change the active rows at y only by round-off. The other joints then satisfy the rows by themselves
+ * (example: a door on two hinges). */
 static int tr_has_idle_rows(tr_sim *s, double *y);
 #endif

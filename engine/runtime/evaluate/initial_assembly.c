@@ -2,32 +2,34 @@
  * are then computed. */
 #include "evaluate/evaluate.h"
 
-/* In this list, "rad; × the length" means an angle in rad for rotations, and a fraction of the length scale for translations. */
+/* Below, "rad; × the length" means: for rotations an angle in rad, for translations a fraction of the length scale. */
 
-#define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates, which solve linear equations */
-#define RATES_AGREE 1e-11   /* × length · rate (rotations: rate): largest residual of consistent rates; loses up to 4 digits */
-#define ROUNDED 1e-6        /* rad; × the length: a smaller gap comes from rounded given values, which may then change a little */
+#define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates; rates solve linear equations */
+/* × length · rate (rotations: rate): largest residual of consistent rates, which may have lost 4 digits */
+#define RATES_AGREE 1e-11
+/* rad; × the length: a smaller gap comes from rounding of given values, which may then change a little */
+#define ROUNDED 1e-6
 #define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means a contradiction */
 #define MOVED_BY 10.0       /* × the gap: largest change of given values */
-#define NEARER 0.1          /* × the residual of the best earlier search: a later search must end with a smaller residual */
-#define NUDGE 0.02 /* rad; × the length scale: displacement of the start in later phases of the search */
-#define AFAR (0.5 * TURN) /* rad; × the length scale: spread of random starts of open coordinates */
+#define NEARER 0.1          /* × the smallest residual of earlier searches: a later search must end below this */
+#define NUDGE 0.02 /* rad; × the length: displacement of the start in later phases of the search */
+#define AFAR (0.5 * TURN) /* rad; × the length: spread of random starts of open coordinates */
 #define HELD 0.01     /* × the change of open coordinates: allowed change of given coordinates */
 #define TRIES_AFAR 24 /* number of random starts; with forty loops, they take a tenth of a second in all */
-#define TIGHT 1e-13         /* × the length, or rad: residual of closed loops; the search ends below TIGHT_ENDS × TIGHT */
+#define TIGHT 1e-13         /* × the length, or rad: residual of closed loops; a search ends below TIGHT_ENDS × TIGHT */
 #define TIGHT_ENDS 1e-2
-#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row: if it is smaller, no freedom changes the row */
+#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row; if it is smaller, no freedom changes the row */
 #define NO_LEVER 1e-12      /* × the length, or rad: a smaller effect of a unit change on a row is round-off */
 #define ROW_DEPENDS 1e-10   /* × a row's scale: largest pivot of a dependent row */
 #define TIGHT_LAST 4e-15    /* × the largest coordinate, in rad or lengths: round-off of a large coordinate */
-#define TIGHT_MOST 5e-9     /* largest tolerance of closed loops; below the gap that later checks report as open */
+#define TIGHT_MOST 5e-9     /* largest tolerance of closed loops; below the gap that later checks call open */
 #define CLOSE_STEPS 200     /* largest number of Newton steps; far from the solution, steps are shortened */
 #define CLOSE_CUT 0.3       /* rad; × the length: largest change in a shortened step */
-#define CLOSE_STALLED 40    /* number of steps without halving the best residual, after which the search has failed */
-#define LONGER 4.0          /* in the search with long steps: ratio of successive fractions of a step */
-#define PAYS 0.5            /* × the reduction predicted by the linear model: smallest accepted reduction */
+#define CLOSE_STALLED 40    /* number of steps after which a search has failed if its best residual was not halved */
+#define LONGER 4.0          /* ratio of successive trial fractions of a step, in a search with long steps */
+#define PAYS 0.5            /* × the reduction that the linear model predicts: smallest accepted reduction */
 #define BODY_COSTS 100.0    /* multiplications per body and freedom in one evaluation */
-#define FARTHEST 1e7        /* rad; × the length: longest step; about a million turns of a screw */
+#define FARTHEST 1e7        /* rad; × the length: longest step, about a million turns of a screw */
 
 /* A search for closed positions. given (nv), for each freedom: 0 if its start coordinate is open, 1 if it is given, 2 if it is exact
  * and must not change. start: the state before the search. weight (nv): allowed change of position along each rate. G: the
@@ -67,7 +69,7 @@ static double tr_position_residual(tr_sim *s, const double *y, double *h) {
   return tr_largest_residual(s, h, 0);
 }
 
-/* Largest residual at y that counts as closed. It is round-off, which grows with the coordinates (a screw thousands of turns from
+/* Largest residual at y that counts as closed: round-off, which grows with the coordinates (a screw thousands of turns from
  * zero). */
 static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   double far = 0.0;
@@ -107,7 +109,7 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
   int perm[n], moved[n];
   memset(A, 0, sizeof(double) * n * n);
-  for (int q = 0; q < k->nv; ++q) { /* lower triangle of G W² Gᵀ; a freedom moves few rows */
+  for (int q = 0; q < k->nv; ++q) { /* lower triangle of G W² Gᵀ, from nonzero entries alone: a freedom moves few rows */
     const double *g = G + (size_t)n * q;
     int count = 0;
     for (int i = 0; i < n; ++i)
@@ -136,8 +138,8 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
 }
 
 /* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. With `longer`, the fraction is the largest
- * that reduces the residual `now` by at least PAYS × the predicted reduction. Then the largest component of dv is also tried alone,
- * for a screw with an unknown number of turns; on success it replaces dv. */
+ * that reduces the residual `now` by at least PAYS × the predicted reduction. For a screw with an unknown number of turns, the
+ * largest component of dv is then tried alone; on success it replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;
@@ -191,8 +193,8 @@ static int tr_close_positions(tr_position_search *c, double *y, int longer) {
   return 0;
 }
 
-/* Close the loops from the state `near`; given values, which the user rounded, may change a little. Returns 1 if the loops are
- * closed and no given value changed by more than MOVED_BY × gap. */
+/* Close the loops from the state `near`. Given values may change a little, because the user rounded them. Returns 1 if the loops
+ * are closed and no given value changed by more than MOVED_BY × gap. */
 static int tr_close_rounded(tr_position_search *c, const double *near, double gap, double *y) {
   memcpy(y, near, sizeof(double) * c->s->ny);
   tr_set_weights(c, HELD);
@@ -210,8 +212,9 @@ static void tr_displace_start(const tr_position_search *c, double far, double he
   tr_move_positions(c->s, c->start, dv, 1.0, y);
 }
 
-/* Close the positions by changes of open coordinates alone: from the start, from random starts, then again with long steps. If this
- * fails and the gap is small, given values with few digits may change too. Returns 1 if the loops are closed. */
+/* Close the positions by changes of open coordinates alone. Searches begin at the start, then at random starts; the last ones
+ * have long steps. If this fails and the gap is small, given values with few digits may change too. Returns 1 if the loops are
+ * closed. */
 static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   const int ny = c->s->ny;
   int kept = 0, open = 0;
@@ -232,7 +235,8 @@ static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   return gap <= FEW_DIGITS && tr_close_rounded(c, near, gap, y);
 }
 
-/* Close the positions from random starts. Only scenes without given values need this: otherwise the same starts have failed. */
+/* Close the positions from random starts. Required only for scenes without given values; for others, the same starts have already
+ * failed. */
 static int tr_close_from_afar(tr_position_search *c, double *y) {
   unsigned seed = 1u;
   for (int i = 0; i < c->s->k->nv; ++i)

@@ -1,6 +1,6 @@
 /* Projection onto the constraint manifold: quaternions of norm 1, and closed loops in positions and velocities (theory, "Closed
- * loops"). The correction δv = M⁻¹Gᵀ δλ is the smallest in the mass metric. It is computed by the recursion, or as the
- * difference of two evaluations of stage 2, with and without δλ. */
+ * loops"). The correction δv = M⁻¹Gᵀ δλ is the smallest in the mass metric. The recursion computes δv, if the kernel has the
+ * function `shift`. Otherwise δv is the difference of two evaluations of stage 2, with and without δλ. */
 #include "evaluate/evaluate.h"
 
 #define ROUND_OFF_MOST 4e-13 /* × the length, or rad: largest residual that counts as round-off; 100 × LOOP_CLOSED */
@@ -45,7 +45,7 @@ static void tr_loop_correction(tr_sim *s, const double *y, const double *h, int 
   tr_rates_by_impulses(s, y, dlam, 0, 0, again, dv);
 }
 
-/* Whether the mechanism has many loops. In this case, the number of corrections is limited to save time. */
+/* Whether the mechanism has many loops. Fewer corrections are then made, to save time. */
 static inline int tr_has_many_loops(const tr_sim *s) { return s->k->nfill || s->k->shift; }
 
 static int tr_project(tr_sim *s, double t, double *y) {
@@ -72,7 +72,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     s->stats.projections++;
   }
   if (tr_has_many_loops(s) && y == TR_A(s, ynew) && pos > CLOSURE_SHRINKS * before && before <= ROUND_OFF_MOST)
-    s->loops.round_off = fmax(s->loops.round_off, before); /* learned at ends of steps only: rows do not change the motion */
+    s->loops.round_off = fmax(s->loops.round_off, before); /* only at ends of steps: rows do not change the motion */
   s->audit.gap = pos;
   if (pos > LOOP_OPEN) {
     s->step.failure = TR_FAIL_CLOSURE;

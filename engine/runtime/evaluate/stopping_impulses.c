@@ -1,8 +1,8 @@
 /* Stopping impulses: friction impulses that bring pairs to rest. */
 #include "evaluate/evaluate.h"
 
-#define PASSING_WORK 1e-6 /* × the kinetic energy: a rate near zero that needs more work to stop passes through zero */
-#define PASSING_LEAST 1e-16 /* × the energy unit: least value of this limit, for a mechanism at rest */
+#define PASSING_WORK 1e-6 /* × the kinetic energy: if stopping a rate near zero takes more work, this rate passes through zero */
+#define PASSING_LEAST 1e-16 /* × the energy unit: least value of this limit; for a mechanism at rest */
 
 /* Largest surface speed of the pairs `rest` (n) in the current state, m/s. */
 static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
@@ -11,8 +11,8 @@ static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
   return biggest;
 }
 
-/* Whether rates of the pairs `rest` (n) depend on other rates, through loops or drives. Setting rates in the state to zero would
- * not stop such pairs. */
+/* Whether rates of the pairs `rest` (n) depend on other rates, through loops or drives. To set their rates in the state to zero
+ * would not stop these pairs. */
 static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
   int follow = s->k->rows > 0;
   for (int q = 0; q < n; ++q) follow |= tr_pair_of(s, rest[q])->v0 < 0;
@@ -20,8 +20,8 @@ static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
 }
 
 /* Whether the rate v of multiplier i's freedom passes through zero without stopping. Near a dead centre of a crank, this rate is
- * almost zero while other bodies move fast; v is then the error of event location. To hold the rate at zero, friction would have to
- * stop these bodies. A: change of the rate by a unit impulse. */
+ * almost zero while other bodies move fast; v is then the error of event location. Friction that holds the rate at zero would have
+ * to stop these bodies. A: change of the rate by a unit impulse. */
 static int tr_passes_zero(tr_sim *s, const double *y, int i, double v, double A) {
   double energy[2];
   if (fabs(v) * TR_A(s, lever)[i] > tr_rest_speed(tr_speed_unit(s))) return 0;
@@ -29,8 +29,8 @@ static int tr_passes_zero(tr_sim *s, const double *y, int i, double v, double A)
   return v * v > 2.0 * A * fmax(PASSING_WORK * energy[0], PASSING_LEAST * s->set.energy);
 }
 
-/* Find the friction impulses deta (all multipliers) that stop the pairs `rest` (n). Prescribed freedoms get no impulse. Of
- * dependent freedoms, only an independent subset gets impulses. Returns 0 if no impulse is needed. Requires held maps. */
+/* Find the friction impulses deta (all multipliers) that stop the pairs `rest` (n). Prescribed freedoms get no impulse. If freedoms
+ * are dependent, only an independent subset of them gets impulses. Returns 0 if no impulse is needed. Requires held maps. */
 static int tr_find_stopping_impulses(tr_sim *s, const double *y, const int *rest, int n, int own, double *deta) {
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;
@@ -74,7 +74,7 @@ static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int o
       for (int i = 0; i < e; ++i) response[i] = raw[i + i * e];
       tr_rates_by_impulses(s, y, dlam, deta, response, 0, dv);
       for (int i = 0; i < k->nv; ++i) y[k->nq + i] += dv[i];
-      for (int q = 0; q < n; ++q) { /* work of the impulses; `power` has an entry for the friction of each element */
+      for (int q = 0; q < n; ++q) { /* work of the impulses; `power` has one entry for the friction of each element */
         const tr_pair *pair = tr_pair_of(s, rest[q]);
         double work = 0.0;
         for (int j = 0; j < pair->nrates; ++j) work -= 0.5 * deta[pair->eta0 + j] * rates[pair->rate0 + j];

@@ -1,21 +1,26 @@
-/* End of sliding of pairs of several components (theory, "End of sliding"). Their speed reaches zero without a sign change. The
- * last stretch of sliding is therefore a separate step (capture). At its end, the pair and all pairs that stop with it are at
- * rest. */
+/* End of sliding of pairs of several components (theory, "End of sliding"). The speed of such a pair reaches zero without a sign
+ * change. The last stretch of sliding is therefore a separate step (capture). At the end of this step, the pair and all pairs that
+ * stop with it are at rest. */
 #include "events/events.h"
 
 #define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of any rate when the pair stops */
-#define CAPTURE_ALONE 1.0   /* × tolerance · speed unit: largest speed at which a pair that stops alone may be stopped */
-/* × deceleration: with a larger acceleration perpendicular to the sliding, a pair passes its least speed without stopping. */
+/* × tolerance · speed unit: largest speed at which a pair may be stopped, if no other pair stops with it */
+#define CAPTURE_ALONE 1.0
+/* × deceleration: if the acceleration perpendicular to the sliding is larger, a pair passes its least speed without stopping */
 #define CAPTURE_ACROSS 0.2
-/* × the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch whose direction is steady, by the speed
- * across it, by the time of the stop, and by straight rows inside it */
+/* × the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch in a steady direction: speed across
+ * it, time of the stop, and straight rows inside it */
 #define CAPTURE_STEADY 0.1
-#define CAPTURE_TURNED 0.01 /* × the deceleration: largest acceleration across such sliding below the speed CAPTURE_SPEED */
-#define CAPTURE_PASSES 2 /* corrections of the length of such a last stretch, each by the square of its own length */
-#define CAPTURE_TIME RUN_ERROR /* × tolerance / rate: required accuracy of the stop's time; below the speed NEAR_MISS, any */
-#define STOPS_AS_ONE 0.01      /* × tolerance / rate: closer stops are simultaneous; far below the error of event times */
-/* × the length of the last stretch: another pair whose own stop is closer to the end of the stretch stops there, too; well above
- * the error of stop times. */
+/* × the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
+#define CAPTURE_TURNED 0.01
+/* number of corrections of the length of such a stretch; each leaves an error of the square of this length */
+#define CAPTURE_PASSES 2
+/* × tolerance / rate: required accuracy of the stop's time; no requirement below the speed NEAR_MISS */
+#define CAPTURE_TIME RUN_ERROR
+/* × tolerance / rate: stops at a smaller distance in time are simultaneous; far below the error of event times */
+#define STOPS_AS_ONE 0.01
+/* × the length of the last stretch: a pair whose own stop is closer to the end of the stretch stops at this end, too; well above
+ * the error of stop times */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */
@@ -39,13 +44,13 @@ static double tr_time_to_rest(const tr_sim *s, int i, int back) {
   return v * (t[0] - t[2]) / (was - v);
 }
 
-/* Whether pair m slides and would rest at about the same time as a pair that rests in `left` s. */
+/* Whether pair m slides, and would come to rest at about the same time as a pair that comes to rest in `left` s. */
 static int tr_is_resting_as_soon(const tr_sim *s, int m, double left) {
   return tr_is_set_valued(s, m) && tr_is_sliding(s, m) && fabs(tr_time_to_rest(s, m, 0) - left) <= STOPS_WITH * left;
 }
 
-/* Time, s, in which pair i comes to rest at its present acceleration; INFINITY if it does not brake. *across: the acceleration across
- * the sliding over the deceleration. Requires the solution. */
+/* Time, s, in which pair i comes to rest at its present acceleration; INFINITY if it does not brake. *across receives the ratio of
+ * the acceleration across the sliding to the deceleration. Requires the solution. */
 static double tr_braking_time(tr_sim *s, int i, double *across) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0, v = tr_pair_speed(s, i);
@@ -64,16 +69,17 @@ static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
   return across > CAPTURE_ACROSS ? INFINITY : left;
 }
 
-/* Largest speed, m/s, at which pair i may be stopped; the pair would rest in `left` s by itself. The largest speed is smaller if
- * other pairs are also about to stop. */
+/* Largest speed, m/s, at which pair i may be stopped. It is smaller if other pairs are about to stop, too. left: time, s, in which
+ * the pair would rest by itself. */
 static double tr_capture_speed(tr_sim *s, int i, double left) {
   int alone = tr_time_to_rest_by_braking(s, i) < INFINITY;
   for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, left);
   return tr_speed_unit(s) * (alone ? fmax(CAPTURE_ALONE * s->set.rtol, CAPTURE_SPEED) : CAPTURE_SPEED);
 }
 
-/* A pair that stops alone in a steady direction, so that its stop is found on the present line of its sliding; −1: none. *left: time to
- * its rest, s. Steps would pass this stop, where their direction is undefined, and would wander at their own error. */
+/* A pair that stops alone in a steady direction, and whose stop lies on the present line of its sliding; −1: none. *left receives
+ * the time until its rest, s. Ordinary steps would pass this stop: the direction is undefined there, so the steps would follow
+ * their own errors. */
 static int tr_find_steady_stop(tr_sim *s, double *left) {
   const double small = CAPTURE_STEADY * s->set.rtol, unit = tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -83,7 +89,7 @@ static int tr_find_steady_stop(tr_sim *s, double *left) {
     const double tried = TR_A(s, capture_tried)[i];
     if (!(v > tr_rest_speed(unit)) || v > sqrt(small) * unit || (tried > 0.0 && v > 0.5 * tried)) continue;
     *left = tr_braking_time(s, i, &across);
-    const int slow = v <= tr_last_speed(unit) && across <= CAPTURE_TURNED; /* the direction of slow sliding may be an error of steps */
+    const int slow = v <= tr_last_speed(unit) && across <= CAPTURE_TURNED; /* a turn of slow sliding may be an error of steps */
     if (!slow && (v * across > small * unit || *left * fmax(across * across, v / unit) > small / s->set.rate)) continue;
     int alone = 1;
     for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, *left);
@@ -93,7 +99,7 @@ static int tr_find_steady_stop(tr_sim *s, double *left) {
 }
 
 static int tr_find_pair_to_capture(tr_sim *s) {
-  /* Parts of fixed steps have any size, so the speeds at the ends of past steps are not comparable. */
+  /* Parts of fixed steps have unequal sizes, so speeds at the ends of past steps cannot be compared. */
   const int i = s->friction.cutting_pair, fixed = s->set.hfixed > 0.0;
   tr_save_speeds(s);
   const int stops = fixed ? -1 : tr_find_steady_stop(s, &s->friction.capture_h);
@@ -121,7 +127,7 @@ static double tr_fastest_rate(int n, const double *v, const double *unit) {
 
 static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   const int nv = s->k->nv, nq = s->k->nq, pair_rates = tr_pair_of(s, i)->nrates;
-  /* The first rate of a cylindrical pair is its travel. */
+  /* The first rate of a cylindrical pair is a translation. */
   const double along = pair_rates == 2 ? s->set.length : 1.0, own_unit[3] = {along, 1.0, 1.0};
   tr_mode modes[s->k->nsliders + 1];
   double change[nv + 1], unit[nv + 1];
@@ -144,8 +150,8 @@ static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   return has;
 }
 
-/* Freeze the direction of pair i over its last stretch, and the directions of all pairs of several components that are as slow.
- * Directions of faster pairs may turn, because they respond fast to friction. */
+/* Freeze the direction of pair i over its last stretch. Also freeze the directions of other pairs of several components that are as
+ * slow. Directions of faster pairs may turn. */
 static void tr_freeze_last_directions(tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     if (!tr_is_set_valued(s, m) || !tr_is_sliding(s, m) || tr_pair_of(s, m)->nrates == 1) continue;

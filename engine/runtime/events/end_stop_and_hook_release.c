@@ -3,14 +3,15 @@
  * falls. */
 #include "events/events.h"
 
-#define CORNER_NEAR 1e-9  /* × the elastic force: a smaller distance from a corner counts as zero */
-#define CORNER_PART 0.1   /* × the tolerance: distance from a corner within which a step may begin or end */
-#define CORNER_ROOT 80    /* largest number of iterations, which alternate between secant and halving */
-#define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end counts as this end */
-#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at the end of a step at a corner; above TOL_STOP */
-#define HOOK_POINTS 32    /* points of a step at which a hook's signal is evaluated */
-#define HOOK_EDGE 1e-3    /* × the spacing of HOOK_POINTS: finite difference that gives the slope at an end of the step */
-#define HOOK_SECTIONS 40  /* largest number of golden sections between two HOOK_POINTS */
+#define CORNER_NEAR 1e-9  /* × the elastic force: a smaller corner distance counts as zero */
+#define CORNER_PART 0.1   /* × the tolerance: largest distance between a corner and the end of a step that counts as this corner */
+#define CORNER_ROOT 80    /* largest number of iterations; they alternate between secant and halving */
+#define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end coincides with it */
+#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at a step's end at the corner; above TOL_STOP */
+#define HOOK_POINTS 32    /* number of points of a step at which a hook's signal is evaluated */
+/* × the distance between two of these points: finite difference that gives the slope at an end of the step */
+#define HOOK_EDGE 1e-3
+#define HOOK_SECTIONS 40  /* largest number of golden sections between two of these points */
 
 /* Distance of stop i from its corner at θ of the last step: the factor of its elastic force, which is 0 at release. For a hook:
  * excess of its signal over the release value. side: sign of the signal beyond this value. */
@@ -23,8 +24,8 @@ static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
 }
 
 /* A place in a…b where stop i has just passed its corner. f, g: corner distances at a and b, of opposite signs. A hook's signal may
- * rise by less than CORNER_NEAR beyond its release value, so for a hook both ends must be near. Secants then reach beyond the root,
- * so that the farther end comes near, too. */
+ * rise by less than CORNER_NEAR beyond its release value. For a hook, both ends of the bracket must therefore come near the root,
+ * and secants aim beyond the root. */
 static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, double f, double g) {
   const int hook = tr_is_hook(s, i);
   for (int it = 0; it < CORNER_ROOT && fabs(g) > 0.0; ++it) {
@@ -39,8 +40,8 @@ static double tr_find_corner(tr_sim *s, int i, double side, double a, double b, 
   return b;
 }
 
-/* Place of the largest corner distance in a…b, by golden sections that end at the first positive distance. *most receives the
- * distance there. */
+/* Place of the largest corner distance in a…b, by golden sections that end at the first positive distance. *most receives this
+ * distance. */
 static double tr_find_signal_top(tr_sim *s, int hook, double side, double a, double b, double *most) {
   const double part = 0.61803398874989485;
   double x = b - part * (b - a), y = a + part * (b - a);
@@ -64,7 +65,7 @@ static double tr_find_hook_corner(tr_sim *s, int hook, double begin) {
     const double x = q / (double)HOOK_POINTS, before = (q - 1) / (double)HOOK_POINTS;
     f[q] = tr_corner_distance(s, hook, side, x);
     if (f[q] > 0.0) return tr_find_corner(s, hook, side, before, x, f[q - 1], f[q]);
-    if (q == 2 && f[0] == f[1] && f[1] == f[2]) return 1.0; /* the signal is constant */
+    if (q == 2 && f[0] == f[1] && f[1] == f[2]) return 1.0; /* a constant signal has no corner */
     double from = -1.0, to = x, top; /* `from`: start of an interval with a maximum; −1: none */
     if (q > 1 && f[q - 1] > f[q - 2] && f[q - 1] >= f[q]) from = before - 1.0 / HOOK_POINTS;
     else if (q == 1 && f[1] <= f[0] && tr_corner_distance(s, hook, side, near) > f[0]) from = 0.0;
@@ -87,7 +88,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
   tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
-  tr_save_solution(s, kept); /* stored, because evaluations inside the step overwrite the solution */
+  tr_save_solution(s, kept); /* a copy, because evaluations inside the step overwrite the solution */
   for (int i = 0; i < n; ++i) {
     if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))

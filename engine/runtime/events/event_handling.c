@@ -1,11 +1,12 @@
 /* Events of set-valued laws: bring pairs to rest, decide modes, log the changes. */
 #include "events/events.h"
 
-#define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs are also logged if they turn by more */
+#define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs that turn by more are logged, too */
 #define BALL_TURNS 4                    /* largest number of decisions at one event; they repeat while balls change branch */
-#define BRANCH_CHANGES 4                /* limit of branch changes of balls at one time; one suffices if the new branch exists */
-#define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone is at its cone */
-#define ANSWERS_LATER 2    /* after the start: largest number of pairs at rest whose decision is searched for other solutions */
+/* largest number of branch changes of balls at one time; one suffices if the new branch exists */
+#define BRANCH_CHANGES 4
+#define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone counts as at its cone */
+#define ANSWERS_LATER 2    /* after the start: largest number of pairs at rest for which a decision searches other solutions */
 
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
@@ -35,8 +36,8 @@ static void tr_log_changes(tr_sim *s, double t, const tr_mode *modes, const tr_c
   }
 }
 
-/* Whether the event of pair i, evaluated last, is that a moving ball reaches its cone. A ball may also stop; its remaining speed is
- * then at most the closure error of the loops. */
+/* Whether pair i, evaluated last, is a moving ball that reaches its cone. If the ball stops instead, its remaining speed is at most
+ * the closure error of the loops. */
 static int tr_is_at_cone(const tr_sim *s, int i) {
   if (!tr_is_moving_ball(s, i)) return 0;
   if (tr_pair_speed(s, i) > tr_closure_speed(s)) return 1;
@@ -61,7 +62,7 @@ static int tr_handle_cone_event(tr_sim *s, double t, const double *y, int i) {
   return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
 }
 
-/* Switch the branch of each ball that a jump of forces carried across its cone. Uses the state evaluated last. Returns 1 if any
+/* Switch the branch of each ball that a jump of forces carried across its cone, in the state evaluated last. Returns 1 if any
  * branch changed. */
 static int tr_switch_crossed_balls(tr_sim *s) {
   int crossed = 0;
@@ -99,8 +100,7 @@ static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* Let pair i slide on if drives move it. Call this if the pair stops at (t, y), but no solution has the pair at rest. Returns 0 if
- * drives do not move the pair. */
+/* Let pair i slide on at (t, y), where it stops without a solution at rest, if drives move it. Returns 0 if they do not. */
 static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
   tr_restore_modes(s, modes);
   tr_evaluate_maps_at(s, t, y);
@@ -111,8 +111,8 @@ static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const
   return tr_rhs(s, t, y, TR_A(s, dy));
 }
 
-/* Whether a pair of `rest` (n) starts to slide while it moves backwards: the rates of its loop do not follow a drive yet that has
- * begun to move. */
+/* Whether a pair of `rest` (n) starts to slide while it moves backwards. This happens if a drive has begun to move and the rates of
+ * the loop do not follow it yet. */
 static int tr_is_starting_backwards(const tr_sim *s, const int *rest, int n) {
   for (int q = 0; q < n && s->k->active; ++q) {
     if (tr_pair_of(s, rest[q])->nrates > 1 || !tr_is_sliding(s, rest[q])) continue;
@@ -133,7 +133,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   if (known) memcpy(before, known, sizeof(tr_contact) * nc);
   s->step.margin_end = NAN;
   if (own && tr_is_at_cone(s, which)) {
-    tr_change_branch(s, which); /* a ball's friction is continuous here, so the event only changes its branch */
+    tr_change_branch(s, which); /* a ball's friction is continuous at its cone, so the event only changes the branch */
     return tr_rhs(s, t, y, TR_A(s, dy)) ? TR_OK : TR_FAIL_MULTIPLIERS;
   }
   int released = own && tr_is_stuck(s, which) ? which : -1, n = tr_collect_pairs_at_rest(s, own ? which : -1, rest), decided = 1;
@@ -148,7 +148,7 @@ static int tr_handle_event(tr_sim *s, double t, double *y, int which, const tr_c
   s->step.margin_end = tr_worst_violation(s, y, &n);
   tr_certify(s);
   if (contacts) tr_current_contacts(s, y, after), memcpy(TR_A(s, contacts), after, sizeof(tr_contact) * nc);
-  /* If decided is 2, only the shares of loads changed, and shares are not unique. */
+  /* decided = 2: only the shares of loads changed. Shares are not unique, so no change is logged. */
   if (decided == 1) tr_log_changes(s, t, modes, before, after, contacts);
   return TR_OK;
 }
@@ -161,7 +161,8 @@ static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int other
     tr_restore_modes(s, modes), memcpy(y, old, sizeof old);
     return 0;
   }
-  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a second evaluation might find another solution */
+  /* not evaluated again, because a second evaluation might find another solution */
+  memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
   s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed;
   return 1;

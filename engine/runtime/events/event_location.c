@@ -1,26 +1,29 @@
 /* Location of the first event inside a step: the first place where a pair or stop leaves its mode (theory, "Events").
  *
- * All stages and the end of the step were evaluated before. The dense output is searched if one of these states violates a mode, or
- * if a violation between them is possible. A stuck pair can be released and caught again within a step. The maxima of its violation
- * between points are therefore located by parabolas, also near the ends. */
+ * The stages and the end of the step are already evaluated. The dense output is searched if one of these states violates a mode, or
+ * if a violation between these states is possible. A stuck pair can be released and caught again within a step. The maxima of its
+ * violation between points are therefore located by parabolas, also near the ends. */
 #include "events/events.h"
 
 #define ROOT_STEPS_BOUNDED 4
 #define CLOSE_ROOT 1e6     /* violation that a bounded step accepts, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
-#define CLOSE_STOP 500.0   /* CLOSE_ROOT for a pair of several components; its speed is then below NEAR_MISS */
-#define ROOT_STEPS 80     /* largest number of iterations on θ: interpolation up to SECANT_STEPS, then halvings, which always converge */
+#define CLOSE_STOP 500.0   /* CLOSE_ROOT for a pair of several components; at this violation its speed is below NEAR_MISS */
+/* largest number of iterations on θ: up to SECANT_STEPS by interpolation, then by halvings, which always converge */
+#define ROOT_STEPS 80
 #define SECANT_STEPS 40
-#define START_HALVES 2    /* halvings before a point next to the step's start is tried, where the violation may be positive already */
-#define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the search aims this far beyond the root */
+/* number of halvings after which a point next to the step's start is tried; the violation may already be positive there */
+#define START_HALVES 2
+#define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the next point aims this far beyond the root */
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
-#define DIP 0.05        /* × the variation of a sliding speed over the stages: possible dip of the speed between stages */
-#define TURN_DIP 0.5    /* × this variation: possible dip, between distant stages, of a speed with a minimum inside the step */
+#define DIP 0.05        /* × the variation of a sliding speed over the stages: possible drop of the speed between stages */
+#define TURN_DIP 0.5    /* × this variation: possible drop between distant stages, if the speed has a minimum inside the step */
 #define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages a quarter period apart */
-#define CONE_SWING 2.0  /* × this variation: possible rise for a spinning ball; at low speed its axis turns within part of a step */
-#define NEAR_RELEASE 0.05 /* × the friction ratio: a stage closer to the release makes the step suspect */
+/* × this variation: possible rise for a spinning ball, whose axis at low speed turns within part of a step */
+#define CONE_SWING 2.0
+#define NEAR_RELEASE 0.05 /* × the friction ratio: if a stage is closer to release, the step may contain an event */
 
-/* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. It may lie on either
- * side of the exact root. */
+/* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. The result may lie on
+ * either side of the exact root. */
 static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, double gb, int *which) {
   double m = b;
   int side = 0;
@@ -41,20 +44,20 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* The bracket of a root, as fractions of the step. `f` are violations, minus 1, of one pair or stop: the one with the largest
- * violation at b. The largest of all violations has kinks, so only its signs are used; f is interpolated. */
+/* The bracket of a root, as fractions of the step. f: violation, minus 1, of the pair or stop with the largest violation at b; f is
+ * interpolated. The largest of all violations has kinks, so only its sign is used. */
 typedef struct tr_root_search {
   double a, b;        /* no violation is positive at a; a violation is positive at b */
   double ga, gb;      /* largest violation, minus 1, at a and b */
   double fa, fb;      /* f at a and b */
-  double left, f_left; /* the end that the newest end replaced, and f there; NaN: unknown */
+  double left, f_left; /* former end that the newest end replaced, and f there; NaN: unknown */
   int at_b;           /* whether b is the newest end */
   const double *at_a; /* violations, minus 1, of all pairs and stops at a; null pointer: unknown */
-  double *near;       /* multipliers at a, which are followed to the root; null pointer: multipliers are not followed */
+  double *near;       /* multipliers at a, which are followed to the root; null pointer: not followed */
 } tr_root_search;
 
-/* The next point of a search, after `it` points. Inverse quadratic interpolation through both ends and the replaced end is used where
- * Chandrupatla's criterion guarantees its progress, otherwise halving. least: smallest width of the bracket. */
+/* The next point of a search, after `it` points, by inverse quadratic interpolation through both ends and the replaced end. Where
+ * Chandrupatla's criterion does not guarantee progress, the bracket is halved instead. least: smallest width of the bracket. */
 static double tr_next_root_point(const tr_root_search *r, int it, double least) {
   const double half = 0.5 * (r->a + r->b), aim = r->fa > -1.0 ? JUST_BEYOND : 0.0;
   const double x1 = r->at_b ? r->b : r->a, x2 = r->at_b ? r->a : r->b, x3 = r->left;
@@ -66,12 +69,12 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
     if (it >= SECANT_STEPS || !(1.0 - sqrt(1.0 - width) < rise && rise < sqrt(width))) return half;
     part = part * f3 / (f3 - f2) - (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f2 - f3);
   }
-  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`: a point slightly beyond the root ends the search */
+  const double m = x1 + part * (x2 - x1); /* interpolation to f = `aim`, a point slightly beyond the root, which ends the search */
   return m > r->a && m < r->b ? m : half;
 }
 
-/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: the pair or stop expected, then the one
- * found. Returns NaN if the solution itself ends there. */
+/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: before the call the expected pair or stop,
+ * afterwards the one found. Returns NaN if the solution itself ends at this place. */
 static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   const double least = fmax(ROOT_ROUND_OFF, TIME_ROUND_OFF * fabs(s->step.t0) / s->step.size);
@@ -101,9 +104,9 @@ static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   return r.gb == r.gb ? r.b : NAN;
 }
 
-/* Whether the violation at θ is an event (TR_FOUND), or whether the step is too large (TR_TOO_LARGE). It is too large if a pair of
- * several components turned fast or nearly stopped: its friction alone then carries other pairs beyond the limits of their modes.
- * *which may become the pair that stops first. */
+/* Whether the violation at θ is an event (TR_FOUND), or whether the step is too large (TR_TOO_LARGE). The step is too large if a
+ * pair of several components turned fast or nearly stopped; the friction of this pair alone then carries other pairs beyond the
+ * limits of their modes. *which may become the pair that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
@@ -116,7 +119,7 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   tr_evaluate_maps_at(s, t, y);
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (!tr_has_reversed(s, i) || (i != *which && tr_mode_flag(tr_mode_of(s, i)) == TR_CONE)) continue;
-    /* On a line, speed perpendicular to the line is an error of open loops. */
+    /* For a pair on a line, speed perpendicular to the line is an error of open loops. */
     if (tr_pair_speed(s, i) > tr_crawl_speed(tr_speed_unit(s)) && !tr_is_stopping_on_line(s, i, t, y)) {
       s->friction.cutting_pair = i;
       return TR_TOO_LARGE;
@@ -129,8 +132,8 @@ static int tr_classify_event(tr_sim *s, double theta, int *which) {
   return beside >= 0 ? TR_TOO_LARGE : TR_FOUND;
 }
 
-/* Whether the speed of pair i (one component) falls at the start of the last step and rises at its end. Also returns 1 if its rate
- * is not in the state. */
+/* Whether the speed of pair i (one component) falls at the start of the last step and rises at its end. Returns 1 also if the
+ * pair's rate is not in the state. */
 static int tr_has_speed_minimum(const tr_sim *s, int i) {
   int v0 = tr_pair_of(s, i)->v0, n = tr_state_width(s);
   const double *start = TR_A(s, K) + s->k->nq, *end = start + tr_method_of(s)->end * n, side = tr_mode_of(s, i)->direction[0];
@@ -150,7 +153,7 @@ static int tr_is_suspect(const tr_sim *s, int i) {
     return most > -(tr_has_speed_minimum(s, i) ? TURN_DIP : DIP) * (most - least);
   }
   double swing = least < most ? SWING * fmin(most - least, 1.0 / TOL_RELEASE) : 0.0;
-  /* the friction ratio of a brake that a host lifts for a short time has a sharp peak */
+  /* if a host lifts a brake for a short time, the friction ratio has a sharp peak */
   if (swing > 0.0 && tr_has_input_turn(s, s->step.t0, s->step.t0 + s->step.size)) return 1;
   return most + swing > -NEAR_RELEASE / TOL_RELEASE;
 }
@@ -190,7 +193,7 @@ static int tr_search_step(tr_sim *s, const char *suspect, int *which, double *th
       return tr_classify_event(s, *theta, which);
     }
   }
-  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z)); /* for callers, which need the solution at the end */
+  tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z)); /* callers need the solution at the end of the step */
   TR_MADE(s, TR_HAS_SOLUTION);
   return !suspect || tr_rhs(s, s->step.t0 + s->step.size, TR_A(s, ynew), TR_A(s, dy)) ? TR_NO_EVENT : TR_TOO_LARGE;
 }

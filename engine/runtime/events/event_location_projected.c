@@ -2,14 +2,16 @@
  * that decisions and rows belong to the exact event (theory, "Events"). */
 #include "events/events.h"
 
-#define CLOSE_STEP 1e-3 /* × θ: first secant difference */
-#define CLOSE_TIMES 8   /* secant iterations */
+#define CLOSE_STEP 1e-3 /* × θ: difference of the first secant */
+#define CLOSE_TIMES 8   /* largest number of secant iterations */
 #define CLOSE_FAR 0.25  /* × the step: largest shift of an event by the step's error; a root farther away is another event */
-#define STOP_PASSED (0.5 * EVENT_CLOSE) /* × TOL_STOP: depth beyond a stop at which its event is placed; also the tolerance of this depth */
-#define LET_GO_AS_ONE 1.0 /* × tolerance / rate: closer releases are simultaneous; far below the error of event times */
-#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance at which later releases are searched */
-#define LET_GO_GROWS 10.0 /* factor from one of these distances to the next */
-#define LET_GO_NEAR 1e-4 /* × the friction ratio: pairs farther from release are not considered */
+/* × TOL_STOP: depth beyond a stop at which its event is placed, and tolerance of this depth */
+#define STOP_PASSED (0.5 * EVENT_CLOSE)
+/* × tolerance / rate: releases at a smaller distance in time are simultaneous; far below the error of event times */
+#define LET_GO_AS_ONE 1.0
+#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance in time at which later releases are searched */
+#define LET_GO_GROWS 10.0 /* factor from one searched distance to the next */
+#define LET_GO_NEAR 1e-4 /* × the friction ratio: a pair farther from release is not considered */
 
 /* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */
 static double tr_speed_on_line(tr_sim *s, int i, double *change) {
@@ -60,7 +62,7 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
     tr_stop_depths(s, y, depth);
     return tr_mode_violation(s, i, depth) - STOP_PASSED;
   }
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* because Newton's method leaves the values of its last but one iterate */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the values of the iterate before the last one */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)
@@ -91,13 +93,13 @@ static int tr_count_released_at(tr_sim *s, int i, double theta) {
   return count;
 }
 
-/* Delay the pending release of pair i to the last of those releases that follow within the error of event times. In symmetric
- * mechanisms these releases are simultaneous; only the step's error separates them. */
+/* Delay the pending release of pair i to the last release that follows within the error of event times. In symmetric mechanisms
+ * these releases are simultaneous; only the step's error separates them. */
 static void tr_release_together(tr_sim *s, int i) {
   int near = 0;
   const int nz = tr_z_length(s);
   double z[nz + 1];
-  if (s->friction.shared) return; /* with shared loads, another solution may share differently */
+  if (s->friction.shared) return; /* with shared loads, another solution may divide the loads differently */
   tr_copy(nz, TR_A(s, z), z);
   const double most = LET_GO_AS_ONE * s->set.rtol / s->set.rate / s->step.size;
   const int now = tr_count_released_at(s, i, s->pending.theta);

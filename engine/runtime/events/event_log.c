@@ -1,12 +1,12 @@
 /* Event records: the margin of an event, and the angle by which it turns each contact normal. */
 #include "events/events.h"
 
-/* × the largest contact force or friction: a smaller contact force is round-off and has no meaningful direction. */
+/* × the largest contact force or friction: a smaller contact force is round-off, and has no meaningful direction */
 #define ROUND_OFF 1e-9
-#define UNLOADED 1e-12 /* × energy scale / length scale: a smaller contact force is round-off, whatever the largest force is */
+#define UNLOADED 1e-12 /* × energy scale / length scale: a smaller contact force is round-off, even if it is the largest */
 
-/* Contact force, N, below which the n contacts before and after an event carry only round-off. The limit also uses friction,
- * because the friction of a constant torque has no contact. */
+/* Contact force, N, below which the n contacts before and after an event carry only round-off. Friction counts in this limit, too,
+ * because friction of a constant torque has no contact. */
 static double tr_faint_contact_force(const tr_sim *s, const tr_contact *before, const tr_contact *after, int n) {
   double floor = UNLOADED * s->set.energy / s->set.length;
   for (int i = 0; i < n; ++i) floor = fmax(floor, ROUND_OFF * fmax(before[i].force, after[i].force));

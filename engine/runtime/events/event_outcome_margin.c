@@ -1,14 +1,13 @@
-/* Margin of an event: the change of its deciding quantity that would change its outcome (theory, "Marginal events"). For a
- * crossing, this quantity is the overshoot beyond the threshold, and the crossing speed also counts. For a decision, the margin is
- * the distance of stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked
- * as unsure. */
+/* Margin of an event: the change of its deciding quantity that would change its outcome (theory, "Marginal events"). At a crossing
+ * of a threshold, the margin is the overshoot that would follow without the event. For a decision, the margin is the distance of
+ * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
 #include "events/events.h"
 
-/* × its unit per run: if a crossing is slower, a shift of the threshold by one tolerance shifts its time by more than the error of
- * event times. */
+/* × the unit of the crossing quantity, per duration of the run: at a slower crossing, a shift of the threshold by one tolerance
+ * shifts the event by more than the error of event times */
 #define SLOW 0.01
 #define STRAYS_LEAST 1e-3 /* × the run's error: smallest assumed error of a speed */
-#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs whose share is this close to that of the released pair are released too */
+#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs whose ratio is this close to that of the released pair are released, too */
 #define ENOUGH 0.01      /* × the friction ratio: if an estimated margin is larger, it is not computed exactly */
 #define LEAST_STRETCH 1e-3 /* × the step: shortest interval over which a slope is measured */
 /* × s²/|ω|²: in model exchange, shift of a ball's indicator from its cone. The law of a ball loses half of its digits at the cone,
@@ -30,8 +29,8 @@ static void tr_copy_violations(tr_sim *s, int from, int when) {
   if (when == TR_AT_START) s->step.far_known = 1;
 }
 
-/* Fraction of the run's error that applies to the event of `which`. For the end of sliding, it follows from the accumulated speed
- * error of this pair. */
+/* Fraction of the run's error that applies to the event of pair or stop `which`. At the end of a pair's sliding, this fraction
+ * follows from the accumulated error of the pair's speed. */
 static double tr_error_part(const tr_sim *s, int which) {
   if (which >= s->k->nsliders || !tr_is_set_valued(s, which) || tr_is_stuck(s, which) || tr_is_moving_ball(s, which)) return 1.0;
   if (tr_pair_of(s, which)->v0 < 0) return 1.0;
@@ -39,8 +38,8 @@ static double tr_error_part(const tr_sim *s, int which) {
   return fmin(1.0, fmax(off / tr_run_error(s), STRAYS_LEAST));
 }
 
-/* The tolerance of an event of pair or stop `which`, in the unit of the event's margin: friction ratio, relative speed, relative
- * length, or sine². It converts violations, which are in tolerances, to margins. */
+/* Factor from violations of pair or stop `which`, in tolerances, to margins, in the margin's unit: friction ratio, relative speed,
+ * relative length, or sine². */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
   if (!tr_is_set_valued(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_pair_speed_unit(s, which);
@@ -61,7 +60,7 @@ static void tr_set_crossing_margin(tr_sim *s, int which) {
   s->events.unsure = s->events.margin < part * tr_run_error(s) || gone < SLOW * part;
 }
 
-/* Estimated margin of pair i, which slips although it could rest: the friction needed for rest divided by the capacity, minus 1.
+/* Estimated margin of slipping pair i, which could also rest: the friction needed for rest divided by the capacity, minus 1.
  * Requires the capacities of the present solution. */
 static double tr_slip_margin(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
@@ -110,7 +109,7 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
     const int i = rest[q];
     if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_friction_ratio(s, i));
     else if (i != released && was[i] < 1.0 - LET_GO_WITH) {
-      const double estimate = tr_slip_margin(s, i); /* the exact margin if no other pair rests, otherwise smaller than the margin */
+      const double estimate = tr_slip_margin(s, i); /* equal to the margin if no other pair rests, otherwise smaller */
       least = fmin(least, estimate < ENOUGH ? tr_margin_if_stuck(s, i) : estimate);
     }
   }

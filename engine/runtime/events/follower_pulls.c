@@ -1,9 +1,10 @@
-/* Forces of followers without friction that become pulls: first instants, for a host that watches them (``hosts/api.c``). */
+/* First instants at which forces of followers without friction become pulls, for a host that watches them (``hosts/api.c``). */
 #include "events/events.h"
 
-#define PULL_SMALL 0.2   /* × the largest force so far: a smaller force at an end of a step may become a pull inside */
+/* × the largest force so far: if a force at an end of a step is smaller, it may become a pull inside the step */
+#define PULL_SMALL 0.2
 #define PULL_SETTLED 1e-14 /* fraction of the step: a shorter interval is round-off */
-#define PULL_MOST 60     /* number of iterations of the search, every third of which bisects */
+#define PULL_MOST 60     /* largest number of iterations of the search; every third one bisects */
 
 /* Force of watched follower i at the fraction `at` of the step, positive for a push. NaN if the state cannot be evaluated. */
 static double tr_push_inside(tr_sim *s, int i, double at) {
@@ -25,7 +26,7 @@ static double tr_find_pull(tr_sim *s, int i, double a, double fa, double b, doub
   return b;
 }
 
-/* Search the step up to the fraction `end`, where the force of follower i is `now`, in quarters. */
+/* Search the step up to the fraction `end`, quarter by quarter, for a pull of follower i. now: force at `end`. */
 static void tr_search_pull(tr_sim *s, int i, double end, double now) {
   double a = 0.0, fa = tr_push_inside(s, i, 0.0);
   if (fa < 0.0) s->pulls.time[i] = s->step.t0; /* the force jumped at the last event */

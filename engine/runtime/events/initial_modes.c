@@ -1,7 +1,7 @@
 /* Modes of stops and pairs at the start of a run, after a change of parameters, or after a rejected solution. */
 #include "events/events.h"
 
-#define ANSWERS_AT_START 4 /* largest number of pairs at rest at the start whose mode combinations are all searched */
+#define ANSWERS_AT_START 4 /* largest number of pairs at rest at the start for which all combinations of modes are searched */
 
 /* Set the modes of set-valued pairs at the start. Sliding pairs slip, and the modes of pairs at rest are decided. Requires maps of
  * y. Returns a status. */
@@ -23,12 +23,13 @@ static int tr_set_initial_set_valued(tr_sim *s, double *y) {
   return TR_FAIL_MODES;
 }
 
-/* Set the flags of all end stops and latches at the start. Contacts of joints that only push keep theirs. Requires the signals. */
+/* Set the flags of all end stops and latches at the start. Contacts of joints that only push keep their flags. Requires the
+ * signals. */
 static void tr_set_initial_stops(tr_sim *s) {
   const tr_kernel *k = s->k;
   double depth[k->nstops + 1], *y = TR_A(s, y);
   for (int i = 0; i < k->nstops; ++i) { /* a hook stays engaged when parameters change during a run */
-    if (tr_contact_of_stop(s, i) >= 0) continue; /* the assembly and the run set these flags */
+    if (tr_contact_of_stop(s, i) >= 0) continue; /* flags of contacts are set by the assembly and the run */
     if (!tr_is_hook(s, i)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!s->stats.steps) *tr_stop_flag(s, i) = k->down[i - (k->nstops - k->nlatches)];
   }

@@ -1,11 +1,11 @@
 /* State just before an event that cuts a step short: branches of balls, directions of stopping pairs, shared loads, contacts. */
 #include "events/events.h"
 
-#define NO_MOTION 1e-9        /* × the speed unit: a slower pair has a direction of round-off */
+#define NO_MOTION 1e-9        /* × the speed unit: the direction of a slower pair is round-off */
 #define JUST_BEFORE 1e-3      /* × the step: first distance before the event at which a direction is computed */
-#define BEFORE_GROWS 10.0     /* factor from one such distance to the next */
+#define BEFORE_GROWS 10.0     /* factor from one distance before the event to the next */
 #define BRANCH_BACK 1e-12     /* × the step: first distance before the event at which a lost branch is searched */
-#define BRANCH_GROWS 10.0     /* factor from one such distance to the next */
+#define BRANCH_GROWS 10.0     /* factor from one distance of the branch search to the next */
 #define BRANCH_FAR 1e-2       /* × the step: largest distance before the event at which a lost branch is searched */
 
 static void tr_event_state(tr_sim *s, double t, double *out) {
@@ -13,8 +13,8 @@ static void tr_event_state(tr_sim *s, double t, double *out) {
   if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
-/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes the evaluated state there. found:
- * θ of the event. */
+/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes the evaluated state at this
+ * place. found: θ of the event. */
 static int tr_has_branch_before(tr_sim *s, int i, double found, double part, double *y) {
   s->pending.theta = found * (1.0 - part);
   const double t = s->step.t0 + s->pending.theta * s->step.size;
@@ -32,7 +32,7 @@ static int tr_step_back_to_branch(tr_sim *s, double *y) {
   return there;
 }
 
-/* Whether all pairs at rest hold at (t, y) under loads that continue those of the step's start. If so, these loads become the
+/* Whether all pairs at rest hold at (t, y) under loads that continue the loads at the step's start. If so, these loads become the
  * solution. */
 static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) {
   int rest[s->k->nsliders + 1];
@@ -45,7 +45,7 @@ static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) 
 static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   const int which = s->pending.which, a = k->active, e = k->neta;
-  /* The arrays row_kind, leaders and share are contiguous in the block. */
+  /* Restores row_kind, leaders and share together, because they are contiguous in the block. */
   int rows = TR_A(s, share) + e - TR_A(s, row_kind), width = tr_state_width(s);
   double eta[e + 1], found[rows + 1], impend[k->nrates + 1], there[width];
   const double theta = s->pending.theta;
@@ -65,7 +65,7 @@ static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   tr_copy(width, there, y), tr_evaluate_maps_at(s, t, y);
   tr_restore_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
   memcpy(TR_A(s, row_kind), found, sizeof(double) * rows), memcpy(TR_A(s, impending), impend, sizeof(double) * k->nrates);
-  /* Restored one by one, because tr_set_row_kinds would change the shares. */
+  /* Each value is restored by itself, because tr_set_row_kinds would change the shares. */
   s->friction.held = still, s->friction.shared = 1, s->friction.impending_laws = by_law;
 }
 

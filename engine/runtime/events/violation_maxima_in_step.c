@@ -1,10 +1,11 @@
 /* Violations on the dense output of the last step, and the maxima of violations between its points. */
 #include "events/events.h"
 
-#define SAMPLES_BOUNDED 4 /* number of points, and of iterations on θ, in a bounded step */
-#define TOP_STEPS 12    /* parabola steps towards one maximum; each raises the order of the error */
-#define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point is this point */
-#define TOP_SURE 0.01   /* × its distance from release: a maximum that changes less per iteration does not reach release */
+#define SAMPLES_BOUNDED 4 /* number of points in a bounded step; also of iterations on θ */
+#define TOP_STEPS 12    /* largest number of parabola steps towards one maximum; each step raises the order of the error */
+#define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point coincides with this point */
+/* × the distance of a maximum from release: if an iteration changes the maximum by less, it does not reach release */
+#define TOP_SURE 0.01
 #define EDGE 1e-3       /* × the spacing of the points: finite difference that gives the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
@@ -18,7 +19,7 @@ static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   return best - 1.0;
 }
 
-/* tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; null pointer: multipliers
+/* Call tr_worst_violation at a point of the dense output. from: initial multipliers of Newton's method; null pointer: multipliers
  * interpolated between the ends of the step. Returns NaN if there is no solution. */
 static double tr_violation_at_from(tr_sim *s, double theta, const double *from, int *worst) {
   double *y = TR_A(s, yout);
@@ -33,13 +34,13 @@ static double tr_violation_at(tr_sim *s, double theta, int *worst) { return tr_v
 
 static inline int tr_sample_count(const tr_sim *s) { return s->bound.evaluations ? SAMPLES_BOUNDED : TR_SAMPLES; }
 
-/* A point of the dense output: its place, the violation of one pair or stop there, and the largest of all violations. */
+/* A point of the dense output: its place, the violation of one pair or stop, and the largest of all violations. */
 typedef struct tr_point {
   double x, own, all;
 } tr_point;
 
-/* Violations at the dense points of a step. A freewheel has one violation for each direction. Each of the two is smooth where the
- * load changes its sign; the larger one is not. */
+/* Violations at the dense points of a step. A freewheel has one violation for each direction. Each is smooth where the load changes
+ * its sign; their maximum is not. */
 typedef struct tr_samples {
   const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
   int watched, between, sided; /* number of pairs and stops; whether to search between points; whether any pair has two sides */
@@ -59,8 +60,8 @@ static void tr_evaluate_opposite_capacities(tr_sim *s, double *capacity) {
   for (int i = 0; i < k->nsliders; ++i) capacity[i] = fmax(hold[i].capacity, NO_FORCE);
 }
 
-/* Violations of pair i at rest, each reduced by 1: with forward friction (*forth), and with backward friction (*back). opposite:
- * capacity of the pair against its present friction. */
+/* Violations of pair i at rest, minus 1: *forth for forward friction, *back for backward friction. opposite: capacity of the pair
+ * against its present friction. */
 static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, double *forth, double *back) {
   const double with = tr_friction_ratio(s, i), against = -tr_hold_of(s, i)->size / opposite;
   const int forward = TR_A(s, z)[s->k->active + tr_pair_of(s, i)->eta0] > 0.0;
@@ -68,8 +69,8 @@ static void tr_violations_by_sides(const tr_sim *s, int i, double opposite, doub
   *back = ((forward ? against : with) - 1.0) / TOL_RELEASE - 1.0;
 }
 
-/* Write the violations of all pairs and stops to `own`, each reduced by 1. from: the stored violations, not yet reduced. sided:
- * whether pairs marked TR_BY_SIDES get a violation for each direction of friction, computed from the current state. */
+/* Write the violations of all pairs and stops, minus 1, to `own`. from: the stored violations, without this subtraction. sided:
+ * whether pairs marked TR_BY_SIDES get a violation for each direction of friction, from the current state. */
 static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *from, int sided, double *own) {
   double opposite[s->k->nsliders + 1];
   if (sided) tr_evaluate_opposite_capacities(s, opposite);
@@ -81,7 +82,7 @@ static void tr_list_violations(tr_sim *s, const tr_samples *at, const double *fr
 }
 
 /* Evaluate and store point q. Returns its largest violation minus 1, with the worst pair or stop in *worst. Point 0, the start, has
- * no event, because the modes were decided there. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
+ * no event, because the modes were decided for it. last: worst pair or stop at the end. from: as in tr_violation_at_from. */
 static double tr_store_sample(tr_sim *s, const tr_samples *at, int q, int last, const double *from, int *worst) {
   const int end = q == tr_sample_count(s), known = end || (q == 0 && s->step.margin == s->step.margin);
   double all, *own = at->own + q * tr_sample_width(s);
@@ -117,14 +118,14 @@ typedef struct tr_bracket {
   int which; /* the worst pair or stop at `right` */
 } tr_bracket;
 
-/* Narrow the bracket by a point. The positive violation there may be of another item than the one searched. */
+/* Narrow the bracket by a point. A positive violation at this point may belong to another item than the searched one. */
 static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
   if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
   if (b->left.x >= b->right.x) b->left = b->begin;
   if (p->all <= 0.0 && p->x > b->left.x && !(p->x >= b->right.x)) b->left = *p;
 }
 
-/* Locate the maximum of item i near the middle of the three points p. Every point evaluated narrows the bracket. */
+/* Locate the maximum of item i near the middle of the three points p. Every evaluated point narrows the bracket. */
 static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p, tr_bracket *b) {
   for (int it = 0; it < TOP_STEPS; ++it) {
     const double top = tr_parabola_top(p);
@@ -140,8 +141,8 @@ static void tr_find_maximum(tr_sim *s, const tr_samples *at, int i, tr_point *p,
   }
 }
 
-/* Like tr_find_maximum, for a maximum between the points `outer` and `inner`. `end`: outer is the last point of the search,
- * otherwise the first. A parabola through equidistant points may miss such a maximum, but the slope at `outer` shows it. */
+/* Like tr_find_maximum, for a maximum between the points `outer` and `inner`. end: 1 if `outer` is the last point of the search, 0
+ * if it is the first. A parabola through equidistant points may miss this maximum, but the slope at `outer` shows it. */
 static void tr_find_maximum_at_end(tr_sim *s, const tr_samples *at, int i, int end, tr_point outer, tr_point inner, tr_bracket *b) {
   int w = i < at->watched ? i : i - at->watched;
   const tr_point edge = tr_point_at(s, at, i, outer.x + EDGE * (inner.x - outer.x), &w);
@@ -155,9 +156,9 @@ static tr_point tr_sample_of(const tr_sim *s, const tr_samples *at, int i, int q
   return (tr_point){at->x[q], at->own[q * tr_sample_width(s) + i], at->all[q]};
 }
 
-/* If item i has a positive maximum between points q − 2 and q, narrow the bracket by it. The maximum of the parabola through the
- * points may be wrong by as much as the parabola varies. If q = 1, the search ends at this point, because another violation is
- * positive there. */
+/* If item i has a positive maximum between points q − 2 and q, narrow the bracket by this maximum. The maximum of the parabola
+ * through these points may be wrong by the variation of the parabola. q = 1 means that the search ends at point 1, because another
+ * violation is positive there. */
 static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bracket *b) {
   tr_point p[3];
   if (q == 1) {
@@ -177,8 +178,8 @@ static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bra
   if (ends) tr_find_maximum_at_end(s, at, i, 1, outer[1], inner, b);
 }
 
-/* The bracket of the first root up to point q, from maxima between points q − 2 and q, and from point q itself. Violations are
- * searched one by one, because the largest violation has kinks, where a parabola finds no maximum. */
+/* The bracket of the first root up to point q, from maxima between points q − 2 and q, and from point q itself. Each violation is
+ * searched by itself, because the largest of all has kinks, where a parabola finds no maximum. */
 static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
   tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
   if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};

@@ -1,23 +1,23 @@
 /* Balls that slide near their friction cone (theory, "Ball near its cone"). Near the cone, friction varies as the square root of
- * the distance to the cone (``contact/ball_in_socket.py``), so that Newton's method does not converge. The distance is u², where u
- * = s/|ω| is the tilt. For small tilts, u² is below round-off.
+ * the distance to the cone (``contact/ball_in_socket.py``), and Newton's method does not converge. The distance is u², where u =
+ * s/|ω| is the tilt. For small tilts, u² is below round-off.
  *
- * If u is prescribed, the equations for η are smooth. The problem then is to find the root of φ(u) = distance(η(u)) − u² in [0, 1].
+ * With a prescribed u, the equations for η are smooth. The remaining problem is the root of φ(u) = distance(η(u)) − u² in [0, 1].
  * φ(1) ≤ 0 always. If φ(0) > 0, the ball cannot spin without sliding, and a root exists. */
 #include "friction/friction.h"
 
-#define NO_TILT 1e-60 /* replaces a tilt of zero, because zero in the mode means that no tilt is prescribed */
+#define NO_TILT 1e-60 /* stands for a tilt of zero, because a zero in the mode means that no tilt is prescribed */
 #define TILT_STEP 1e-6 /* first tilt; its square is far above round-off */
-#define TILT_IS 1e-9 /* × the square of a tilt: round-off of the distance to the cone */
+#define TILT_IS 1e-9 /* × the square of a tilt: a smaller residual φ is round-off */
 #define TILT_NEAR 1e-4 /* × a tilt: first distance from this tilt in the search for a root near it */
-#define TILT_WIDENS 8.0 /* ratio of successive distances in this search */
-#define TILT_GROWS 1.5 /* ratio of successive tilts in a search over all tilts */
+#define TILT_WIDENS 8.0 /* ratio of successive distances in the search near a tilt */
+#define TILT_GROWS 1.5 /* ratio of successive tilts in the search over all tilts */
 #define TILT_MAX 80 /* largest number of iterations; bisections alone need 50 */
-#define TILT_SWEEPS 30 /* sweeps over the tilts of several balls */
-#define TILT_SAME 1e-12 /* × a tilt: largest change of this tilt in a converged sweep */
-#define TILT_FOUND 1e-14 /* × the tilt: a smaller change has no effect */
-#define TILT_BRACKET 1e-15 /* × the upper end of the bracket: width of a converged bracket */
-#define TILT_BEYOND 1e-3 /* × the tilt at a kink: excess over this tilt at which sliding is tried; far above round-off */
+#define TILT_SWEEPS 30 /* largest number of sweeps over the tilts of several balls */
+#define TILT_SAME 1e-12 /* × a tilt: if the last sweep changed no tilt by more, the sweeps have converged */
+#define TILT_FOUND 1e-14 /* × the tilt: a smaller change of the tilt has no effect */
+#define TILT_BRACKET 1e-15 /* × the upper end of the bracket: a narrower bracket has converged */
+#define TILT_BEYOND 1e-3 /* × the tilt at the kink: sliding is tried at a tilt larger by this much; far above round-off */
 
 /* Distance s²/|ω|² of ball i to its cone at the tilt u. eta receives the solution. Returns NaN if there is no solution. */
 static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) {
@@ -96,7 +96,7 @@ static int tr_find_tilt_near(tr_sim *s, double *eta, int i) {
   const double u = sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
   if (!(u > TILT_STEP)) return 0;
   const double f = tr_cone_distance_at_tilt(s, eta, i, u) - u * u;
-  if (fabs(f) <= TILT_IS * u * u) return 1; /* u is accepted without a change of sign of φ, which is absent where two roots merge */
+  if (fabs(f) <= TILT_IS * u * u) return 1;
   memcpy(here, eta, sizeof(double) * s->k->neta);
   for (double part = TILT_NEAR; f == f && part < 1.0; part *= TILT_WIDENS)
     for (int side = -1; side <= 1; side += 2) {
@@ -122,7 +122,7 @@ static int tr_search_tilt(tr_sim *s, double *eta, int i) {
   return found;
 }
 
-/* Find η by searches for the tilts of all sliding balls, if there are at least two. A sweep solves for one tilt after the other.
+/* Find η by searches for the tilts of all sliding balls, if there are at least two. A sweep solves for one tilt after another.
  * Returns 1 on success. */
 static int tr_newton_by_all_tilts(tr_sim *s, double *eta) {
   int balls = 0, ok = 1, moved = 1;
@@ -149,7 +149,7 @@ static int tr_newton_by_ball_tilt(tr_sim *s, const double *warm, int i) {
   return found;
 }
 
-/* Call tr_newton_by_ball_tilt for one sliding ball after the other until a root is found. (From zero friction, Newton's method may
+/* Call tr_newton_by_ball_tilt for one sliding ball after another, until a root is found. (From zero friction, Newton's method may
  * instead find an invalid root inside the cone.) */
 static int tr_newton_by_near_tilt(tr_sim *s, const double *warm) {
   for (int i = 0; i < s->k->nsliders; ++i)
@@ -157,8 +157,8 @@ static int tr_newton_by_near_tilt(tr_sim *s, const double *warm) {
   return 0;
 }
 
-/* Find η by the tilt of a single sliding ball, for one ball after the other. If this fails, find η by the tilts of all balls.
- * Returns 1 on success. */
+/* Find η by the tilt of one sliding ball, tried for one ball after another. If no ball gives a root, find η by the tilts of all
+ * balls. Returns 1 on success. */
 static int tr_newton_by_any_tilt(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   for (int i = 0; i < s->k->nsliders; ++i) {

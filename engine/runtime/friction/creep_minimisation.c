@@ -2,16 +2,17 @@
  *
  * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over w. w are the accelerations in the metric of the
  * masses, and w₀ those without friction. x = B w are the surface accelerations of the pairs, and cap their capacities. The minimum
- * is the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method solves for decreasing ε, each time from the last
- * result. Its line search on the convex objective always succeeds. Each iteration updates the loads. The result is only the start
- * for the exact equations, whose solution is then checked against the laws. The maps are the only data of the mechanism. */
+ * is the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method minimises for a decreasing sequence of ε, and starts
+ * each time from the last result. Its line search on the convex objective always succeeds. Each iteration updates the loads. The
+ * result is only a start for the exact equations; their solution is then checked against the laws. The maps are the only data of
+ * the mechanism. */
 #include "friction/friction.h"
 
 #define CREEP_NEXT 0.05 /* ratio of successive ε; the first ε is the acceleration by the pair's own friction */
 #define CREEP_LAST 1e-10 /* × the first ε: the last ε */
-#define CREEP_STEPS 5 /* Newton steps for each ε */
-#define CREEP_STEPS_LAST 40 /* Newton steps for the last ε */
-#define CREEP_FOUND 1e-10 /* × the friction: largest change in a converged Newton step */
+#define CREEP_STEPS 5 /* largest number of Newton steps for each ε but the last */
+#define CREEP_STEPS_LAST 40 /* largest number of Newton steps for the last ε */
+#define CREEP_FOUND 1e-10 /* × the friction: if a Newton step changes friction by less, the iteration has converged */
 #define CREEP_HALVES 20 /* largest number of halvings of a step until the objective decreases */
 #define CREEP_SLOPE 1e-4 /* × the decrease predicted by the slope: smallest accepted decrease (Armijo) */
 
@@ -99,7 +100,7 @@ static double tr_creep_objective(const tr_sim *s, tr_creep_problem *c, const dou
   return sum;
 }
 
-/* Add Σ left_i right_iᵀ, a sum of `many` terms, to the lower triangle of H (r rows, column-major). The vectors have v entries each;
+/* Add Σ left_i right_iᵀ, a sum of `many` terms, to the lower triangle of H (r rows, column-major). Each vector has v entries; the
  * entries from index `wide` on are zero. */
 static void tr_creep_add_products(int r, int wide, int many, int v, const double *left, const double *right, double *H) {
   for (int p = 0; p < wide; ++p) {
@@ -179,8 +180,8 @@ static void tr_creep_store_frictions(tr_sim *s, const tr_creep_problem *c) {
   for (int i = 0; i < c->m; ++i) TR_A(s, z)[s->k->active + c->index[i]] = c->u[i] * TR_A(s, lever)[c->index[i]];
 }
 
-/* Evaluate loads and capacities at the frictions in z. A multiplier with law[i] = 1 belongs to a sliding pair and gets the friction
- * of its law. */
+/* Evaluate loads and capacities at the frictions in z. law[i] = 1: multiplier i belongs to a sliding pair, and gets the friction of
+ * its law. */
 static void tr_creep_update_loads(tr_sim *s, tr_creep_problem *c, const int *law) {
   const tr_kernel *k = s->k;
   double *eta = TR_A(s, z) + k->active;

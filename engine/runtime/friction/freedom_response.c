@@ -1,10 +1,12 @@
-/* Accelerations of sliding freedoms, and their responses to friction, with closed loops. They show which freedoms are prescribed by
- * loops, which freedoms are the same, and which are at rest. */
+/* Accelerations of sliding freedoms, and their responses to friction, with closed loops. These quantities show which freedoms the
+ * loops prescribe, which freedoms coincide, and which are at rest. */
 #include "friction/friction.h"
 
-#define RESTS_BY 4.0 /* × the stopping time at constant deceleration; smooth stops take three times as long */
-#define RESTS_FOR 1e-6 /* / rate: stopping time above which a pair rests; a slow pair that reverses needs much less */
-#define RESPONSE_FLOOR 1e-4 /* × a freedom's response without loops: least response in a scale; its round-off is below RANK_PIVOT */
+/* × the stopping time at constant deceleration: longest stopping time; smooth stops take three times as long */
+#define RESTS_BY 4.0
+#define RESTS_FOR 1e-6 /* s, × 1 / rate: a pair with a longer stopping time rests; a slow pair that reverses needs much less time */
+/* × a freedom's response without loops: least response that counts in a scale; its round-off is below RANK_PIVOT */
+#define RESPONSE_FLOOR 1e-4
 
 static double tr_freedom_response(const tr_sim *s, int i, int j) {
   TR_NEED(s, TR_HAS_HELD);
@@ -83,8 +85,8 @@ static double tr_acceleration_by_maps(tr_sim *s, int i) {
   return tr_acceleration_and_terms(s, i, &size);
 }
 
-/* Acceleration of freedom i divided by the sum of its absolute terms. This quotient tests held freedoms that have no equation of
- * rest of their own, because the rest of other freedoms implies theirs or contradicts it. */
+/* Acceleration of freedom i divided by the sum of its absolute terms. For held freedoms without an own equation of rest: the rest
+ * of other freedoms implies theirs, or contradicts it. */
 static double tr_relative_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -108,8 +110,8 @@ static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc) {
   return 0;
 }
 
-/* Whether the acceleration of freedom i, which the loops hold without help of other pairs, is an error of the present state: at most
- * the part `open` of the terms that cancel. */
+/* Whether the acceleration of freedom i is only an error of the present state. The loops hold this freedom without help of other
+ * pairs. open: largest error, × the terms that cancel. */
 static int tr_is_acceleration_an_error(tr_sim *s, int i, double open) {
   double size;
   if (!tr_is_prescribed(s, i)) return 0;

@@ -1,8 +1,8 @@
 /* Friction laws and capacities at given frictions, and the Jacobian of the complement equations. */
 #include "friction/friction.h"
 
-#define NO_FRICTION 1e-290 /* N: a smaller friction comes from NO_FORCE in the laws, not from a load */
-#define TOL_TWIST 1e-9 /* × the capacity: largest torque about its force with which a ball at rest holds; above round-off */
+#define NO_FRICTION 1e-290 /* N: a smaller friction is caused by NO_FORCE in the laws, not by a load */
+#define TOL_TWIST 1e-9 /* × the capacity: largest torque about its force that a ball at rest holds; above round-off */
 
 /* Evaluate N at the frictions eta, without open reactions. Requires load maps. */
 static inline void tr_evaluate_loads(tr_sim *s, const double *eta) {

@@ -4,18 +4,19 @@
  * The share of a member is its load divided by its capacity. In a group with one freedom, all members have equal shares. In a group
  * with several freedoms, the loads minimise the largest share, and the members with the largest share have equal shares. Large
  * groups store the loads of a creep minimisation (theory, "Many pairs"), within the capacities if possible. While the group rests,
- * its pairs keep these loads, except for as many pairs as the group has freedoms: these take the changes of load. */
+ * its pairs keep these loads. Only as many pairs as the group has freedoms take the changes of load. */
 #include "friction/friction.h"
 
 #define SHARE_MAX 30 /* largest number of iterations on loads and capacities */
-#define SHARE_SAME 1e-3 /* × the largest share: tolerance of the loads; loose, because Newton's method only starts from them */
+/* × the largest share: tolerance of the loads, which is loose because Newton's method only starts from them */
+#define SHARE_SAME 1e-3
 #define SHARE_WEIGHT 1e-6 /* smallest weight of a member, so that a member without load can get load again */
-#define SHARE_PASSES 300 /* iterations of Lawson's algorithm, which converges linearly */
-#define SHARE_PIVOT 1e-10 /* × a member's own response: a smaller pivot of the weighted conditions means dependence */
+#define SHARE_PASSES 300 /* number of iterations of Lawson's algorithm, which converges linearly */
+#define SHARE_PIVOT 1e-10 /* × a member's own response: with a smaller pivot, a row of the weighted conditions is dependent */
 #define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: a smaller squared coupling is round-off */
 #define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve that is tried */
 #define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with a smaller capacity carries no load */
-#define KEPT_MORE_THAN 8 /* largest number of pairs in a group that minimises its largest share; larger groups store loads */
+#define KEPT_MORE_THAN 8 /* largest number of pairs in a group that minimises its largest share; a larger group stores loads */
 
 /* Let the multiplier `member` have the same share as the multiplier `leader`. */
 static void tr_follow_leader(tr_sim *s, int member, int leader) {
@@ -26,7 +27,7 @@ static void tr_follow_leader(tr_sim *s, int member, int leader) {
   s->friction.shared = 1;
 }
 
-/* Share of pair m under the loads x (n): the norm of its components' shares. Component i belongs to the pair owner[i]. */
+/* Share of pair m under the loads x (n): the norm of the shares of its components. owner[i]: pair of component i. */
 static double tr_pair_share(int n, const int *owner, const double *cap, const double *x, int m) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i)
@@ -40,7 +41,7 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   double w[n], W[n * n], L[n * n], d[n], v[n];
   int perm[n];
   for (int i = 0; i < n; ++i) w[i] = 1.0;
-  for (int it = 0; it < SHARE_PASSES; ++it) { /* minimise Σ w x²/cap²: x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w */
+  for (int it = 0; it < SHARE_PASSES; ++it) { /* the minimum of Σ w x²/cap² is x = D Aᵀ (A D Aᵀ)⁺ b with D = cap²/w */
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
         double sum = 0.0;
@@ -62,10 +63,10 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   }
 }
 
-/* Order the n multipliers c of a group with responses A: first loaded multipliers, whose capacity counts, then the others. `cap` is
- * in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without capacity carry
- * nothing: their rows store 0, because a share of zero capacity is undefined. Returns the number of loaded multipliers, or n if the
- * loaded ones alone could not hold the group's freedoms. */
+/* Order the n multipliers c of a group with responses A: first the loaded multipliers, whose capacity counts, then the others.
+ * `cap` is in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without capacity
+ * carry nothing; they store the load 0, because a share of zero capacity is undefined. Returns the number of loaded multipliers; n
+ * if these alone could not hold the group's freedoms. */
 static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A, const double *cap, int rank, int *order) {
   double most = 0.0, B[n * n], L[n * n], d[n];
   int perm[n], count = 0, last = n;
@@ -85,7 +86,7 @@ static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A
 }
 
 /* Find loads x of the multipliers c (n) that prevent motion and minimise the largest share. The iteration updates the capacities
- * with the loads. Newton's method needs such a start, because capacities under frictionless loads differ too much. */
+ * with the loads. Newton's method must start from these loads, because capacities under loads without friction differ too much. */
 static void tr_share_loads(tr_sim *s, int n, const int *c, const int *owner, const double *A, double *cap, double *x) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -126,9 +127,9 @@ static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
 }
 
 /* Set the impending axes of the balls among the n multipliers c of a group with one freedom. This freedom would move the
- * multipliers with the rates v. Returns the index of the leader in c. The first multiplier leads unless it belongs to a ball, which
- * may carry no load along its axis. Then the first pair that is not a ball leads. If all are balls, the component with the largest
- * part perpendicular to its force leads. */
+ * multipliers with the rates v. Returns the index of the leader in c. The leader is the first multiplier. If this belongs to a
+ * ball, which may carry no load along its axis, the leader is the first pair that is not a ball. If all are balls, it is the
+ * component with the largest part perpendicular to its force. */
 static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
   int owner[n], at, first = -1, leader = 0;
   double t[3], dt[9], most = 0.0;
@@ -152,8 +153,8 @@ static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v
   return leader;
 }
 
-/* The index of a leader that carries load. If the given leader carries no load at the last solution, the member with the largest
- * capacity leads, because shares cannot be proportional to zero. */
+/* Index of a leader that carries load: `leader`, or the member with the largest capacity if `leader` carries no load at the last
+ * solution. (Shares cannot be proportional to zero.) */
 static int tr_find_loaded_leader(const tr_sim *s, int n, const int *c, int leader) {
   int at, loaded = leader;
   const double leads = tr_hold_of(s, tr_pair_of_multiplier(s, c[leader], &at))->capacity;
@@ -179,8 +180,8 @@ static void tr_share_along_line(tr_sim *s, int n, const int *c) {
     if (i != leader) tr_follow_leader(s, c[i], c[leader]);
 }
 
-/* Share the load of each of the `rank` freedoms separately. Returns 0 unless each multiplier belongs to a single freedom, and all
- * multipliers of a pair belong to the same freedom. first: for each freedom, the index in c of one of its multipliers. */
+/* Share the load of each of the `rank` freedoms separately. Returns 0 unless each multiplier belongs to one freedom only, and all
+ * multipliers of a pair to the same one. first: for each freedom, the index in c of one of its multipliers. */
 static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
   int line[n], at;
   for (int i = 0; i < n; ++i) {
@@ -247,8 +248,8 @@ static int tr_store_loads(tr_sim *s, int n, const int *c, const double *A, int r
   return 1;
 }
 
-/* Share the load of a connected set of dependent rest conditions, with multipliers c (n). The rank is 0 only at a trial state that
- * is not finite; the step to this state is refused later. */
+/* Share the load of a connected set of dependent rest conditions, with multipliers c (n). (The rank is 0 only at a trial state with
+ * infinite numbers; the step to this state is refused later.) */
 static void tr_share_group(tr_sim *s, int n, const int *c) {
   int perm[n], owner[n], at;
   double A[n * n], L[n * n], d[n], cap[n], x[n], share[n];
@@ -291,7 +292,8 @@ static int tr_lead_by_next(tr_sim *s) {
     any = 1;
     for (int j = 0; j < e; ++j)
       if (row[j] == TR_ROW_SHARE && lead[j].multiplier == i && j != next) tr_follow_leader(s, j, next);
-    row[next] = TR_ROW_LAW; /* marks a new leader; the loop below sets TR_ROW_REST when all old leaders are handled */
+    /* marks a new leader; the loop below replaces this mark by TR_ROW_REST, when all old leaders are handled */
+    row[next] = TR_ROW_LAW;
     tr_follow_leader(s, i, next);
   }
   for (int i = 0; i < e; ++i)
@@ -299,7 +301,7 @@ static int tr_lead_by_next(tr_sim *s) {
   return any;
 }
 
-/* Like tr_newton, with other leaders of the groups at rest. (Newton's method does not find a root at which the leader carries no
+/* Like tr_newton, with other leaders of the groups at rest. (Newton's method cannot find a root where the leader carries no
  * load.) */
 static int tr_newton_with_other_leaders(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;

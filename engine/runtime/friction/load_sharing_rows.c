@@ -1,10 +1,11 @@
-/* Equations of shared loads: the friction η_i of each member of a group is proportional to a "value" of this member (theory,
- * "Shared loads").
+/* Equations of shared loads: the friction η_i of each member of a group is proportional to the member's "value" (theory, "Shared
+ * loads").
  *
  * The value of a member with one component is its capacity. In a group with one freedom, the value of a ball is its friction in the
- * impending motion; the group then releases at a state where all members can slide. Near its cone, however, this friction is not a
- * smooth function of the ball's force. The value is then the capacity times the part of the motion's axis that is perpendicular to
- * the force, because a ball holds no torque about its force. The direction of this force changes while the ball is at rest. */
+ * impending motion; the group then begins to slide at a state where all members can slide. Near its cone, however, this friction is
+ * not a smooth function of the ball's force. The value is then the capacity times the part of the motion's axis that is
+ * perpendicular to the force. (A ball holds no torque about its force.) The direction of this force changes while the ball is at
+ * rest. */
 #include "friction/friction.h"
 
 
@@ -24,8 +25,8 @@ static void tr_axis_across_force(const tr_sim *s, int m, double *t, double *dt) 
   }
 }
 
-/* Evaluate the laws of all pairs at the loads NN. A ball with an impending axis is evaluated as sliding about this axis. If it then lies
- * inside its cone, it is evaluated again as spinning. */
+/* Evaluate the laws of all pairs at the loads NN. A ball with an impending axis is evaluated as sliding about this axis. If the
+ * ball then lies inside its cone, it is evaluated again as spinning. */
 static void tr_evaluate_impending_laws(tr_sim *s) {
   const tr_kernel *k = s->k;
   double x[k->nx], rates[k->nrates + 1];
@@ -75,8 +76,8 @@ static double tr_share_value(tr_sim *s, int m, int at, int i, double *d) {
   return unit * hold->capacity * (ball ? t[part] : 1.0);
 }
 
-/* Residual of multiplier i, which shares a load; also writes row i of J. The equation: η_i divided by η of the leader equals the
- * ratio of their values. */
+/* Residual of multiplier i, which shares a load; also writes row i of J. Equation: η_i divided by the leader's η equals the ratio
+ * of the two values. */
 static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
   int e = s->k->neta;
   const tr_leader *lead = tr_leaders(s) + i;
@@ -86,7 +87,7 @@ static double tr_form_share_row(tr_sim *s, int m, int at, int i, const double *e
   return load * part - eta[i];
 }
 
-/* Residual of multiplier i of pair m, which yields; also writes row i of J. The equation: η_i equals its value. */
+/* Residual of multiplier i of pair m, which yields; also writes row i of J. Equation: η_i equals the value of the multiplier. */
 static double tr_form_full_row(tr_sim *s, int m, int at, int i, const double *eta, double *J) {
   const int e = s->k->neta;
   double d[e];

@@ -33,8 +33,8 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
   }
 }
 
-/* Add the step r to eta. `step` and `size` receive the largest entries of r and of eta, divided by the levers. Torques of a small
- * mechanism then count as much as forces. */
+/* Add the step r to eta. `step` and `size` receive the largest entries of r and of eta, divided by the levers. By this division,
+ * torques of a small mechanism count as much as forces. */
 static inline void tr_apply_newton_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
   *step = *size = 0.0;
   for (int i = 0; i < e; ++i) {
@@ -44,7 +44,7 @@ static inline void tr_apply_newton_step(int e, const double *r, const double *pe
   }
 }
 
-/* Change the residual r and the Jacobian J to those of equations with the fraction 1 − `eased` of the friction. */
+/* Change the residual r and the Jacobian J to those of the equations with only the fraction 1 − `eased` of friction. */
 static void tr_ease_friction(const tr_sim *s, const double *eta, double *r, double *J) {
   int e = s->k->neta;
   double part = 1.0 - s->friction.eased;
@@ -58,7 +58,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   int e = k->neta;
   const double *lever = TR_A(s, lever);
   double *r = TR_A(s, r), *J = TR_A(s, lu), last = INFINITY, per_lever[e + 1];
-  const int three = e == 3 && !k->active; /* not with loops, because tr_is_unstable_root needs the LU factors */
+  const int three = e == 3 && !k->active; /* with loops, tr_is_unstable_root needs the LU factors */
   for (int i = 0; i < e; ++i) per_lever[i] = lever[i] > 0.0 ? 1.0 / lever[i] : 1.0;
   for (int it = 1; it <= NEWTON_MAX; ++it) {
     if (tr_is_cancelled(s, (double)e * e * (e + k->nn))) return 0;
@@ -90,8 +90,7 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* Like tr_newton. If the direction of a group's load requires it, also reverses the impending motion of the group and solves
- * again. */
+/* Like tr_newton. If the direction of a group's load requires the opposite impending motion, reverses it and solves again. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
   if (!s->friction.impending_laws || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
@@ -99,8 +98,8 @@ static int tr_newton_with_sense(tr_sim *s, double *eta) {
   return tr_newton(s, eta);
 }
 
-/* Like tr_newton, for groups at rest without a solution if the values of balls are their friction: the values then follow from the
- * balls' axes (``load_sharing_rows.c``). */
+/* Like tr_newton, with values of balls from their axes, for groups at rest without a solution if the values are the balls' friction
+ * (``load_sharing_rows.c``). */
 static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   if (!s->friction.impending_laws) return 0;
@@ -111,9 +110,9 @@ static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
-/* Whether the last root of tr_newton would be unstable with stiff contacts: the determinant of Newton's matrix, which is 1 without
- * friction, is then negative (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the sign
- * changes (``diagnosis/continuation_past_fold.c``). With shared loads the sign has no meaning. */
+/* Whether the last root of tr_newton would be unstable with stiff contacts: the determinant of Newton's matrix is then negative
+ * (without friction, it is 1) (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the
+ * sign changes (``diagnosis/continuation_past_fold.c``). With shared loads the sign has no meaning. */
 static int tr_is_unstable_root(const tr_sim *s) {
   const int e = s->k->neta, r = tr_open_count(s);
   if (!s->k->active || s->friction.shared) return 0;

@@ -6,14 +6,15 @@
  * roots, certificates, and states where the recursion fails. */
 #include "friction/friction.h"
 
-/* × a row's scale: with a smaller pivot, maps are used instead. It is 100 × KEEP_PIVOT, and below the pivots of 100 loops in series
- * (down to 1e-6). */
+/* × a row's scale: with a smaller pivot, maps are used instead. The limit is 100 × KEEP_PIVOT, and below the pivots of 100 loops in
+ * series (1e-6 and above). */
 #define CLEAR_ALONG 1e-7
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
-#define NEAR_ROOT 1e-2 /* × the largest friction: largest accepted second step after a start from the loads of a close state */
-#define STALLS 0.9 /* × the least step so far: a larger step is no progress; small steps without progress are round-off near a fold */
+#define NEAR_ROOT 1e-2 /* × the largest friction: a start from the loads of a close state fails if its second step is larger */
+/* × the least step so far: a step above this is no progress; near a fold, small steps without progress are round-off */
+#define STALLS 0.9
 #define STALLED_MOST 8 /* number of successive steps without progress after which maps are used */
-#define STEPS_TO_SLOW 0.1 /* × the last step: if a step is larger, the next step needs a new derivative */
+#define STEPS_TO_SLOW 0.1 /* × the last step: after a larger step, a new derivative is computed */
 
 static int tr_is_recursive(const tr_sim *s) {
   const tr_friction *f = &s->friction;
@@ -34,7 +35,8 @@ static int tr_is_recursive(const tr_sim *s) {
 /* Whether friction i is a function of the loads of its pair: its pair slides, or stores its load. */
 static inline int tr_has_local_law(const tr_sim *s, int i) { return tr_row_kind(s, i) == TR_ROW_LAW || tr_row_kind(s, i) == TR_ROW_STORED; }
 
-/* Evaluate the laws at the loads N, and with `slopes` their derivatives. A stored load is the law of its multiplier. */
+/* Evaluate the laws at the loads N, and with `slopes` their derivatives. The law of a multiplier with a stored load is this
+ * load. */
 static void tr_evaluate_local_laws(tr_sim *s, const double *N, int slopes) {
   const tr_kernel *k = s->k;
   const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
@@ -56,8 +58,8 @@ static void tr_evaluate_local_laws(tr_sim *s, const double *N, int slopes) {
 }
 
 /* Factorise the inertias with the laws' derivative `dlaw`, for the freedoms marked in `moves`. Returns the sign of the determinant
- * of Newton's matrix, which is 1 without friction. Returns 0 if this matrix is singular, or if a small pivot of S means that maps
- * must decide which rows are independent. */
+ * of Newton's matrix, which is 1 without friction. Returns 0 if this matrix is singular, or if a pivot of S is so small that only
+ * maps can show which rows are independent. */
 static int tr_factor_inertias(tr_sim *s) {
   const tr_kernel *k = s->k;
   const double *pivot = TR_A(s, pivots), *own = pivot + k->nbodies + k->nelements, *d = TR_A(s, d);
@@ -165,7 +167,7 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     if (tr_is_cancelled(s, (double)PASS_WORK * e)) return 0;
     tr_evaluate_local_laws(s, N, fresh);
     const int obeys = it > near && !least && tr_obeys_laws(s, eta);
-    /* With loops, the pivot is always that of the factor with friction, so that pivots of two states are comparable. */
+    /* With loops, the pivot always comes from the factor with friction, so that pivots of two states can be compared. */
     const int sense = fresh && (!obeys || (it == 1 && k->active)) ? tr_factor_with_laws(s) : 1;
     if (obeys && sense) return 1;
     if (!sense || sense < least) return 0;
@@ -176,8 +178,8 @@ static int tr_newton_recursive_from(tr_sim *s, int near, int least) {
     if (!(step < INFINITY) || (near && it == 2 && step > NEAR_ROOT * size)) return 0;
     stalled = step < STALLS * best ? 0 : stalled + 1, best = fmin(best, step);
     const double next = fresh ? (step <= NEWTON_QUADRATIC * size ? 0.0 : INFINITY) : step * step / last;
-    const int round_off = step <= NEWTON_QUADRATIC * size && stalled > 1; /* the equation is ill-conditioned */
-    if (near && it == 1) { /* no convergence test here, because laws may jump between the loads of two states */
+    const int round_off = step <= NEWTON_QUADRATIC * size && stalled > 1; /* steps stall because the equation is ill-conditioned */
+    if (near && it == 1) { /* no test of convergence, because laws may jump between the loads of two states */
     } else if (step <= NEWTON_EXACT * size || (step <= NEWTON_SHRINKS * last && next <= NEWTON_EXACT * size) || round_off) {
       if (it > s->stats.newton_most) s->stats.newton_most = it;
       return 1;
@@ -225,7 +227,7 @@ static double tr_response_by_recursion(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   double less[k->neta], N[k->nn + 1], borne[k->neta], with[k->neta], without[k->neta], large = NO_LOAD;
   if (!tr_factor_without_friction(s)) return 0.0;
-  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* so that round-off does not hide the effect */
+  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* a scale above round-off */
   memset(less, 0, sizeof less);
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, without);
   less[i] = large;
@@ -233,7 +235,7 @@ static double tr_response_by_recursion(tr_sim *s, int i) {
   return (with[i] - without[i]) / large;
 }
 
-/* Whether every held pair is held independently of the others. The freedoms of such a pair must be states of the tree. Returns 0
+/* Whether every held pair is held independently of the others. The freedoms of a held pair must be states of the tree. Returns 0
  * also if the body between two joints is so light that one joint holds the other. */
 static int tr_are_held_pairs_independent(tr_sim *s) {
   const tr_kernel *k = s->k;

@@ -1,12 +1,12 @@
-/* Restarts of Newton's method: continuation with growing friction, then random starts. They are used if the usual starts (the last
- * friction, zero, a ball's tilt) fail and the run would otherwise end. */
+/* Restarts of Newton's method: continuation with growing friction, then random starts. They are the last resort before a run ends:
+ * the usual starts (the last friction, zero, a ball's tilt) have failed. */
 #include "friction/friction.h"
 
 #define PART_FIRST 0.25 /* × the full friction: first step of the continuation */
 #define PART_GROWS 1.5 /* factor on the continuation's step after a success; a failure halves the step */
 #define PART_LEAST 1e-3 /* smallest step of the continuation */
-#define CHANCES 24 /* number of random starts; their scale is the friction under the frictionless loads */
-#define FAR 1e6 /* × this scale: with a larger result, Newton's method has diverged */
+#define CHANCES 24 /* number of random starts; their scale is the friction under the loads without friction */
+#define FAR 1e6 /* × the scale of random starts: if Newton's method gives more, it has diverged */
 
 static int tr_is_on_branches(const tr_sim *s) {
   TR_NEED(s, TR_HAS_LAW);
@@ -97,8 +97,8 @@ static int tr_is_root_with_spinning_balls(tr_sim *s) {
   return fits;
 }
 
-/* Find η on the branches of the modes from all starts of this file. If there is no such root, accept a root at which balls would
- * have to spin. Returns 1 on success. */
+/* Find η on the branches of the modes from all starts of this file. If there is none, accept a root at which balls would have to
+ * spin. Returns 1 on success. */
 static int tr_newton_from_anywhere(tr_sim *s, double *eta) {
   double size[s->k->neta], spinning[s->k->neta];
   int spins = 0;

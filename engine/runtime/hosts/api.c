@@ -32,8 +32,8 @@ void tr_gap(tr_sim *s, double *h) {
   if (k->rows) tr_evaluate_closure(s, TR_A(s, y), h);
 }
 
-/* Set the units of the tolerance. For angles and quaternions the unit is 1, and for lengths the length scale. The units of rates
- * are these units times the rate scale. */
+/* Set the units of the tolerance. The unit of angles and quaternions is 1, and that of lengths the length scale. The unit of a rate
+ * is that of its coordinate times the rate scale. */
 static void tr_set_tolerance_units(tr_sim *s) {
   const tr_kernel *k = s->k;
   double *u = TR_A(s, scale);
@@ -102,7 +102,8 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     modes = tr_set_initial_modes(s);
     s->friction.from_anywhere = 0;
   }
-  const int begun = k->nunilateral ? tr_start_contacts(s) : modes; /* without modes, too: they may exist once some closed contacts open */
+  /* Contacts are started without modes, too, because modes may exist when some closed contacts open. */
+  const int begun = k->nunilateral ? tr_start_contacts(s) : modes;
   if (begun != TR_OK && (modes == TR_OK || !tr_continue_through_jam(s))) return s->clock.status = s->ask.cancelled ? TR_CANCELLED : begun;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->clock.status = TR_FAIL_MULTIPLIERS;
   if (k->neta) tr_certify(s);

@@ -1,6 +1,6 @@
 /* Many cases of one structure in one call (theory, "Batches and hosts"): parameters, assembly, start, steps, reduction of rows.
- * Each case makes the same calls as a single run, in a fresh block, so its results are bitwise identical to those of a single run.
- * The host owns all memory. A call returns when its step budget is used up. */
+ * Each case makes the same calls as a single run, in a fresh block. Its results are therefore bitwise identical to those of a
+ * single run. The host owns all memory. A call returns when its step budget is used up. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -50,7 +50,7 @@ static void tr_case_events(tr_batch *b, tr_sim *s) {
     const tr_event *e = (const tr_event *)TR_A(s, ev) + i;
     int kind = (int)e->kind & (TR_EVENT_KINDS - 1);
     if (o->count[kind]++ == 0.0) o->first[kind] = e->time;
-    if (kind == TR_EV_SEPARATION || kind == TR_EV_CONTACT_JUMP) continue; /* no decision depends on these events */
+    if (kind == TR_EV_SEPARATION || kind == TR_EV_CONTACT_JUMP) continue; /* these events do not follow from a decision */
     if (e->margin < o->margin) o->margin = e->margin;
     o->marginal += e->marginal;
   }
@@ -74,13 +74,13 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   o.rtol = set->rtol, o.length = set->length, o.rate = set->rate, o.energy = set->energy;
   tr_configure(s, &o);
   s->lane = which ? 0 : b->lane;
-  if (b->lane) s->ask.host = 0; /* the host asks between calls (``hosts/lane_batch.c``) */
+  if (b->lane) s->ask.host = 0; /* the host is asked between calls (``hosts/lane_batch.c``) */
   b->which = which, b->now = s;
   return s;
 }
 
-/* Assemble and start the case. Returns TR_OK when the case is running, else a status. After a request, the host calls again and the
- * case begins anew. */
+/* Assemble and start the case. Returns TR_OK when the case is running, otherwise a status. If the status requests something, the
+ * host calls again, and the case begins anew. */
 static int tr_case_start(tr_batch *b) {
   tr_sim *s = tr_case_block(b, 0);
   const tr_kernel *k = s->k;
@@ -98,7 +98,7 @@ static int tr_case_start(tr_batch *b) {
   int status = tr_start(s, 0.0, set->until, set->every, b->rows);
   if (status == TR_NEED_REDUNDANT) {
     if (!b->variant[1].fresh) return status;
-    double y[s->ny + 1], x[k->nx + 1]; /* x has the state of contacts */
+    double y[s->ny + 1], x[k->nx + 1]; /* x contains the state of contacts */
     memcpy(y, TR_A(s, y), sizeof(double) * s->ny), memcpy(x, TR_A(s, x), sizeof(double) * k->nx);
     s = tr_case_block(b, 1);
     memcpy(TR_A(s, y), y, sizeof(double) * s->ny), memcpy(TR_A(s, x), x, sizeof(double) * k->nx);
@@ -106,7 +106,7 @@ static int tr_case_start(tr_batch *b) {
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
-  tr_evaluate_for_redundancy(s); /* as in a single run: which reactions are open is a property of the structure */
+  tr_evaluate_for_redundancy(s); /* the state of a single run; which reactions are open is a property of the structure */
   return TR_OK;
 }
 

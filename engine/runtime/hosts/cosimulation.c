@@ -1,6 +1,6 @@
 /* Co-simulation: the host chooses communication points. An accepted step may extend beyond the requested time. The step then waits,
- * and rows inside it come from the dense output. So internal steps are those of an uninterrupted run. Only a change of inputs or
- * parameters cuts the waiting step. */
+ * and rows inside it come from the dense output. Internal steps are therefore the same as in an uninterrupted run. Only a change of
+ * inputs or parameters cuts the waiting step. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -11,7 +11,7 @@ static int tr_evaluate_state_at(tr_sim *s, double t) {
   return 1;
 }
 
-/* Write the row just before the event at the end of the waiting step. On failure, the time of the row is NaN. */
+/* Write the row just before the event at the end of the waiting step. On failure, the time in the row is NaN. */
 static void tr_write_row_before(tr_sim *s, double *row) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -87,7 +87,7 @@ int tr_cut(tr_sim *s, double t) {
 int tr_resume(tr_sim *s, int anew) {
   s->step.have_k1 = s->step.have_jac = s->step.have_dense = 0;
   if (!anew) return TR_OK;
-  const double energy = tr_audit_energy(s); /* must precede the new constants, because it uses those of the old parameters */
+  const double energy = tr_audit_energy(s); /* called before the constants change, because it uses those of the old parameters */
   tr_set_parameters(s);
   int code = s->set.evaluations > 0 ? TR_OK : tr_set_initial_modes(s); /* a bounded step decides about pairs at rest itself */
   tr_audit_allow_change(s, energy);

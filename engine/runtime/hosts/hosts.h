@@ -40,9 +40,9 @@ void tr_audit_end(tr_sim *s);
 
 void tr_judge(const tr_sim *s, tr_judgement *out);
 
-/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. The `count` values of `ends`,
- * from the time of the first row to that of the last, divide time into spans. In each span, polynomials through neighbouring rows
- * are integrated up to both ends of the span. A span without rows uses the row before it. */
+/* Integrate values over time up to each row. values, out: columns × rows; total: `columns` zeros. `ends` (count) divides the time
+ * from the first row to the last into spans. In each span, polynomials through neighbouring rows are integrated from end to end. A
+ * span without rows uses the row before it. */
 void tr_integrate_rows(int rows, const double *time, int columns, const double *values, int count, const double *ends, double *total, double *out);
 
 /* Distribute wear over the bins of a circle, which start at −π. volume: wear up to each row. In each row, the contact is at angle +
@@ -53,7 +53,7 @@ void tr_bin_around(int rows, long stride, const double *angle, const double *tur
 int tr_diagnose_friction(tr_sim *s, int *pair);
 
 /* Constraint row of a loop failure; −1 if it is unknown. *number receives the independence of the rows, from 1 (independent) to 0
- * (dependent), or −1 if dependence is not the reason. */
+ * (dependent); −1 if the failure has another reason. */
 int tr_fail_row(const tr_sim *s, double *number);
 
 /* Run to time t by bounded steps of equal size, which is at most the fixed step. Write the row at t. Returns TR_DONE or a
@@ -65,8 +65,8 @@ int tr_reach_bounded(tr_sim *s, double t, double *row);
  * TR_CANCELLED even after a failure. */
 int tr_advance(tr_sim *s, double target, long max_steps, double *rows, long capacity, long *count);
 
-/* Check the state, modes and multipliers of the block against the laws. `deciding`: check as after a decision about pairs at rest,
- * otherwise as at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
+/* Check the state, modes and multipliers of the block against the laws. deciding: 1 checks like after a decision about pairs at
+ * rest, 0 like at the end of a step. Returns bits of the violated laws; 0 if all laws hold. */
 int tr_verify(tr_sim *s, int deciding);
 
 /* Compute all constants from the parameters in the block. */
@@ -98,8 +98,8 @@ int tr_evaluate_for_redundancy(tr_sim *s);
  * (nkappa): as in tr_open_shares. */
 int tr_redundancy(tr_sim *s, double *share);
 
-/* Columns whose reactions are changed along each direction that the motion does not determine. columns: as in tr_open_shares.
- * Returns the number of evaluations there; 0 without a solution. */
+/* Columns at the solution, then after a change of the reactions along directions that the motion does not determine. columns: as in
+ * tr_open_shares. Returns the number of evaluations of tr_open_shares; 0 without a solution. */
 int tr_open_columns(tr_sim *s, double *columns);
 
 /* Watch the forces of followers until the next call. values (3 × count): last, peak and time of tr_pulls. count 0: none. */
@@ -119,8 +119,8 @@ void tr_ask(tr_sim *s, tr_asked_host *host);
 /* Replace the settings. The new settings apply from the next step. */
 void tr_configure(tr_sim *s, const tr_settings *set);
 
-/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. The pairs remain stuck, so
- * that a following tr_evaluate returns the motion that remains possible. Returns 0 if the statics have no solution. */
+/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. Leaves the pairs stuck: a
+ * following tr_evaluate returns the motion that is possible nevertheless. Returns 0 if the statics have no solution. */
 int tr_hold_all(tr_sim *s, tr_held *out);
 
 /* Directional derivatives at the block's (t, y): rates (ny) = ∂ẏ·direction, and columns (nout) = ∂columns·direction. The direction
@@ -128,37 +128,38 @@ int tr_hold_all(tr_sim *s, tr_held *out);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
 /* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external
- * values, impulses of all multipliers, for each contact: 0 (no impulse), 1 (given rate) or 2 (given impulse), restitution]. */
+ * values, impulses of all multipliers, for each contact its kind (0: no impulse, 1: given rate, 2: given impulse) and its
+ * restitution]. */
 size_t tr_impact_length(const tr_sim *s);
 
-/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), external values at its start
- * (begin) and its end (x), and the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, whether these
- * multipliers belong to the step; they do not if an event has cut the step. made: number of recorded steps. rows: room for
- * `capacity` rows, of which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0
- * phases: none. Discards events. Returns a status, as tr_advance does. */
+/* Advance to `target` by at most `most` steps. After each step, record time, state (with works), and external values at the start
+ * (begin) and end (x) of the step. Also record the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, 1
+ * if these multipliers belong to it, 0 if an event has cut it. made: number of recorded steps. rows: room for `capacity` rows, of
+ * which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards
+ * events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 
 /* Number of doubles of the work space of tr_march_tangents. */
 size_t tr_tangents_work(const tr_tangents *g);
 
-/* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y, with the tangents g->S and external values x.
- * In df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
+/* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y. g->S: tangents of y. x: external values. In
+ * df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
  * it. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
-/* Evaluate both sides of an event at time t and state y. First, `after` receives the rates with external values x1, after the
- * event. Then, with external values x, the function computes f and df as in tr_evaluate_tangents, and `flow` (nf), the derivatives
- * of f by time along the motion before the event. z1: multipliers after the event; null pointer: unknown. Sets g->z to these
- * multipliers. Returns 2 if the host found the solution before the event; `flow` is then unknown. */
+/* Evaluate both sides of an event at time t and state y. `after` receives the rates after the event, with external values x1. f and
+ * df (as in tr_evaluate_tangents) and `flow` (nf) belong to the motion before the event, with external values x; `flow` are the
+ * time derivatives of f. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers. Returns 2 if the
+ * host found the solution before the event; `flow` is then unknown. */
 int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
                    double *df, double *flow, double *after);
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
  * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step
- * (tr_record_steps). marks: for each step, whether the host must complete its end, the number of samples inside the step, whether
- * its end is a sample, and whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns
- * to `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete.
+ * (tr_record_steps). marks: four numbers for each step: whether the host must complete its end, number of samples inside, whether
+ * its end is a sample, whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns to
+ * `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete.
  * Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives);
@@ -174,13 +175,13 @@ const double *tr_rates_known(const tr_sim *s);
 
 const double *tr_indicators(const tr_sim *s);
 
-/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. There may be no solution, if an event before t is not
- * yet located. ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
+/* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. If an event before t is not located yet, there may be
+ * no solution; ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
  * evaluated. */
 const double *tr_rates_in_modes(tr_sim *s);
 
-/* If all indicators are positive, store the state evaluated last as that from which the branch of friction is followed. Call this
- * when the importer requests indicators, because importers do so at accepted steps. */
+/* If all indicators are positive, store the state evaluated last: the branch of friction is then followed from it. For calls when
+ * an importer requests indicators, which importers do at accepted steps. */
 void tr_follow(tr_sim *s);
 
 /* Complete a step of the importer. Returns 1 if the importer must handle an event. */
@@ -210,8 +211,8 @@ int tr_update(tr_sim *s, int jumped, int *changed);
  * batch. */
 int tr_batch_run(tr_batch *b, long budget);
 
-/* End the present case with this status. The host cancelled the case, or an ensemble dropped it. The next tr_batch_run continues as
- * after TR_CASE_FAILED. */
+/* End the present case with this status, because the host cancelled it, or an ensemble dropped it. The next tr_batch_run continues
+ * as after TR_CASE_FAILED. */
 void tr_batch_end(tr_batch *b, int status);
 
 /* Bytes of tr_batch. The host compares this number with its own declaration. */
@@ -241,18 +242,18 @@ int tr_reach_event(tr_sim *s, double t, double limit, long max_steps, double *ro
  * step can be made; the next call then reports the failure. */
 double tr_next_end(tr_sim *s, double limit);
 
-/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone. NaN: no reversal
- * yet, or a reversal inside the waiting step. The reversal is logged when the pair leaves the zone. */
+/* Whether pair i is in the proportional zone of its law. *turned receives the time of a reversal inside the zone; NaN: none yet, or
+ * one inside the waiting step. The reversal is logged when the pair leaves the zone. */
 int tr_within_zone(const tr_sim *s, int i, double *turned);
 
 /* Cut the waiting step at a time t inside the step. Returns TR_OK or a failure. */
 int tr_cut(tr_sim *s, double t);
 
-/* Continue at the block's (t, y) after an external change. `anew`: parameters changed, so the modes are decided again. Returns
- * TR_OK or a failure. */
+/* Continue at the block's (t, y) after an external change. anew: whether parameters changed; the modes are then decided again.
+ * Returns TR_OK or a failure. */
 int tr_resume(tr_sim *s, int anew);
 
-/* Record of an external input. From this record, tr_input_value evaluates the input and its derivatives at time t. */
+/* tr_input_record: record of an external input. tr_input_value evaluates this record and its derivatives at time t. */
 tr_input *tr_input_record(tr_sim *s, int input);
 
 void tr_input_value(const tr_input *record, double t, tr_signal *value);

@@ -1,10 +1,10 @@
-/* Cases of a batch that step together (theory, "Ensembles"). Each case has its own step size, method and modes, and runs the code of
- * a single run. A case that waits for lanes (``evaluate/lane_requests.c``) waits until enough similar requests fill them. Lanes are
- * independent, so results do not depend on the other cases. If a case cannot continue here, the host runs it alone. */
+/* Cases of a batch that step together (theory, "Ensembles"). Each case has its own step size, method and modes, and runs the code
+ * of a single run. A case that waits for lanes (``evaluate/lane_requests.c``) waits until enough similar requests fill them. Lanes
+ * are independent, so results do not depend on the other cases. A case that cannot continue with lanes is run alone by the host. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* Step budget of a case per call. It is practically unlimited, because a case runs until its next request. */
+/* Step budget of a case in a call: practically unlimited, because a case runs until its next request. */
 #define TR_ALL_STEPS 1000000000L
 enum { TR_QUEUES = TR_ASKS * TR_METHODS };
 
@@ -41,13 +41,13 @@ void tr_ensemble_drop(tr_ensemble *e, int which) {
   c->running = 0, c->state = TR_STRAND_GOES;
 }
 
-/* Number of the queue for a request. Lanes can serve the requests of a queue together. */
+/* Number of the queue of a request. The lanes can serve all requests of a queue together. */
 static inline int tr_queue_of(const tr_request *request) {
   return request->kind * TR_METHODS + (request->kind <= TR_ASK_DENSE ? request->method : 0);
 }
 
-/* Serve waiting requests in groups of `width`. `all`: also serve an incomplete last group. Returns the number of calls of the
- * lanes. */
+/* Serve waiting requests in groups of `width`. all: whether to serve an incomplete last group, too. Returns the number of calls of
+ * the lanes. */
 static long tr_serve_queue(tr_ensemble *e, tr_strand **asks, int count, int all) {
   tr_request *request[TR_STRANDS];
   const int width = e->lanes->width;

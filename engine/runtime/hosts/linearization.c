@@ -1,7 +1,8 @@
 /* Exact derivatives of ẏ and of columns along a direction of inputs and state.
  *
- * Derivatives of multipliers follow from the implicit function theorem, as in the stiff method. In redundant loops, derivatives of
- * the minimum-norm reactions (output/rows.c), and of friction that depends on them, are central differences instead. */
+ * Derivatives of multipliers follow from the implicit function theorem (``integrators/jacobian.c``). In redundant loops,
+ * derivatives of the minimum-norm reactions (output/rows.c), and of friction that depends on them, are central differences
+ * instead. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -55,7 +56,7 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   s->step.watch = s->step.have_jac = 0;
   memset(dz, 0, sizeof dz), memset(seed, 0, sizeof seed);
   l->prepare(l->scene, TR_A(s, p), c);
-  if (k->rows) { /* must precede other results, because the differences change the current state */
+  if (k->rows) { /* computed first, because the differences change the current state */
     if (!tr_rhs(s, s->clock.t, y, TR_A(s, dy))) return 0;
     if ((a < k->rows || tr_dependent_rows(s)) && !tr_open_derivative(s, l->ninputs, inputs, dy, dz)) return 0;
   }
@@ -68,12 +69,12 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
   if (nz) {
     if (!tr_multiplier_derivatives(s, J, ld, 0, TR_A(s, jw))) return 0;
     memcpy(seed + ni + ny, TR_A(s, jw), sizeof(double) * nz);
-    if (k->nkappa && tr_dependent_rows(s)) memcpy(seed + ni + ny, dz, sizeof(double) * nz); /* all rows are active */
+    if (k->nkappa && tr_dependent_rows(s)) memcpy(seed + ni + ny, dz, sizeof(double) * nz); /* all rows are active here */
   }
   l->rates(x, y, c, TR_A(s, z), seed, f);
   memcpy(rates, f, sizeof(double) * ny);
   tr_expand_multipliers(s, y, z, 1);
-  if (a == k->rows && !tr_dependent_rows(s)) /* without open reactions */
+  if (a == k->rows && !tr_dependent_rows(s)) /* no reactions are open */
     for (int i = 0; i < a; ++i) dz[k->active_rows[i]] = seed[ni + ny + i];
   memcpy(dz + k->rows, seed + ni + ny + a, sizeof(double) * e);
   memcpy(seed + ni + ny, dz, sizeof(double) * (k->rows + e));

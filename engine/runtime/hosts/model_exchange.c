@@ -10,14 +10,14 @@
 #include "hosts/hosts.h"
 
 #define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed that is allowed just after a pair has started */
-#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: the corresponding shift for stuck pairs */
-#define SHIFT_KINK TOL_KINK /* × the kink speed: the corresponding shift for kinks */
-#define SHIFT_STOP 1e-11   /* × the length, or rad: the corresponding shift for stops */
-#define BEGUN_SPEED 1e-6   /* × the speed unit: above this speed sliding has begun, and its direction is that of the motion */
-#define DRIFT 1.0          /* × tolerance · length, or rad: larger residuals of the loops require projection */
-#define DRIFT_TURN 1e-6    /* larger errors of a quaternion's squared norm require projection */
+#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: allowed excess just after a decision, for stuck pairs */
+#define SHIFT_KINK TOL_KINK /* × the kink speed: allowed distance beyond a kink just after its event */
+#define SHIFT_STOP 1e-11   /* × the length, or rad: allowed depth just after the event of a stop */
+#define BEGUN_SPEED 1e-6   /* × the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
+#define DRIFT 1.0          /* × tolerance · length, or rad: if residuals of loops are larger, the state is projected */
+#define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
 #define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
-#define FOLLOWED_PARTS 8   /* then, friction is followed from the stored state in this number of parts */
+#define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
 /* × the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
  * (fmu/README.md). */
 #define NOMINAL 0.1
@@ -25,7 +25,7 @@
 /* Array of counts: how often the mode of each pair and stop has ended in the present event. */
 static inline double *tr_handled_counts(const tr_sim *s) { return TR_A(s, indicators) + 2 * s->k->nsliders + s->k->nstops + 1; }
 
-/* Evaluate signals as between the last break and the next, whatever time the importer requests. */
+/* Evaluate signals on the branch between the last break and the next one, whatever time the importer requests. */
 static void tr_set_moment_between_breaks(tr_sim *s) {
   const double least = s->clock.last_break + JUST_AFTER, most = s->clock.next_break - JUST_AFTER;
   tr_moment_of(s)->inside = fmin(fmax(s->clock.t, least), most);
@@ -38,15 +38,15 @@ void tr_set_state(tr_sim *s, double t, const double *y) {
   if (y) tr_copy(tr_states(s), y, TR_A(s, y));
 }
 
-/* Surface speed of pair i, m/s. It is negative if the pair slides against its direction. Requires a solution. */
+/* Surface speed of pair i, m/s; negative if the pair slides against its direction. Requires a solution. */
 static double tr_speed_in_mode(const tr_sim *s, int i) {
   if (tr_pair_of(s, i)->nrates == 1) return tr_sliding_of(s, i)->speed;
   if (tr_frozen_length(s, i) > TR_LINE) return tr_speed_along(s, i);
   return tr_has_reversed(s, i) ? -tr_pair_speed(s, i) : tr_pair_speed(s, i);
 }
 
-/* Indicator of a sliding pair of several components. It is positive until the direction must be renewed, or until the pair leaves
- * its line. */
+/* Indicator of a sliding pair of several components; positive until the direction must be renewed, or until the pair leaves its
+ * line. */
 static double tr_direction_indicator(const tr_sim *s, int i) {
   const double speed = tr_pair_speed(s, i), unit = tr_pair_speed_unit(s, i);
   if (tr_is_starting_to_slide(s, i)) return BEGUN_SPEED - speed / unit;
@@ -98,8 +98,8 @@ const double *tr_rates_known(const tr_sim *s) { return TR_A(s, dy); }
 
 const double *tr_indicators(const tr_sim *s) { return TR_A(s, indicators); }
 
-/* ẏ at the block's (t, y), starting from the stored multipliers. A second solution starts from the result of the first, so that the
- * result does not depend on the stored values. Returns 0 on failure. */
+/* ẏ at the block's (t, y), starting from the stored multipliers. The equations are solved twice, the second time from the first
+ * result, so that the stored values do not affect the result. Returns 0 on failure. */
 static int tr_rhs_from_stored(tr_sim *s) {
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
   for (int twice = 0; twice <= (s->k->neta > 0); ++twice)
@@ -152,7 +152,7 @@ const double *tr_rates_in_modes(tr_sim *s) {
   return tr_is_finite(tr_states(s), TR_A(s, dy)) ? TR_A(s, dy) : 0;
 }
 
-/* Set the speed at which sliding of pair i counts as ended, m/s. Requires a solution. */
+/* Set the speed, m/s, below which sliding of pair i counts as ended. Requires a solution. */
 static void tr_set_end_speed(tr_sim *s, int i) {
   const double unit = tr_pair_speed_unit(s, i);
   double *slow = TR_A(s, end_speed) + i;

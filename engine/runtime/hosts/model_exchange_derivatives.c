@@ -1,12 +1,12 @@
 /* Directional derivatives for model exchange: derivatives of rates and columns along a change of states and inputs, in fixed modes.
  *
- * The derivatives are computed as in ``hosts/linearization.c``. Columns are defined for closed loops and unit quaternions, so the
- * direction is first projected onto such states. With loops, central differences compute this projection. Derivatives of works, and
- * of columns that contain works, are central differences, too. */
+ * The functions of ``hosts/linearization.c`` compute the derivatives. Columns are defined for closed loops and unit quaternions, so
+ * the direction is first projected onto these states. With loops, central differences give this projection. Derivatives of works,
+ * and of columns that contain works, are central differences, too. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ONTO 1e-5 /* × the scales: step of differences between projected states; accurate to 1e-10 */
+#define ONTO 1e-5 /* × the scales: step of differences between projected states; they are accurate to 1e-10 */
 
 /* Derivatives (nworks) of the powers along the direction. Returns 0 on failure. */
 static int tr_power_slopes(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *out) {

@@ -2,19 +2,21 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ENDS_AGAIN 0.5     /* × the speed at which bringing the pair to rest failed: the next attempt is made below this speed */
-#define TURNS_ROUND -0.9   /* cosine: after a larger turn, the pair must have stopped in between */
+/* × the speed of the last failed attempt to bring the pair to rest: the next attempt is made below this speed */
+#define ENDS_AGAIN 0.5
+#define TURNS_ROUND -0.9   /* cosine: if the velocity turned by more, the pair has stopped in between */
 #define LAST_MOST 60       /* largest number of evaluations to find the direction in which a pair comes to rest */
-#define LAST_PART 0.5      /* first fraction of the predicted turn that is applied; also the factor on it after an oscillation */
-#define LAST_GROWS 1.1     /* factor on this fraction after a step without oscillation */
-#define LAST_FOUND 1e-6    /* largest tangent of the angle between direction and acceleration at convergence */
-#define ROUNDS 4           /* number of times that the mode of a pair or stop may end at the same instant */
-/* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event. */
+/* first fraction of the predicted turn that is applied; after an oscillation, also the factor on this fraction */
+#define LAST_PART 0.5
+#define LAST_GROWS 1.1     /* factor on the applied fraction after a step without oscillation */
+#define LAST_FOUND 1e-6    /* tangent of the angle between direction and acceleration at which the search has converged */
+#define ROUNDS 4           /* number of times that the mode of a pair or stop may end at one instant */
+/* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event */
 #define DUE_CONE 1e-9
 #define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball closer to its cone is also evaluated slightly later */
-#define LOOKED 1e-9        /* / rate: delay of the later evaluation of such a ball */
+#define LOOKED 1e-9        /* s, × 1 / rate: time after which a ball near its cone is evaluated again */
 
-/* A pair or stop whose mode ends; −1 if there is none. Sliding pairs come first, because their events change the loads of other
+/* Index of a pair or stop whose mode ends; −1: none. Sliding pairs come first, because their events change the loads of other
  * pairs. */
 static int tr_find_mode_end(const tr_sim *s) {
   const double *z = TR_A(s, indicators), *handled = tr_handled_counts(s);
@@ -28,8 +30,8 @@ static int tr_find_mode_end(const tr_sim *s) {
   return found;
 }
 
-/* A ball whose friction jumps across its cone slightly later; −1 if there is none. At such a jump no indicator has a root, so
- * importers stop before it. Restores the indicators. */
+/* Index of a ball whose friction jumps across its cone slightly later; −1: none. No indicator has a root at this jump, so importers
+ * stop before it. Restores the indicators. */
 static int tr_find_cone_jump_ahead(tr_sim *s) {
   const double ahead = LOOKED / s->set.rate, t = s->clock.t;
   const int n = tr_state_width(s), numbers = 2 * s->k->nsliders + s->k->nstops + 1;
@@ -97,9 +99,9 @@ static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, dou
   return 1;
 }
 
-/* Find the direction in which pair i, with several components, comes to rest at the block's state. The pair gets this direction.
- * The motion turns towards this direction as the pair slows down. The last velocities do not show this direction, because they
- * contain the errors of the importer's solver. */
+/* Find the direction in which pair i, with several components, comes to rest at the block's state. The pair gets this direction. As
+ * the pair slows down, its motion turns towards this direction. The last velocities do not show it, because they contain the errors
+ * of the importer's solver. */
 static void tr_find_last_direction(tr_sim *s, int i) {
   const int n = tr_pair_of(s, i)->nrates;
   const double *lever = TR_A(s, lever) + tr_pair_of(s, i)->eta0;
@@ -120,7 +122,7 @@ static void tr_find_last_direction(tr_sim *s, int i) {
   tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy));
 }
 
-/* Set the speed of a spinning ball to zero before its mode is decided. The branch of the ball then has no effect. */
+/* Set the speed of a spinning ball to zero before its mode is decided. The decision then does not depend on the ball's branch. */
 static void tr_stop_spinning_ball(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   if (tr_mode_flag(tr_mode_of(s, i)) != TR_CONE || pair->v0 < 0) return;
@@ -128,8 +130,7 @@ static void tr_stop_spinning_ball(tr_sim *s, int i) {
   tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy));
 }
 
-/* End the mode of the set-valued pair i at the state in the simulation block. The last evaluation must be at this state. Returns a
- * status. */
+/* End the mode of the set-valued pair i at the block's state, which was evaluated last. Returns a status. */
 static int tr_end_set_valued_mode(tr_sim *s, int i) {
   const double *z = TR_A(s, indicators) + 2 * i;
   const int several = tr_pair_of(s, i)->nrates > 1 && !tr_is_stuck(s, i);

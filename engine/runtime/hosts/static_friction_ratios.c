@@ -15,9 +15,9 @@ int tr_hold_all(tr_sim *s, tr_held *out) {
   if (e == 0) return 1;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * e);
-  s->friction.stored = TR_STORES_NONE; /* loads stored at the start may be outdated */
+  s->friction.stored = TR_STORES_NONE; /* stored loads from the start may be outdated */
   if (!tr_solve_in_modes(s)) return 0;
-  tr_solve_in_modes(s); /* a second call, because the shares of a group follow from the loads of the first */
+  tr_solve_in_modes(s); /* again, because the shares of a group follow from the loads of the first call */
   if (tr_largest_share(s, rest, n) > 1.0) tr_stick_by_stored_loads(s, rest, n);
   for (int i = 0; i < k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

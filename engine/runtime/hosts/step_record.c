@@ -1,4 +1,4 @@
-/* Record of a run, step by step, along which tangents are integrated (``hosts/tangent_integration.c``). */
+/* Record of a run, step by step. Tangents are integrated along this record (``hosts/tangent_integration.c``). */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
@@ -20,7 +20,8 @@ int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capac
     if (s->k->nunilateral) s->step.impacts = impacts + *made * tr_impact_length(s), s->step.impacts[0] = 0.0;
     const int code = tr_advance(s, target, 1, rows + *written * s->clock.width, capacity - *written, &count);
     *written += count, s->events.count = 0;
-    const int twice = s->step.impacts && s->step.impacts[0] > 0.0 && !(s->clock.t > before); /* a second impact at one instant */
+    /* whether a second impact follows at the same instant */
+    const int twice = s->step.impacts && s->step.impacts[0] > 0.0 && !(s->clock.t > before);
     if (s->clock.t > before) {
       t[*made] = s->clock.t;
       memcpy(y + (size_t)*made * width, TR_A(s, y), sizeof(double) * width);

@@ -1,16 +1,18 @@
 /* Tangents of f at a state: multipliers, factors of ∂R/∂z, and derivatives along all parameters.
  *
- * The multipliers z follow from R(z) = 0, and the run has recorded them. Where it has not, Newton steps with the factors of ∂R/∂z
- * at the last stage correct z until it settles. One pass of the unit's derivatives along all multipliers and all parameters then
- * gives new factors and the tangents. */
+ * The multipliers z solve R(z) = 0. If the run did not record z, Newton steps with the factors of ∂R/∂z from the last stage compute
+ * it. One pass of the unit's derivatives, along all multipliers and all parameters, then gives new factors and the tangents. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SETTLED_MULTIPLIERS 1e-13 /* × the largest multiplier: last correction; the matrix is constant over such a small change */
-#define SETTLED_AFTER 1e-11       /* × the largest multiplier: last correction with new factors; also the error of the tangents */
-#define NO_MULTIPLIERS 1e-200     /* smallest correction that counts, for multipliers that are all zero */
+/* × the largest multiplier: correction after which z has settled; the matrix hardly changes over so small a correction */
+#define SETTLED_MULTIPLIERS 1e-13
+/* × the largest multiplier: correction after which z has settled, with new factors; the tangents have this relative error */
+#define SETTLED_AFTER 1e-11
+#define NO_MULTIPLIERS 1e-200     /* smallest size by which corrections are divided, for multipliers that are all zero */
 #define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction with the factors of an earlier stage */
-#define CONTRACTION 0.25          /* largest ratio of successive corrections with which the last factors are used */
+/* largest ratio of successive corrections with which the factors of an earlier stage stay in use */
+#define CONTRACTION 0.25
 #define MOST_CORRECTIONS 20       /* largest number of corrections, each with new factors of ∂R/∂z */
 
 /* An integration of tangents. The arrays lie in the work space of its record. */
@@ -20,7 +22,7 @@ typedef struct tr_march {
   const tr_explicit *method;
   size_t width;                              /* number of doubles of a state with its tangents, padded */
   double *K, *start, *end, *now, *sample, *dense, *x, *f, *df, *seeds, *column_seeds, *A, *scale, *change, *old, *before, *all;
-  int *perm, solved;                         /* solved: whether the factors belong to a recent stage */
+  int *perm, solved;                         /* solved: whether the factors come from a recent stage */
   const double *times;                       /* times of the next samples */
   int inside;                                /* number of samples inside the present step */
   double part;                               /* part of a recorded step that is made at once: 1, 1/2, 1/4, … */
@@ -105,9 +107,9 @@ static double tr_correction(tr_march *c) {
   return most < NO_MULTIPLIERS ? 0.0 : most / fmax(tr_largest_size(nz, c->g->z), most);
 }
 
-/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. A
- * large correction means that the extrapolated start is poor. Then f is evaluated at `before`, the multipliers of the last stage,
- * and `solved` becomes 0. */
+/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. After a
+ * large correction, which shows a poor start, f is evaluated at `before` instead, the multipliers of the last stage, and `solved`
+ * becomes 0. */
 static void tr_settle_multipliers(tr_march *c, const double *y) {
   const tr_tangents *g = c->g;
   double last = NEAR_MULTIPLIERS;
@@ -122,8 +124,8 @@ static void tr_settle_multipliers(tr_march *c, const double *y) {
   }
 }
 
-/* Eliminate the multipliers from the derivatives in a row of df. The row then contains total derivatives of f, with derivatives of
- * z in place of those of the residuals. */
+/* Eliminate the multipliers from the derivatives in a row of df. The row then contains total derivatives: of f, and of z in place
+ * of the residuals. */
 static void tr_eliminate_multipliers(const tr_march *c, int row) {
   const int nz = c->g->nz;
   double *df = tr_derivatives_by(c, row), *residual = df + c->g->residual;
@@ -153,9 +155,9 @@ static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S,
   return 1;
 }
 
-/* Evaluate f, z and the tangents of f at time t and state y with tangents S. In df, the tangents of f follow the rows of the
- * multipliers; there, the tangents of z replace those of the residuals. solved: whether z is the solution of the run. Without a
- * clear solution the host finds it. Returns 0 if it fails. */
+/* Evaluate f, z and the tangents of f at time t and state y with tangents S. df begins with the rows of the multipliers; the
+ * tangents of f follow. In it, tangents of z replace those of the residuals. solved: whether z is the solution of the run. If there
+ * is no clear solution, the host searches it. Returns 0 if the host fails. */
 static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved) {
   const tr_tangents *g = c->g;
   tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);

@@ -1,17 +1,19 @@
 /* Tangents along recorded steps: the variational equation, integrated with the explicit method of the run.
  *
- * A state with its tangents is one vector [y | derivatives by parameter 1 | by parameter 2 | …]. A step whose tangents are inaccurate
- * is made in parts. Samples inside a step come from its dense output. The host handles events. */
+ * A state with its tangents is one vector [y | derivatives by parameter 1 | by parameter 2 | …]. A step with inaccurate tangents is
+ * divided into parts. Samples inside a step come from its dense output. The host handles events. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, relative to their size */
-#define NO_INFLUENCE 1e-9         /* × the unit of a state: a smaller change, by a parameter's whole magnitude, is round-off */
-#define EASY 1e-3                 /* × TANGENT_ERROR: smaller errors double the part of a step that is made at once */
-#define LEAST_STEP_PART 0x1p-10   /* × a step: smallest part in which a step is made; all parts are powers of 2 */
+#define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, divided by their size */
+/* × the unit of a state: if a change of the parameter by its whole magnitude changes the state by less, this is round-off */
+#define NO_INFLUENCE 1e-9
+#define EASY 1e-3                 /* × TANGENT_ERROR: after a smaller error, the part of a step that is made at once is doubled */
+#define LEAST_STEP_PART 0x1p-10   /* × a step: smallest part of a step that is made at once; all parts are powers of 2 */
 
 /* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. The
- * direction of its friction is then the limit before rest, and its velocity perpendicular to this direction has zero tangents. */
+ * direction of the pair's friction is then the limit before rest, and the velocity perpendicular to this direction has zero
+ * tangents. */
 static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
   const tr_tangents *g = c->g;
   for (int p = 0; p < g->turning; ++p) {
@@ -31,7 +33,7 @@ static void tr_keep_slip_direction(const tr_march *c, double *y, double *S) {
 }
 
 /* Set row i of K to the slopes, at time t, of the state with its tangents in c->now. stages: multipliers of the run at each row of
- * K; null pointer: unknown. Like all functions that evaluate tangents, returns 0 on failure. */
+ * K; null pointer: unknown. Returns 0 on failure. */
 static int tr_tangent_slopes(tr_march *c, int i, double t, const double *stages) {
   const tr_tangents *g = c->g;
   double *slopes = c->K + (size_t)i * c->width;
@@ -60,7 +62,7 @@ static int tr_make_tangent_step(tr_march *c, double t, double h, const double *s
 }
 
 /* Estimated error of the tangents in the step to c->end, relative to their size. Coordinates, rates with friction states, and
- * integrals count separately, in the units of the run's tolerance; integrals in the unit of energy. */
+ * integrals count separately: integrals in the unit of energy, all others in the units of the run's tolerance. */
 static double tr_tangent_error(const tr_march *c, double h) {
   const tr_tangents *g = c->g;
   const int vectors = (int)(c->width / TR_LANES), ends[] = {0, g->nq, g->ny, g->n};
@@ -116,7 +118,8 @@ static int tr_append_sample(tr_march *c, double t) {
   return 1;
 }
 
-/* Interpolate the multipliers at θ of a step from those at its ends and at the extra stages, which are as accurate as the step. */
+/* Interpolate the multipliers at θ of a step from those at its ends and at the extra stages. These multipliers are as accurate as
+ * the step. */
 static void tr_interpolate_stages(const tr_march *c, double theta) {
   const tr_explicit *m = c->method;
   const int nz = c->g->nz, first = m->stages - 1, count = 2 + m->extra; /* node 0 is the start of the step, whose row of K is 0 */

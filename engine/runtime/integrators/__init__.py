@@ -1,5 +1,5 @@
-"""Integration methods as data. A new method requires one file and one line in ``REGISTRY``. The schema, settings, help, statistics,
-the C runtime, FMUs and charts use this registry."""
+"""Integration methods as data. A new method requires one file and one line in ``REGISTRY``. Schema, settings, help, statistics, C
+runtime, FMUs and charts read this registry."""
 
 
 from trunnion.basics.lazy_data_classes import dataclass
@@ -21,8 +21,8 @@ REGISTRY: tuple[Method, ...] = (
 
 @dataclass(frozen=True)
 class Auto:
-    """Methods from which ``auto`` chooses. The explicit method is ``loose`` above the tolerance ``loose_above``, and ``tight``
-    below. ``stiff`` is for stiff motion, ``accumulating`` for events that accumulate."""
+    """Methods among which ``auto`` chooses. The explicit method is ``loose`` above the tolerance ``loose_above``, otherwise
+    ``tight``. ``stiff`` is for stiff motion, ``accumulating`` for events that accumulate."""
 
     loose: Tableau
     tight: Tableau

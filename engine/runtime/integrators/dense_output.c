@@ -1,4 +1,4 @@
-/* Dense output of the last step. It is formed at its first use, and evaluated at a fraction θ of the step. */
+/* Dense output of the last step. Its rows are formed at its first use. It gives the state at a fraction θ of the step. */
 #include "integrators/integrators.h"
 
 static void tr_evaluate_dense_rows(int n, int rows, const double *R, const double *yold, double theta, double *out) {
@@ -36,7 +36,7 @@ static void tr_form_dense_works(tr_sim *s) {
   const int n = tr_state_width(s);
   const double h = s->step.size, *K = TR_A(s, K), *start = K, *middle = K + TR_MIDDLE_ROW * n, *end = K + tr_method_of(s)->end * n;
   double *R = TR_A(s, kstep);
-  for (int i = s->ny; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) { /* power = start + a θ + b θ² */
+  for (int i = s->ny; i < s->ny + s->nworks + TR_AUDIT_SUMS; ++i) { /* the power is start + a θ + b θ² */
     const double b = 2.0 * (start[i] - 2.0 * middle[i] + end[i]), a = end[i] - start[i] - b;
     R[i] = h * (start[i] + a / 2.0 + b / 3.0);
     R[n + i] = -h * (a / 2.0 + b / 3.0);

@@ -1,19 +1,20 @@
-/* Error norm of all methods. It combines the errors of positions and velocities, of works, and of directions of slow sliding. */
+/* Error norm of all methods: a combination of the errors of positions and velocities, of works, and of directions of slow
+ * sliding. */
 #include "integrators/integrators.h"
 
-/* The error of a work is divided by the work itself, but by at least these fractions of the largest work and of the scene's energy
- * scale, plus round-off. */
+/* The error of a work is divided by the work itself. The divisor is at least SMALL_WORK times the largest work and the scene's
+ * energy scale, plus round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
-#define NOISE_ENERGY 1e-14 /* × the energy scale; divided by rtol */
+#define NOISE_ENERGY 1e-14 /* × the energy scale / rtol: round-off in the divisor of works */
 #define DIRECTION_ERROR 1e-3 /* rad: tolerated error of the direction of slow sliding */
 #define DIRECTION_CUTS 0.01  /* squared error in tolerances: a smaller direction error does not limit steps */
 #define SLOWEST 1e-9         /* × the speed unit: slower sliding counts as sliding at this speed */
-#define SECOND_WEIGHT 0.01   /* weight of the second of two error estimators (Hairer, Nørsett, Wanner I, II.10) */
+#define SECOND_WEIGHT 0.01   /* weight of the second error estimator (Hairer, Nørsett, Wanner I, II.10) */
 
-/* Squared error of the directions of slow sliding. It counts separately, because friction depends on the direction at any speed.
- * The result is (|e⊥|/(DIRECTION_ERROR |v|))² of the worst pair, whose index *which receives. e⊥: error perpendicular to the
- * velocity v. */
+/* Squared error of the directions of slow sliding. Directions count separately, because friction depends on the direction at any
+ * speed. The result is (|e⊥|/(DIRECTION_ERROR |v|))² of the worst pair, where e⊥ is the error perpendicular to the velocity v.
+ * *which receives the pair. */
 static double tr_direction_error(const tr_sim *s, const double *e, const double *ynew, int *which) {
   double worst = 0.0, least = SLOWEST * tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -35,8 +36,8 @@ static double tr_smallest_work_unit(const tr_sim *s, double most) {
   return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
-/* Smallest unit of the n works from index `first` of the state, J. It takes the works of this step into account, so that it is
- * positive at the start. */
+/* Smallest unit of the n works from index `first` of the state, J. It includes the works of this step, and so is positive at the
+ * start. */
 static double tr_work_unit(const tr_sim *s, double h, const double *y, int first, int n) {
   double most = 0.0;
   const double *power = TR_A(s, K);
@@ -72,8 +73,8 @@ static double tr_squared_error(tr_sim *s, const double *e, const double *y, cons
   return sum + turns;
 }
 
-/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_outcome_margin.c``). Only pairs
- * whose rates are states have such errors. */
+/* Store the errors e of a trial step, multiplied by `part`, as speed errors of pairs (``events/event_outcome_margin.c``). Only
+ * pairs whose rates are states have speed errors. */
 static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   for (int i = 0; i < s->k->nsliders && s->k->sets; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);
@@ -86,7 +87,7 @@ static void tr_store_speed_errors(tr_sim *s, const double *e, double part) {
   }
 }
 
-/* Squared error from the squared errors of two estimators. Its order is higher than the order of either estimator. */
+/* Squared error from the squared errors of two estimators. The order of the result is higher than the order of either estimator. */
 static double tr_combine_estimators(double first, double second) {
   double den = first + SECOND_WEIGHT * second;
   return den > 0.0 ? first * first / den : (first == 0.0 ? 0.0 : NAN);

@@ -9,7 +9,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 class Impulses:
     """A method that applies friction and loop reactions as impulses over a step, without event location. ``fixed_order``: order
     with fixed steps. ``order``: order under error control, by extrapolation from one whole step and two half steps. ``weights``:
-    factors of the whole step and of the half steps. Raises ValueError if weights and orders disagree."""
+    factors of the whole step and of the half steps. A ValueError reports weights that contradict the orders."""
 
     name: str
     about: str

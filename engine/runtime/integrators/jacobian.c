@@ -1,5 +1,5 @@
 /* Exact derivative of ẏ = F by state and time: dF/dy = F_y − F_z R_z⁻¹ R_y. R are the residuals whose roots are the multipliers z.
- * The derivative eliminates z in the same order as the right-hand side does. */
+ * The elimination of z follows the order of the right-hand side. */
 #include "integrators/integrators.h"
 
 /* Set the right-hand sides of the rows of stuck pairs (tr_form_rest_rows). R: derivatives of these pairs' accelerations. */

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from trunnion.runtime.integrators import AUTO, METHODS, REGISTRY, Impulses, Method, Rosenbrock, Tableau
 
 HERMITE = 3
-"""Number of dense-output rows that all explicit methods share, which are those of cubic Hermite interpolation."""
+"""Number of dense-output rows of cubic Hermite interpolation, which all explicit methods have."""
 ROWS = "const tr_vec*restrict K"
 
 
@@ -18,7 +18,7 @@ def header() -> str:
 
 
 def _numbers_of(m: Method) -> str:
-    """C text of a method's coefficients. Raises ValueError if they disagree with the declared properties."""
+    """C text of a method's coefficients. Raises ValueError if the coefficients contradict the declared properties."""
     if not isinstance(m, Impulses):
         m.check()
     return explicit_text(m) if isinstance(m, Tableau) else _rosenbrock(m) if isinstance(m, Rosenbrock) else _impulses(m)
@@ -76,7 +76,7 @@ def _rosenbrock(t: Rosenbrock) -> str:
 
 
 def _impulses(t: Impulses) -> str:
-    """C table of the weights of time stepping: for the whole step and for the two half steps."""
+    """C table of the weights of time stepping, for the whole step and for the two half steps."""
     whole, halves = t.weights
     return f"static const tr_impulses {t.name}_method={{.whole={float(whole)!r},.halves={float(halves)!r}}};\n"
 

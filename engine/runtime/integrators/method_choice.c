@@ -1,19 +1,20 @@
-/* Method auto: choice between the stiff method and the explicit methods. */
+/* Method auto: choice between the stiff method and an explicit method. */
 #include "integrators/integrators.h"
 
-#define KINKS_MAX 12      /* count that switches to the stiff method: steps that end at a kink, minus other steps */
-#define STIFF_STEPS 15    /* count of steps limited by stability that switches to the stiff method (Hairer, Wanner II, IV.2) */
-#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability, after which the count of STIFF_STEPS restarts */
+#define KINKS_MAX 12      /* steps that end at a kink minus other steps: at this count, auto switches to the stiff method */
+/* steps limited by stability: at this count, auto switches to the stiff method (Hairer, Wanner II, IV.2) */
+#define STIFF_STEPS 15
+#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability: at this count, the count of STIFF_STEPS restarts */
 #define CALM 2.0          /* largest h |λ| at which an explicit step of size h counts as stable */
-#define CALM_STEPS 8      /* consecutive stable steps after which auto switches back to the explicit method */
-#define POWER_STEPS 8     /* power iterations for |λ|; accuracy by a factor of two suffices */
+#define CALM_STEPS 8      /* consecutive stable steps: at this count, auto switches back to the explicit method */
+#define POWER_STEPS 8     /* number of power iterations for |λ|, whose accuracy by a factor of two suffices */
 
-/* h |λ|max of the Jacobian, by power iteration in the metric of the tolerance. */
+/* h |λ|max of the Jacobian, by power iteration. Vectors are measured in units of the tolerance. */
 static double tr_estimate_spectral_radius(tr_sim *s, double h) {
   TR_NEED(s, TR_HAS_JACOBIAN);
   int ny = s->ny, ld = tr_jacobian_rows(s);
   const double *J = TR_A(s, jac), *unit = TR_A(s, scale);
-  double v[ny], u[ny], size = 0.0; /* v: a vector with components in all directions */
+  double v[ny], u[ny], size = 0.0; /* v: start vector, with components in all directions */
   for (int i = 0; i < ny; ++i) v[i] = unit[i] * (1.0 + 0.37 * (i % 3));
   for (int it = 0; it < POWER_STEPS; ++it) {
     memset(u, 0, sizeof u);

@@ -56,14 +56,14 @@ def density(tree: Tree) -> int:
 
 
 def carried(matrix: Matrix, values: Sequence[float]) -> list[float]:
-    """Product of a matrix and a vector. A row shorter than the vector is padded with zeros."""
+    """Product of a matrix and a vector. Rows shorter than the vector are padded with zeros."""
     return [sum([a * v for a, v in zip(row, values, strict=False) if a]) for row in matrix]
 
 
 class Elementary:
-    """Elementary weights Φ(t) of a method, one number per stage. The weights of a subtree are multiplied by a matrix. This is
-    ``single`` if the subtree's parent has one branch, and ``several`` if the parent has several. For Runge–Kutta methods both
-    matrices are A; for Rosenbrock methods they are β and α."""
+    """Elementary weights Φ(t) of a method, one number per stage. The weights of a subtree are multiplied by a matrix: by ``single``
+    if the subtree's parent has one branch, by ``several`` if it has more. For Runge–Kutta methods both matrices are A; for
+    Rosenbrock methods they are β and α."""
 
     def __init__(self, single: Matrix, several: Matrix):
         self.single, self.several = single, several
@@ -78,8 +78,8 @@ class Elementary:
         return self.known[tree]
 
     def defect(self, weights: Sequence[float], tree: Tree, part: float = 1.0, exact: bool = True) -> float:
-        """Relative defect of a tree's order condition. If ``exact`` is false, the weighted sum itself must vanish, as for error
-        estimators."""
+        """Relative defect of a tree's order condition. If ``exact`` is false (error estimators), the weighted sum itself must
+        vanish."""
         terms = [w * p for w, p in zip(weights, self(tree), strict=True)]
         wanted = part ** size(tree) / density(tree) if exact else 0.0
         return abs(math.fsum(terms) - wanted) / (sum(map(abs, terms)) + wanted + 1e-300)

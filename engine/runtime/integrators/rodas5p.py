@@ -1,6 +1,6 @@
 """Rodas5P: an L-stable, stiffly accurate Rosenbrock method of order 5, with an embedded method of order 4 and dense output of order
-4. The coefficients are published (G. Steinebach, "Construction of Rosenbrock–Wanner method Rodas5P …", BIT 63:27, 2023). In this
-form, every stage is one solution with W = E/(γh) − J."""
+4. The coefficients are published (G. Steinebach, "Construction of Rosenbrock–Wanner method Rodas5P …", BIT 63:27, 2023). With these
+coefficients, every stage is one solution with W = E/(γh) − J."""
 
 from trunnion.runtime.integrators.rosenbrock_coefficients import Rosenbrock
 

@@ -1,4 +1,4 @@
-/* Steps of an L-stable Rosenbrock method with the exact Jacobian. Works are not part of the integrated state; ``work_quadrature.c``
+/* Steps of an L-stable Rosenbrock method with the exact Jacobian. The integrated state contains no works; ``work_quadrature.c``
  * integrates works along the dense output. */
 #include "integrators/integrators.h"
 
@@ -62,8 +62,8 @@ static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h) {
   return sqrt(tr_squared_error(s, K + m->stages * n, y, ynew));
 }
 
-/* Form the dense rows for tr_evaluate_dense, with Δ = y₁ − y: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ +
- * θ (K₂ + …))). */
+/* Form the rows for tr_evaluate_dense, with Δ = y₁ − y: (1−θ) y + θ (y₁ + (1−θ)(K₁ + θ (K₂ + θ K₃))) = y + θ (Δ + (1−θ)(K₁ + θ (K₂
+ * + …))). */
 static int tr_form_dense_rosenbrock(tr_sim *s, const tr_rosenbrock *m) {
   const int nv = tr_state_width(s) / TR_LANES;
   const tr_vec *K = (tr_vec *)TR_A(s, K), *y0 = (tr_vec *)TR_A(s, yold), *y1 = (tr_vec *)TR_A(s, ynew);

@@ -1,4 +1,4 @@
-"""Rosenbrock methods as data, with one matrix W = E/(γh) − J and no matrix–vector products.
+"""Rosenbrock methods as data, in the form with one matrix W = E/(γh) − J and without matrix–vector products.
 
 Stages: W k_i = f(t + c_i h, y + Σ a_ij k_j) + h d_i ∂f/∂t + Σ C_ij k_j / h.
 
@@ -15,15 +15,14 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.runtime.integrators.order_conditions import PARTS, Elementary, Matrix, carried
 
 ROUND_OFF = 1e-11
-"""Largest violation that counts as round-off in the conditions on nodes, on d and on stability. A matrix inverse amplifies this
-round-off."""
+"""Largest violation of the conditions on nodes, on d and on stability that is round-off, amplified by a matrix inverse."""
 HERMITE = 3
 """Number of rows of H."""
 
 
 @dataclass(frozen=True)
 class Rosenbrock:
-    """A stiffly accurate method, with coefficients as in the module's docstring."""
+    """A stiffly accurate Rosenbrock method. The module's docstring defines the coefficients."""
 
     name: str
     about: str
@@ -39,8 +38,8 @@ class Rosenbrock:
 
     def check(self) -> None:
         """Runs before the method becomes C code. Raises ValueError if the coefficients do not give the declared order, error_order
-        (of the estimator) and dense_order. Also raises ValueError if the nodes c and the factors d do not follow from A, C and γ,
-        or if the stability function does not vanish at infinity."""
+        (of the estimator) and dense_order. Also raises ValueError if the nodes c and the factors d do not follow from A, C and γ.
+        The same holds if the stability function does not vanish at infinity."""
         problem = self.defect()
         if problem > ROUND_OFF:
             raise ValueError(f"method {self.name}: the conditions on nodes and stability are violated by {problem:.1e}")
@@ -102,7 +101,7 @@ class Rosenbrock:
 
 
 def by(row: Sequence[float], matrix: Matrix) -> list[float]:
-    """Product of a row and a square matrix. A row shorter than the matrix is padded with zeros."""
+    """Product of a row and a square matrix. If the row is shorter than the matrix, it is padded with zeros."""
     return [sum(a * m[k] for a, m in zip(row, matrix, strict=False)) for k in range(len(matrix))]
 
 

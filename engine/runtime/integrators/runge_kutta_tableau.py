@@ -12,7 +12,7 @@ Rows = Sequence[Sequence[float]]
 LONGEST = 40.0
 """Upper limit of the search for the real stability interval."""
 MARGIN = 0.7
-"""Fraction of the real stability interval. Above it, stability limits the steps, not accuracy."""
+"""Fraction of the real stability interval above which stability, not accuracy, limits the steps."""
 
 
 def _lagrange(nodes: Sequence[float], through: Sequence[int], j: int, at: float) -> float:
@@ -27,7 +27,8 @@ class Tableau:
     A: rows of the stages (row i has i entries). B: weights. C: nodes. E: one or two error estimators, with an entry for each stage
     and optionally one for the derivative at the end of the step (end derivative). A_dense, C_dense: extra stages of the dense
     output, from the stages, the end derivative and earlier extra stages. D: rows of the dense output beyond cubic Hermite
-    interpolation, with entries for all of these. The end derivative is not listed as a stage, because every step computes it.
+    interpolation, with an entry for each stage, the end derivative and each extra stage. The end derivative is not listed as a
+    stage, because every step computes it.
 
     Dense output: y(θ) = y₀ + θ(R₀ + (1−θ)(R₁ + θ(R₂ + (1−θ)(D₀ + θ(D₁ + …))))).
 
@@ -49,14 +50,14 @@ class Tableau:
     C_dense: Sequence[float] = ()
     D: Rows = ()
     led: Sequence[Sequence[int]] = ()
-    """For each stage: earlier stages at different nodes. A polynomial through them extrapolates friction to the start of Newton's
-    method at this stage. Empty: the first stage and the last two stages."""
+    """For each stage: earlier stages at different nodes, from which a polynomial extrapolates friction to the start of Newton's
+    method. Empty: the first stage and the last two stages."""
 
     def __post_init__(self) -> None:
         self._shapes()
 
     def check(self) -> None:
-        """Raises ValueError if the coefficients disagree with a declared property. Runs before the method becomes C code."""
+        """Raises ValueError if the coefficients contradict a declared property. Runs before the method becomes C code."""
         found = self._derived()
         for what, value in found.items():
             if getattr(self, what) != value:
@@ -64,8 +65,8 @@ class Tableau:
 
     @property
     def stiff_at(self) -> float:
-        """Estimate of h|λ| above which stability limits the steps. It is a fraction of the real stability interval, rounded to the
-        nearest half."""
+        """Estimate of h|λ| above which stability limits the steps. The estimate is a fraction of the real stability interval,
+        rounded to the nearest half."""
         return round(2 * MARGIN * self.real_interval()) / 2
 
     @property
@@ -87,7 +88,7 @@ class Tableau:
         """For each stage, the weights with which its extrapolation uses earlier stages (``led``)."""
         rows = []
         for i in range(self.stages):
-            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # only one stage per node
+            near = {self.C[j]: j for j in (i - 2, i - 1, 0) if 0 <= j < i}  # one stage for each node
             through = self.led[i] if self.led else list(near.values())
             rows.append([_lagrange(self.C, through, j, self.C[i]) if j in through else 0.0 for j in range(self.stages)])
         return rows

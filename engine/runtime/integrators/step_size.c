@@ -1,19 +1,22 @@
-/* Step sizes: the first from the motion at the start, the next from the last errors. Norms are relative to the tolerance. */
+/* Step sizes: the first follows from the motion at the start, the others from the last errors. Norms are relative to the
+ * tolerance. */
 #include "integrators/integrators.h"
 
-#define SAFETY 0.9       /* × the step size whose estimated error equals the tolerance; the estimate neglects higher orders */
+/* × the step size whose estimated error equals the tolerance; a margin, because the estimate neglects higher orders */
+#define SAFETY 0.9
 #define RETRY_MOST 0.9   /* largest factor on a refused step */
-/* Exponents of the present and the last error. At equal accuracy, they give a third fewer refusals than exponents of 1 and 0. */
+/* Exponents of the present and the last error. At equal accuracy, one third fewer steps are refused than with the exponents 1 and
+ * 0. */
 #define PI_NOW 0.8
 #define PI_OLD 0.3
 #define ERROR_LEAST 1e-12      /* smallest error that influences the step size */
-#define ERROR_LEAST_KEPT 1e-4  /* smallest error stored for the next step size; an error may be zero by accident */
+#define ERROR_LEAST_KEPT 1e-4  /* smallest error stored for the next step size, because an error may be zero by accident */
 #define FIRST_CHANGE 0.01      /* × the state: change over the first step */
 #define FIRST_MOST 100.0       /* × the first guess: upper limit of the second guess */
 #define AT_REST 1e-5           /* if norms of states or slopes are below this value, their ratio is no time scale */
 #define FIRST_BLIND 1e-6       /* s: first guess if there is no time scale */
-#define FIRST_STRAIGHT 1e-3    /* × the first guess, for straight motion (Hairer's algorithm) */
-#define STRAIGHT 1e-15         /* if slopes and second derivatives are smaller, the motion is straight */
+#define FIRST_STRAIGHT 1e-3    /* × the first guess: step size of straight motion (Hairer's algorithm) */
+#define STRAIGHT 1e-15         /* if slopes and second derivatives are smaller, the motion counts as straight */
 #define FIRST_RETREAT 1e-2     /* × the first guess: step size if the motion cannot be evaluated at the first guess */
 
 static double tr_first_step(tr_sim *s, double span, int order) {

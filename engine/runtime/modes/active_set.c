@@ -1,20 +1,22 @@
 /* Modes of all pairs at rest (theory, "Deciding modes"). A pair may stick if the friction that rest needs is within its capacity. A
  * pair may slip if its friction then opposes its acceleration. The search starts with all pairs stuck, and repeatedly changes the
- * mode that violates its condition most (the largest misfit). If this fails, the search starts from other modes. Finally it tries
- * all combinations of a few pairs. */
+ * mode that violates its condition most (the largest misfit). If this search fails, another one starts from other modes. Finally,
+ * all combinations of the modes of a few pairs are tried. */
 #include "modes/modes.h"
 
 /* Largest number of pairs for which all mode combinations are tried: 3 modes per pair, 2 for pairs with several components. */
 #define ENUMERATE_MAX 8
-#define MANY_WORK 6e8      /* multiplications (half a second): limit of the one-by-one search with more than ENUMERATE_MAX pairs */
+/* multiplications (half a second): limit of the one-by-one search, if there are more than ENUMERATE_MAX pairs */
+#define MANY_WORK 6e8
 #define NEARBY_WORK 60     /* Newton iterations: limit of the search through neighbouring modes; usually enough for ten mode changes */
-#define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): limit of the search over combinations */
-#define ONSET_SWEEPS 20    /* iterations on the directions of several pairs that start to slide together */
-/* × length · rate²: smallest difference between accelerations of two solutions; far above round-off, far below typical motion. */
+#define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): limit of the search over all combinations */
+#define ONSET_SWEEPS 20    /* largest number of iterations on the directions of several pairs that start to slide together */
+/* × length · rate²: two solutions whose accelerations differ by more are different; far above round-off, far below typical
+ * motion */
 #define DIFFERENT 1e-6
 
-/* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. `near`: accept only
- * directions near the present ones. Returns 0 on failure. *idle then receives the pair without a direction, or −1. */
+/* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. near: whether to accept
+ * only directions near the present ones. Returns 0 on failure; *idle then receives the pair without a direction, or −1. */
 static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int *idle) {
   int several = 0;
   *idle = -1;
@@ -28,8 +30,8 @@ static int tr_solve_with_onsets(tr_sim *s, const int *rest, int n, int near, int
   return tr_solve_in_modes(s);
 }
 
-/* Whether stored loads may hold the stuck pairs. To find stored loads takes many solutions. A long impulse step therefore stores
- * them only for pairs at rest: pairs that move at its start usually reverse. */
+/* Whether stored loads may hold the stuck pairs. The search for stored loads takes many solutions. In a long impulse step, loads
+ * are therefore stored only for pairs at rest at its start; pairs that move there usually reverse. */
 static int tr_may_store_loads(tr_sim *s, const int *rest, int n) {
   int still = !(s->moreau.h > s->moreau.decides);
   for (int q = 0; q < n && !still; ++q)
@@ -39,7 +41,7 @@ static int tr_may_store_loads(tr_sim *s, const int *rest, int n) {
 
 static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
   const int impulses = s->moreau.h > 0.0;
-  int classed = !impulses; /* impulse steps find the classes only where a mode changes */
+  int classed = !impulses; /* in impulse steps, classes are found only when a mode changes */
   for (int it = 0; it < DECISION_STEPS; ++it) {
     int worst;
     if (!tr_solve_with_onsets(s, rest, n, impulses && it == 0, &worst)) {
@@ -57,7 +59,7 @@ static int tr_resolve_misfits(tr_sim *s, const int *rest, int n) {
   return 0;
 }
 
-/* Write one pair of each class of coupled pairs, and each uncoupled pair, to `apart`. Returns their number. */
+/* Collect one pair of each class of coupled pairs, and each uncoupled pair, in `apart`. Returns their number. */
 static int tr_collect_independent(const tr_sim *s, const int *rest, int n, int *apart) {
   int count = 0;
   for (int q = 0; q < n; ++q) {
@@ -77,8 +79,8 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
  * a direction found from a guess). */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
-/* Apply mode combination number `code`. Each of the `count` pairs in `apart` represents its class. guess: 3 components for each
- * pair in `apart`. */
+/* Apply mode combination number `code`. Each of the `count` pairs in `apart` stands for its class. guess: direction (3 components)
+ * for each pair in `apart`. */
 static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apart, int count, int code, const double *guess) {
   for (int q = 0; q < n; ++q) tr_mode_of(s, rest[q])->flag = TR_STUCK;
   for (int u = 0; u < count; ++u) {
@@ -96,8 +98,8 @@ static void tr_set_combination(tr_sim *s, const int *rest, int n, const int *apa
   }
 }
 
-/* Try all combinations of modes. The first combination that satisfies all laws stays in force. Returns the number of such
- * combinations with different accelerations, at most `most`. Returns 0 if there are too many combinations to try. */
+/* Try all combinations of modes. The first combination that satisfies all laws stays in force. Returns the number of combinations
+ * that satisfy all laws and differ in their accelerations, at most `most`. Returns 0 if there are too many combinations to try. */
 static int tr_try_all_combinations(tr_sim *s, const int *rest, int n, int most) {
   const tr_kernel *k = s->k;
   int total = 1, found = 0, apart[n + 1], count = tr_collect_independent(s, rest, n, apart);
@@ -146,9 +148,9 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Search one by one along the recursion, for one-component pairs of a tree. Most events among many pairs at rest change few modes,
- * so that a few passes over the bodies cost less than the matrices of all pairs. On failure, or beyond NEARBY_WORK, restores modes
- * and η and returns 0. */
+/* Search one by one along the recursion, for one-component pairs of a tree. An event among many pairs at rest usually changes few
+ * modes; a few passes over the bodies then cost less than the matrices of all pairs. Restores modes and η, and returns 0, on
+ * failure or beyond NEARBY_WORK. */
 static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   const tr_kernel *k = s->k;
   double eta[k->neta + 1];
@@ -165,7 +167,7 @@ static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   return found;
 }
 
-/* Like tr_decide_one_by_one, for many pairs: first through neighbouring modes, then all pairs at once, then one by one within
+/* Like tr_decide_one_by_one, for many pairs. Tries neighbouring modes, then all pairs at once, then one pair after another within
  * MANY_WORK. */
 static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const double *old) {
   const tr_mode slips = *tr_mode_of(s, released >= 0 ? released : 0);
@@ -184,7 +186,7 @@ static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const
 
 /* Release the class of the pair `released`, if the class shared its load by the sharing rule. One freedom moves all pairs of the
  * class. Each pair has reached its capacity against this motion, so all can slide. (Other distributions of the load could hold the
- * class a little longer, but creep, which loads each pair against the motion, does not lead to them.) Returns 0 if sliding violates
+ * class a little longer. Creep does not lead to them, because it loads each pair against the motion.) Returns 0 if sliding violates
  * a law. */
 static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
   int idle, apart[n + 1];

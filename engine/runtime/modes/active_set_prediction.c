@@ -1,18 +1,19 @@
-/* Modes of many pairs at rest: predicted for all pairs at once, then checked against the exact equations (theory, "Many pairs"). */
+/* Modes of many pairs at rest: they are predicted for all pairs at once, then checked against the exact equations (theory, "Many
+ * pairs"). */
 #include "modes/modes.h"
 
-#define TURNS_MOST 40        /* limit of Newton iterations on all onset directions together */
-#define BRANCHES_MOST 12     /* number of first iterations in which balls may change between sliding and spinning */
-#define ONSETS_FOUND 1e-14   /* relative step of the friction at convergence; a smaller step is round-off */
-/* Relative step that also counts as converged if steps stop shrinking; larger, because difference quotients lose half of the
- * digits. */
+#define TURNS_MOST 40        /* largest number of Newton iterations on all onset directions together */
+#define BRANCHES_MOST 12     /* number of iterations, from the first, in which balls may change between sliding and spinning */
+#define ONSETS_FOUND 1e-14   /* × the friction: step of a converged iteration; a smaller step is round-off */
+/* × the friction: step at which the iteration has also converged if steps stop shrinking; larger, because difference quotients lose
+ * half of the digits */
 #define ONSETS_NEARLY 1e-9
 
 /* Whether pair i slides in an unknown direction. */
 static inline int tr_is_direction_unknown(const tr_sim *s, int i) { return tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1; }
 
 /* Set the direction of pair i to the direction of its acceleration at the present multipliers. *size receives the acceleration,
- * m/s². If the acceleration is too faint, the direction stays unchanged, and *size is INFINITY. */
+ * m/s². If this acceleration is round-off, the direction stays unchanged, and *size receives INFINITY. */
 static void tr_turn_onset_direction(tr_sim *s, int i, double *size) {
   const tr_pair *pair = tr_pair_of(s, i);
   tr_mode *m = tr_mode_of(s, i);
@@ -42,8 +43,8 @@ static void tr_evaluate_laws_on_branches(tr_sim *s, const int *rest, int n) {
 }
 
 /* Add to the Jacobian J (e×e) of the laws the effect of directions that turn with accelerations, by differences. size: acceleration
- * of each pair in `rest`. Friction along the direction is the present multiplier, not that of the law: with the latter, the
- * iteration would oscillate where friction nearly stops a pair (as in ``friction/creep_minimisation.c``). */
+ * of each pair in `rest`. The friction along the direction is the present multiplier. With the friction of the law instead, the
+ * iteration would oscillate where friction nearly stops a pair. */
 static void tr_onset_slopes(tr_sim *s, const int *rest, int n, const double *size, double *J) {
   tr_form_all_maps(s);
   const tr_kernel *k = s->k;
@@ -77,8 +78,8 @@ static void tr_onset_slopes(tr_sim *s, const int *rest, int n, const double *siz
   }
 }
 
-/* One Newton step on multipliers and onset directions. `branches`: balls may change between sliding and spinning. Returns the norm
- * of the step relative to the multipliers; INFINITY on failure. */
+/* One Newton step on multipliers and onset directions. branches: whether balls may change between sliding and spinning. Returns the
+ * norm of the step relative to the multipliers; INFINITY on failure. */
 static double tr_onsets_newton_step(tr_sim *s, const int *rest, int n, int branches) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *r = TR_A(s, r), *J = TR_A(s, lu), size[n + 1], step = 0.0, most = 0.0;

@@ -1,14 +1,14 @@
 /* Friction at rest of any number of pairs as one equation (theory, "Many pairs").
  *
- * For a pair about to slide, the friction y (N) and the surface acceleration x (m/s²) follow from their combination p = y + ρ x,
- * with a mass ρ. y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads and x are affine
+ * For a pair at rest or about to slide, the combination p = y + ρ x (ρ: a mass) determines friction y (N) and surface acceleration
+ * x (m/s²). y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads and x are affine
  * functions of the frictions y. y − R = 0 is therefore a piecewise smooth equation for y, with sticking, sliding and spinning.
  * Newton's method with a line search solves this equation. The start is zero friction, or a path on which friction grows from zero
  * (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
 #include "modes/modes.h"
 
-#define CONES_TRIED 1e-7     /* step of the difference quotient with respect to `part` */
-#define CONES_GRIP 1e-6      /* relative: a smaller excess of static over sliding friction is neglected */
+#define CONES_TRIED 1e-7     /* step of the difference quotient by `part` */
+#define CONES_GRIP 1e-6      /* × the sliding friction: a smaller excess of static friction is neglected */
 
 /* Unknowns and data of the equation. The comments give array sizes before the colon; n: number of pairs, e: number of
  * multipliers. */
@@ -18,8 +18,8 @@ typedef struct tr_cone_problem {
   double part;      /* fraction of the friction of balls; grows from 0 to 1 along a path */
   int all;          /* whether `part` applies to all pairs, not only to balls */
   int most;         /* number of factorisations that are still allowed */
-  double *rho;      /* n: mass ρ, kg; 0 for a freed pair, and if friction does not affect the pair's motion */
-  int grips;        /* whether static friction is used, because some pair has static friction above its sliding friction */
+  double *rho;      /* n: mass ρ, kg; 0 for a freed pair, and for a pair whose motion friction does not affect */
+  int grips;        /* whether some pair has more static than sliding friction; static friction is then used */
   double *grip;     /* e: ratio of static to sliding friction, for pairs other than balls */
   double *mu;       /* n: present friction ratio of a ball; negative for other pairs */
   double *slides;   /* n: sliding friction ratio of a ball */
@@ -50,8 +50,8 @@ static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spin
   s->k->laws(TR_A(s, NN), map_rates(s->k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + s->k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
-/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball whose friction law
- * has another form (Adams') gets the ratio NAN. */
+/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball with another form
+ * of law (Adams') gets the ratio NAN. */
 static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   const tr_kernel *k = s->k;
   double u[c->e + 1], none[c->e + 1];
@@ -72,8 +72,8 @@ static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   for (int q = 0; q < c->n; ++q) c->turn[q] = TR_A(s, law)[tr_pair_of(s, c->pairs[q])->eta0 + (c->mu[q] >= 0.0)] < 0.0 ? -1.0 : 1.0;
 }
 
-/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if a pair has a friction
- * law of another form. */
+/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if a ball has another
+ * form of law. */
 static int tr_cones_set_up(tr_sim *s, tr_cone_problem *c, double mass) {
   const int e = s->k->neta;
   const double *Qe = TR_A(s, Q) + e, *lever = TR_A(s, lever);
@@ -181,7 +181,7 @@ static void tr_cones_stuck_rows(const tr_sim *s, const tr_cone_problem *c, int q
       J[i + j * c->e] = (i == j) * slack - c->rho[q] * lever[i] * Qe[i + j * c->e] * lever[j];
 }
 
-/* Add to J the effect of the turning directions of sliding pairs with two components, by differences. */
+/* Add to J, by differences, the effect of directions that turn, for sliding pairs with two components. */
 static void tr_cones_turn_rows(tr_sim *s, tr_cone_problem *c, double *J) {
   const tr_kernel *k = s->k;
   const int e = c->e;

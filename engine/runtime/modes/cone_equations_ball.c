@@ -1,8 +1,8 @@
 /* Friction y of a ball at rest or about to slide, from p = y + ρ x at a load f (theory, "Many pairs").
  *
  * Let F = |f|, u = f/F, t the part of p perpendicular to f, and i = t × u. Then y = A t + B i. The ball slides where |t|² ≥ c² + μ²
- * (p·u)², with c = F μ/√(1 + μ²). Otherwise it spins about its contact, or rests. Both branches agree at the border, and both are
- * smooth there. */
+ * (p·u)², with c = F μ/√(1 + μ²). Otherwise it spins about its contact, or rests. Both branches give the same y at the border, and
+ * both are smooth there. */
 #include "modes/modes.h"
 
 /* Coefficients A and B of y = A t + B i, and their derivatives with respect to |t|², p·u (`along`) and F. */

@@ -1,16 +1,16 @@
-/* Path of solutions along which friction grows from zero to its full value (theory, "Many pairs"). It is used where Newton's method
- * fails or finds an unstable root. Continuation by arc length passes folds. A root at the end of the path must be stable: its
- * determinant has the same sign as without friction. */
+/* Path of solutions along which friction grows from zero to its full value (theory, "Many pairs"). The path is followed where
+ * Newton's method fails or finds an unstable root. Continuation by arc length passes folds. A root at the end of the path must be
+ * stable: its determinant has the same sign as without friction. */
 #include "modes/modes.h"
 
 #define GROWTH_FIRST 0.3   /* first step; an arc length of 1 corresponds to full friction */
 #define GROWTH_LONGEST 0.5 /* longest step */
-#define GROWTH_SHORT 1e-4  /* in a smaller step, a large turn of the path is accepted */
-#define GROWTH_LEAST 1e-8  /* if a smaller step is required, the path has a kink; a step of GROWTH_AFTER passes the kink */
+#define GROWTH_SHORT 1e-4  /* if the path turns sharply, the step is accepted only below this size */
+#define GROWTH_LEAST 1e-8  /* if the step must become smaller, the path has a kink; a step of GROWTH_AFTER passes it */
 #define GROWTH_AFTER 3e-4
-#define GROWTH_STEPS 7     /* Newton iterations that correct a predicted point back to the path */
-#define GROWTH_BACK 1e-4   /* × the step: after a smaller last correction, the point is on the path */
-#define GROWTH_SHRINKS 0.5 /* × the previous correction: after a larger correction, the step is shortened */
+#define GROWTH_STEPS 7     /* largest number of Newton iterations that correct a predicted point back to the path */
+#define GROWTH_BACK 1e-4   /* × the step: a point whose last correction is smaller is on the path */
+#define GROWTH_SHRINKS 0.5 /* × the previous correction: if a correction is larger, the step is shortened */
 #define GROWTH_ASIDE 0.5   /* × the step: largest distance between the predicted and the corrected point */
 #define GROWTH_TURNS 0.3   /* cosine of the largest turn of the tangent in one step */
 #define GROWTH_KINKS 4     /* number of kinks at one place, after which the search fails */
@@ -18,12 +18,12 @@
 #define CONES_HALVES 14      /* largest number of halvings of a Newton step in the search for a smaller residual */
 #define CONES_SLOPE 1e-4     /* × the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
 #define CONES_FOUND 1e-13    /* × the largest friction: residual from round-off */
-#define CONES_NEARLY 1e-10   /* × the largest friction: largest residual that is accepted if no step reduces it */
+#define CONES_NEARLY 1e-10   /* × the largest friction: largest residual that is accepted when no step reduces it */
 
 /* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
 typedef struct tr_homotopy_path {
   double load;     /* N: unit of y */
-  double *at, *way;/* e + 1: present point, and the unit tangent there */
+  double *at, *way;/* e + 1: present point, and unit tangent at this point */
   double *by;      /* e components: derivative of y by the fraction, at the point evaluated last */
 } tr_homotopy_path;
 
@@ -57,8 +57,8 @@ static double tr_path_product(const tr_homotopy_path *w, int e, const double *a,
   return tr_dot(a, b, e) / (w->load * w->load * e) + a[e] * b[e];
 }
 
-/* At the point z, compute the Newton step at fixed `part` (e components), and w->by. Returns the sign of the determinant; 0 if the
- * matrix is singular. */
+/* At the point z, compute the Newton step `step` (e components) at fixed fraction of friction, and w->by. Returns the sign of the
+ * determinant; 0 if the matrix is singular. */
 static int tr_path_evaluate(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, const double *z, double *step) {
   const int e = c->e, *perm = (const int *)TR_A(s, perm) + s->k->active;
   memcpy(c->y, z, sizeof(double) * e), c->part = z[e];
@@ -80,8 +80,9 @@ static void tr_path_tangent(const tr_homotopy_path *w, int e, int sense, double 
   for (int i = 0; i <= e; ++i) way[i] /= size;
 }
 
-/* Correct z back to the path, perpendicular to the tangent w->way; with `last`, at constant, full friction. turned receives the
- * tangent at the first iterate, and *steps the number of iterations. Returns the sign of the determinant; 0 without convergence. */
+/* Correct z back to the path, perpendicular to the tangent w->way. last: 1 corrects at constant, full friction instead. turned
+ * receives the tangent at the first iterate, and *steps the number of iterations. Returns the sign of the determinant; 0 without
+ * convergence. */
 static int tr_path_correct(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, double *z, double length, int last, double *turned, int *steps) {
   const int e = c->e;
   double step[e + 1], expected[e + 1], off[e + 1], before = INFINITY;

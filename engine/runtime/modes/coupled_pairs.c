@@ -1,17 +1,17 @@
-/* Pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed ratios, so
- * either all pairs of such a class slide, or none. One multiplier of one pair identifies the class; `class_rates` contains the
- * rates of all its pairs at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii A_jj, where A is the
- * response of freedoms to frictions with closed loops. Their frictionless accelerations must also have the ratio of their rates;
- * this excludes driven pairs and dead centres. */
+/* Classes of pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed
+ * ratios, so either all pairs of a class slide, or none. A multiplier of one of its pairs identifies a class; `class_rates`
+ * contains the rates of all its pairs at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii A_jj, where A
+ * is the response of freedoms to frictions with closed loops. Their frictionless accelerations must also have the ratio of their
+ * rates; this excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
-/* × the accelerations that the state's rates cause: largest deviation from the ratio of a class; loops may be open by the error of a
- * step. Accelerations by forces have the ratio of a class in open loops, too; those of a light body are arbitrarily large. */
+/* × the accelerations that the state's rates cause: largest deviation from the ratio of a class, because loops may be open by the
+ * error of a step. Accelerations caused by forces do not count here: they keep the ratio in open loops, too, and those of light
+ * bodies are arbitrarily large */
 #define SAME_START 1e-3
-#define SAME_BY_FORCES 1e-10 /* × the accelerations: round-off of their ratio */
-#define NO_START 1e-9   /* × length · rate²: largest deviation if the accelerations vanish */
-/* × the unit of the rates: with all rates of the state at zero, larger rates are those that drives impose; smaller rates are
- * round-off. */
+#define SAME_BY_FORCES 1e-10 /* × the accelerations caused by forces: round-off of their ratio */
+#define NO_START 1e-9   /* × length · rate²: largest deviation from the ratio of a class, if all accelerations vanish */
+/* × the unit of the rates: if all rates of the state are zero, drives impose larger rates; smaller ones are round-off */
 #define DRIVES_MOVE 1e-12
 
 static int tr_line_multiplier(const tr_sim *s, int m) {
@@ -24,7 +24,8 @@ static int tr_line_multiplier(const tr_sim *s, int m) {
   return most;
 }
 
-/* Size of accelerations that the rates of the state cause, m/s². In an impulse step, rates are parts of accelerations. */
+/* Size of accelerations that the rates of the state cause, m/s². INFINITY in an impulse step, whose
+ * accelerations contain the rates divided by the step. */
 static double tr_acceleration_by_rates(const tr_sim *s) {
   double most = s->set.rate;
   for (int i = 0; i < s->k->nv; ++i) most = fmax(most, fabs(TR_A(s, y)[s->k->nq + i]) / tr_rate_unit(s, i));
@@ -83,7 +84,7 @@ static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y) {
   return moves;
 }
 
-/* Whether drives move pair i perpendicular to its line at (t, y) after the loops are closed. Leaves maps of (t, y). */
+/* Whether drives move pair i perpendicular to its line at (t, y), where the loops are closed. Leaves maps of (t, y). */
 static int tr_is_driven_across(tr_sim *s, int i, double t, const double *y) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double *rates = map_rates(s->k, TR_A(s, maps)) + pair->rate0, *lever = TR_A(s, lever) + pair->eta0, *line = TR_A(s, class_rates) + pair->eta0;

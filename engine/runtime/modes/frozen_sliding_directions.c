@@ -2,8 +2,9 @@
  * rest, ON_LINE means motion along a line. */
 #include "modes/modes.h"
 
-#define ONSET_SPEED 0.1 /* × rtol · speed unit: speed of a starting pair below which its direction stays frozen */
-#define ONSET_LEAST 1e-9 /* × the speed unit: lower limit of this speed; directions of slower pairs are round-off of loops */
+#define ONSET_SPEED 0.1 /* × rtol · speed unit: a starting pair that is slower keeps its frozen direction */
+/* × the speed unit: lower limit of the previous speed; directions of slower pairs are round-off of loops */
+#define ONSET_LEAST 1e-9
 
 static void tr_set_sliding_direction(tr_sim *s, int i, const double *r) {
   const tr_pair *pair = tr_pair_of(s, i);

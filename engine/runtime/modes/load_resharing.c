@@ -1,7 +1,7 @@
-/* Groups of stuck pairs share their load again before a pair is released: first by the sharing rule, then with stored loads. */
+/* Before a pair is released, its group of stuck pairs shares the load again: first by the sharing rule, then with stored loads. */
 #include "modes/modes.h"
 
-#define SHARE_GAIN 1e-10   /* × the capacity: smallest increase of the reserve by which resharing succeeds */
+#define SHARE_GAIN 1e-10   /* × the capacity: resharing succeeds if the reserve increases by at least this much */
 
 static int tr_has_stored_load(const tr_sim *s) {
   for (int i = 0; i < s->k->neta; ++i)
@@ -17,7 +17,7 @@ static void tr_stick_all(tr_sim *s, const int *rest, int n) {
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   tr_stick_all(s, rest, n);
   s->friction.reserve = 1;
-  /* The second call computes shares from the loads that the first call found. */
+  /* The second call computes shares from the loads that the first call finds. */
   const int solved = tr_solve_in_modes(s) && tr_solve_in_modes(s);
   s->friction.reserve = 0;
   if (!solved) return 0;
@@ -27,8 +27,8 @@ static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n) {
   return tr_is_valid_decision(s, rest, n);
 }
 
-/* Whether the capacity of pair i is given, not a function of loads. Internal forces that press pairs of a group together do not
- * raise a given capacity. Requires a solution. */
+/* Whether the capacity of pair i is given, not a function of loads. A given capacity does not grow when internal forces press the
+ * pairs of a group together. Requires a solution. */
 static int tr_has_given_capacity(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   const tr_pair *pair = tr_pair_of(s, i);
@@ -42,8 +42,8 @@ static int tr_has_given_capacity(tr_sim *s, int i) {
 /* Whether pair i yielded in the modes `start`. */
 static inline int tr_yielded(const tr_mode *start, int i) { return tr_mode_flag(start + i) == TR_STUCK && start[i].tilt != 0.0; }
 
-/* Let pairs that yielded in the modes `start`, and the pair `released` (−1: none), yield (`flag` TR_STUCK) or slip
- * (TR_SLIPS, with its class); all others stick. Returns the number of pairs that yield or slip. */
+/* Let the pairs that yielded in the modes `start`, and the pair `released` (−1: none), yield (flag = TR_STUCK) or slip with their
+ * classes (flag = TR_SLIPS); all others stick. Returns the number of pairs that yield or slip. */
 static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mode *start, int released, int flag) {
   int count = 0;
   tr_stick_all(s, rest, n);
@@ -57,9 +57,9 @@ static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mod
   return count;
 }
 
-/* Whether the n pairs `rest` hold if the pair `released`, and pairs that already yielded, yield: they exert their capacity, and
- * other pairs hold their freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are
- * in force. */
+/* Whether the n pairs `rest` hold if the pair `released` and those that already yielded yield: they exert their capacity, and other
+ * pairs hold their freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are in
+ * force. */
 static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start) {
   const int was = s->friction.stored, given = tr_has_given_capacity(s, released);
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -89,9 +89,9 @@ static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) 
   return 0;
 }
 
-/* Whether the pair `released`, pairs that already yielded, and pairs that these two overload start to slide. Loads are shared such
- * that they do not brace the group against sliding. `first`: succeed only if a pair already yielded; otherwise also if `released`
- * has a given capacity. start: modes before the decision. On success, the modes are in force. */
+/* Whether the pair `released`, pairs that already yielded, and pairs that these overload start to slide. The sharing of loads does
+ * not brace the group against sliding. first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given
+ * capacity. start: modes before the decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
   const int was = s->friction.stored;
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -113,7 +113,7 @@ static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n) {
   if (!s->friction.shared || s->friction.stored) return 0;
   memcpy(eta, now, sizeof(double) * s->k->neta);
   for (s->friction.stored = TR_STORES_CREEP; s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
-    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call computes stored loads from the loads of the first */
+    int ok = tr_solve_in_modes(s) && tr_solve_in_modes(s); /* the second call stores loads from those of the first */
     if (ok && s->friction.stored == TR_STORES_PLACED) tr_minimise_stored_shares(s, rest, n);
     for (int q = 0; q < n && ok; ++q) ok = tr_mode_misfit(s, rest[q]) <= (tr_is_stuck(s, rest[q]) ? -KEPT_GAIN : 0.0);
     if (ok && tr_is_valid_decision(s, rest, n)) return 1;
@@ -137,7 +137,7 @@ static int tr_continue_by_stored_loads(tr_sim *s) {
   for (s->friction.stored = TR_STORES_CREEP; n && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
     if (!tr_hold_by_resharing(s, rest, n) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) continue;
-    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* a new decision would share by the rule */
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* kept, because a new decision would share by the rule */
     s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
     return 1;
   }

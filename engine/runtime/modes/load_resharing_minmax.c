@@ -1,23 +1,24 @@
-/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). The minimum, and so
- * the time of release, depends only on the state. If the search stopped early, the release would depend on earlier loads. */
+/* Stored loads that minimise the largest share of capacity among the pairs at rest (theory, "Shared loads"). The minimum depends
+ * only on the state, and so does the time of release. A search that stopped early would make the release depend on earlier
+ * loads. */
 #include "modes/modes.h"
 
-/* × the capacity: the search ends at this share; it might not end at a minimum, because growing preloads may raise capacities
- * without limit. */
+/* × the capacity: the search ends when the largest share is below this; there may be no minimum, because growing preloads may raise
+ * capacities without limit */
 #define SHARE_ENOUGH 0.9
 #define PRESSED_MOST 10.0  /* × the largest friction: upper limit of a stored load */
-#define SPARE_TRIED 1e-6   /* × the capacity: difference for the derivative by a load */
+#define SPARE_TRIED 1e-6   /* × the capacity: difference for derivatives by a stored load */
 #define SPARE_FIRST 0.1    /* × the capacity: first trust-region radius */
-#define SPARE_REFUSED 0.25 /* × the expected gain: below this, the trust region shrinks, by this factor */
+#define SPARE_REFUSED 0.25 /* × the expected gain: if a step gains less, the trust region shrinks, by this same factor */
 #define SPARE_TAKEN 3.0    /* factor on the trust-region radius after an accepted step */
-#define SPARE_GAIN 1e-10   /* × the capacity: smallest gain with which the search continues */
-#define SPARE_SOLVED 400   /* largest number of times that the friction equations are solved */
+#define SPARE_GAIN 1e-10   /* × the capacity: the search continues while a step gains more */
+#define SPARE_SOLVED 400   /* largest number of solutions of the friction equations */
 #define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the one-by-one search */
 #define MOVED_LEAST 1e-3   /* × the capacity: smallest change of a load in the one-by-one search */
 #define MOVES_MOST 200     /* largest number of trials in the one-by-one search */
-#define SPARE_WEIGHTS 300  /* exchanges of weight between two pairs; each costs an inner product */
+#define SPARE_WEIGHTS 300  /* number of exchanges of weight between two pairs; each costs one inner product */
 
-/* The pairs that stick, and their stored loads. The comments give array sizes before the colon. */
+/* The pairs that stick, and their stored loads. Comments give array sizes before the colon. */
 typedef struct tr_minmax_problem {
   int n, m;
   const int *pairs, *kept; /* n: pairs; m: multipliers of the stored loads */

@@ -10,13 +10,13 @@ static int tr_line_multiplier(const tr_sim *s, int m);
 /* Find the classes of coupled pairs. Requires maps of the current state. */
 static void tr_find_coupled_pairs(tr_sim *s);
 
-/* Whether drives move pair i at (t, y): the pair has a speed, or the loops have residual rates, although all rates of the state are
- * zero. Leaves maps of (t, y). */
+/* Whether drives move pair i at (t, y): although all rates of the state are zero, the pair has a speed, or the loops have residual
+ * rates. Leaves maps of (t, y). */
 static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
 
 /* Whether pair i is about to stop at (t, y). The pair has several components, but loops let it slide along one line only, so its
- * speed passes through zero. Speed perpendicular to this line does not count: it is the step's error in closing the loops. Requires
- * maps of (t, y), and leaves these maps valid. */
+ * speed passes through zero. Speed perpendicular to this line does not count, because it is an error of slightly open loops.
+ * Requires maps of (t, y), and leaves these maps valid. */
 static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
 
 /* Collect the set-valued pairs at rest in `rest`: stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1: no pair),
@@ -27,8 +27,8 @@ static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
  * `rest`. also: see tr_collect_pairs_at_rest. Requires maps of y; leaves maps of the new y. Returns the final number of pairs. */
 static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n);
 
-/* Longest step, s, while pairs may stick: a quarter of the period of the fastest load. While pairs are stuck, the limit is also a
- * quarter of the fastest rotation, because no error estimate includes their load. */
+/* Longest step, s, while pairs may stick: a quarter of the period of the fastest load. While pairs are stuck, a quarter of the
+ * fastest rotation is a limit, too, because no error estimate includes their load. */
 static double tr_longest_held_step(const tr_sim *s);
 
 /* Freeze the sliding direction of pair i at its present rates. Requires maps of the current state. */
@@ -37,27 +37,27 @@ static void tr_freeze_direction(tr_sim *s, int i);
 /* Freeze the sliding direction of pair i at the rates of the state `y`, where a step starts. */
 static void tr_freeze_direction_at_start(tr_sim *s, int i);
 
-/* For laws with a kink at rest, reverse the direction of each pair that has already reversed at the start of a step. Needed only
+/* For laws with a kink at rest, reverse the direction of each pair that has already reversed at the start of a step. Required only
  * without event location. */
 static void tr_reverse_kink_directions(tr_sim *s);
 
 /* Maximum norm of the frozen direction of pair i; 0 if the pair does not slide. */
 static double tr_frozen_length(const tr_sim *s, int i);
 
-/* Give the directions of pairs that moved along a line an ordinary norm (not ON_LINE). Impulse steps need this, because they freeze
- * no line direction. */
+/* Give the directions of pairs that moved along a line an ordinary norm instead of ON_LINE, before impulse steps, which freeze no
+ * line direction. */
 static void tr_clear_line_directions(tr_sim *s);
 
 /* Whether pair i, which started to slide along a line, still slides along this line at the given rates. width: accepted speed
- * perpendicular to the line, as a fraction of the speed. At low speed, friction perpendicular to the line is so stiff that explicit
- * stages amplify round-off. A frozen direction avoids this. */
+ * perpendicular to the line, as a fraction of the speed. (A frozen direction is used, because at low speed friction perpendicular
+ * to the line is so stiff that explicit stages amplify round-off.) */
 static int tr_is_on_line(const tr_sim *s, int i, const double *rate, double width);
 
 /* tr_is_on_line at the state `y` with LINE_WIDTH. Returns 0 if pair i does not slide along a line. */
 static int tr_is_still_on_line(tr_sim *s, int i);
 
 /* Freeze the direction of pair i, which has the rates r and the speed v, as that of a line (norm ON_LINE). The pair's friction then
- * does not reverse with the rates. */
+ * does not reverse when its rates do. */
 static void tr_freeze_line_direction(tr_sim *s, int i, const double *r, double v);
 
 /* Whether pair i is in its first step from rest. */
@@ -69,12 +69,12 @@ static double tr_onset_speed(const tr_sim *s);
 /* Whether the direction of pair i stays frozen at this surface speed. */
 static int tr_is_direction_frozen(const tr_sim *s, int i, double speed);
 
-/* Let the stuck pair i and its class slip. The direction is the one that its friction opposes; for prescribed motion, it is the
- * direction of the acceleration. Requires a solution in the modes in force. */
+/* Let the stuck pair i and its class slip. The direction is the one that the pair's friction opposes; for prescribed motion, it is
+ * the direction of the acceleration. Requires a solution in the modes in force. */
 static void tr_let_slip(tr_sim *s, int i);
 
-/* Misfit of pair i, which is at rest: by how much its mode violates the law. If it is negative, the mode fits. Requires
- * tr_solve_in_modes. */
+/* Misfit of pair i, which is at rest: by how much the pair violates the law in its mode. If the misfit is negative, the mode fits.
+ * Requires tr_solve_in_modes. */
 static double tr_mode_misfit(tr_sim *s, int i);
 
 /* Longest step, s, while pairs start to slide: the least onset step (ONSET_STEP), or a longer step over which their speed stays
@@ -94,7 +94,7 @@ static int tr_decide_by_prediction(tr_sim *s, const int *rest, int n);
 /* Largest ratio of friction to capacity among the n pairs `rest`. Requires tr_evaluate_capacities. */
 static double tr_largest_share(const tr_sim *s, const int *rest, int n);
 
-/* Whether all n pairs `rest` stick after they share their load again. Their reserve must increase by a minimum, which prevents
+/* Whether all n pairs `rest` stick after they share their load again. Requires a minimal increase of their reserve, which prevents
  * endless resharing. */
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
@@ -102,22 +102,22 @@ static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
  * stored. */
 static int tr_stick_by_stored_loads(tr_sim *s, const int *rest, int n);
 
-/* Continue with stored loads where the root of the sharing rule ends, but other loads hold all pairs. The sharing rule is a choice,
- * not a law, so the end of its root is no reason to release a pair. Returns 1 if the run can continue. */
+/* Continue with stored loads where the root of the sharing rule ends, but other loads hold all pairs. Because the sharing rule is a
+ * choice, not a law, the end of its root is no reason to release a pair. Returns 1 if the run can continue. */
 static int tr_continue_by_stored_loads(tr_sim *s);
 
 /* Starting from the modes in force, repeatedly change the mode with the largest misfit. Returns 1 when all modes fit. In an impulse
  * step, a sliding pair keeps its direction or sticks; only a pair that cannot stick gets another direction. */
 static int tr_resolve_misfits(tr_sim *s, const int *rest, int n);
 
-/* Whether there are too many pairs at rest to search all mode combinations. */
+/* Whether there are too many pairs at rest for a search over all combinations of modes. */
 static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n);
 
 /* Decide the modes of the n pairs `rest`. Requires maps of the current state. released: pair just released, with its direction in
  * its mode; −1: no pair. Returns 0: no solution; 1: the modes are in force; 2: all pairs stick and share their load again. */
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released);
 
-/* Search other modes of the n pairs `rest` that also satisfy the laws. If there are any, the motion is not unique, and the audit
+/* Search other modes of the n pairs `rest` that also satisfy the laws. If there are any, the motion is not unique; the audit
  * records this. Does nothing if n > most. */
 static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most);
 #endif

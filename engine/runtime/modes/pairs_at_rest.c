@@ -1,12 +1,13 @@
-/* Collects the pairs at rest, and sets their speeds to zero. In loops, other pairs may come to rest with them; these are included. */
+/* Collects the pairs at rest, and sets their speeds to zero. In loops, other pairs may come to rest at the same time; they are
+ * included. */
 #include "modes/modes.h"
 
-/* × the period of a load or of a rotation: in such a step, eight points suffice to find every maximum of a violation
- * (``events/event_location.c``). */
+/* × the period of a load or of a rotation: longest step while pairs are held; in it, eight points suffice to find every maximum of
+ * a violation (``events/event_location.c``). */
 #define HELD_PART 0.25
 
-/* Whether pair i counts as at rest because pair j of the same class is at rest. The speed of i must be at most the rest speed. If i
- * moves faster than j in the common motion of the class, this limit is multiplied by the ratio of their speeds. */
+/* Whether pair i counts as at rest because pair j of the same class is at rest. The limit of the speed of i is the rest speed; it
+ * is multiplied by the ratio of the speeds of i and j in the common motion of the class if this ratio is above 1. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);
@@ -37,7 +38,7 @@ static int tr_bring_all_to_rest(tr_sim *s, double *y, int also, int *rest, int n
   for (int more = n; n; n = more) {
     tr_bring_to_rest(s, y, rest, n, 0);
     tr_evaluate_maps(s, y);
-    if (!k->active) break; /* without loops, no pair stops as a consequence of another */
+    if (!k->active) break; /* without loops, pairs stop independently of each other */
     more = tr_collect_pairs_at_rest(s, also, rest);
     if (more <= n) break;
   }

@@ -1,19 +1,20 @@
 /* Onset direction of a pair of two or three components (theory, "Onset of sliding"). A pair that starts to slide in direction d has
  * the velocity α t d; its acceleration has a direction â(d). Then dd/d ln t = â(d) − d. An onset direction is a solution of â(d) =
- * d. It attracts if the motion returns to it after a small turn. If it repels, the motion leaves it at once.
+ * d. A direction attracts if the motion returns to it after a small turn. If it repels, the motion leaves it at once.
  *
- * The turn of d in ln t is infinitely fast at t = 0. The first step is therefore short, with a frozen direction whose norm
- * outweighs the velocity (TR_FROZEN). The direction stays frozen while the speed is below the tolerance of velocities, which bounds
- * the error.
+ * At t = 0, d turns infinitely fast, because dd/d ln t is finite. The first step is therefore short, with a frozen direction whose
+ * norm outweighs the velocity (TR_FROZEN). The direction stays frozen while the speed is below the tolerance of velocities, which
+ * bounds the error.
  *
  * Newton's method on the sphere of directions starts from several directions. Fixed-point iteration would stall near wedging. */
 #include "modes/modes.h"
 
-#define SAME_DIRECTION 1e-9 /* two unit vectors with a smaller difference are on one line; the difference is round-off */
-#define TURN_FOUND 1e-12    /* rad: angle between direction and acceleration at convergence */
-#define TURN_NEARLY 1e-8    /* rad: angle that also counts as converged if no step reduces it (round-off of multipliers) */
-#define LONGEST_TURN 0.5 /* rad: longest Newton step; needed because the start may be far from a solution */
-#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step; over it, the direction drifts by less than the tolerance */
+#define SAME_DIRECTION 1e-9 /* unit vectors with a smaller difference are on one line; the difference is round-off */
+#define TURN_FOUND 1e-12    /* rad: the search has converged if direction and acceleration differ by a smaller angle */
+/* rad: the search has also converged below this angle, if no step reduces it (round-off of multipliers) */
+#define TURN_NEARLY 1e-8
+#define LONGEST_TURN 0.5 /* rad: longest Newton step; limited, because the start may be far from a solution */
+#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step; in it, the direction drifts by less than the tolerance */
 
 enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
@@ -58,7 +59,7 @@ static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *
   tr_mode *m = tr_mode_of(s, i);
   const double length = tr_onset_length(s);
   for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? length * d[j] / TR_A(s, lever)[pair->eta0 + j] : 0.0;
-  for (int part = 0; part < 3; ++part) { /* repeated, because the force decides whether a ball slides or spins */
+  for (int part = 0; part < 3; ++part) { /* three times, because the force decides whether a ball slides or spins */
     if (tr_mode_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_in_modes(s)) return 0;
     int cone = pair->cone && tr_sliding_of(s, i)->cone < 0.0;
@@ -157,7 +158,7 @@ static int tr_find_onset_from(tr_sim *s, int i, double *d) {
 }
 
 /* Largest difference between the unit vectors of two directions that count as the same, at the present solution. In an impulse
- * step, the limit includes differences from speeds that count as rest. */
+ * step, speeds that count as rest cause a larger difference. */
 static double tr_same_direction(tr_sim *s, int i) {
   double acc[3];
   if (!(s->moreau.h > 0.0)) return SAME_DIRECTION;
@@ -166,9 +167,9 @@ static double tr_same_direction(tr_sim *s, int i) {
 }
 
 /* Find the direction in which pair i starts to slide; its mode contains a guess. An attracting direction is preferred. A repelling
- * direction is accepted if there is no other, or if it equals the guess: symmetric motion (a ball swinging in a plane) then stays
- * symmetric. `near`: accept only the direction found from the guess, within a right angle of the guess. Returns 0 if there is no
- * direction. */
+ * direction is accepted if there is no other, or if it equals the guess. Symmetric motion (a ball that swings in a plane) then
+ * stays symmetric. near: 1 accepts only the direction found from the guess, and within a right angle of it. Returns 0 if there is
+ * no direction. */
 static int tr_find_onset(tr_sim *s, int i, int near) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;

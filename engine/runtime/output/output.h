@@ -3,10 +3,9 @@
 #define TR_OUTPUT_H
 #include "checks/checks.h"
 
-/* share (nkappa) ← for each scaled reaction, its largest component over the open directions at the solution, where each direction
- * has norm 1. Returns the number of directions. Directions of loops without a common joint are evaluated together. evaluations ←
- * the number of evaluations. columns ((evaluations + 1) × nout, or null pointer) ← the columns at z, then those of each
- * evaluation. */
+/* share (nkappa) ← largest component of each scaled reaction in the open directions at the solution; each direction has norm 1.
+ * Returns the number of directions. Directions of loops without a common joint are evaluated together. evaluations ← the number of
+ * evaluations. columns ((evaluations + 1) × nout, or null pointer) ← the columns at z, then those of each evaluation. */
 static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *share, double *columns, int *evaluations);
 
 /* full ← [λ | η] with λ of all rows, from [λ active | η] of the solution. resolve: choose the undetermined reactions with minimum
@@ -31,11 +30,11 @@ static void tr_follow_angles(tr_sim *s, double t, const double *y);
 /* Post-process the columns of a row (tr_post), whose time is row[-1]. Rows must be passed in order of time. */
 static void tr_finish_columns(tr_sim *s, double *row);
 
-/* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and its multipliers are known; otherwise
- * projects y, and solves for the multipliers if a column needs them. The first row always solves, because the first step starts
- * from its solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
+/* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and its multipliers are known. Otherwise y
+ * is projected, and the multipliers are solved for if a column needs them. For the first row they always are, because the first
+ * step starts from this solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there);
 
-/* Like tr_output_row_of, for a state that is not yet projected and solved. */
+/* Like tr_output_row_of, for a state that is not projected yet and whose multipliers are unknown. */
 static inline int tr_output_row(tr_sim *s, double t, double *y, double *row) { return tr_output_row_of(s, t, y, row, 0); }
 #endif

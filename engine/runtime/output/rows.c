@@ -1,11 +1,11 @@
-/* Output rows: from the state to multipliers and columns. Also values that only the runtime can compute. */
+/* Output rows: multipliers and columns at a state. Also the values that only the runtime can compute. */
 #include "output/output.h"
 
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
-#define ANGLE_PROBE 1e-6  /* rad: probing motion, whose effect gives the rate of an angle */
+#define ANGLE_PROBE 1e-6  /* rad: test rotation, whose effect gives the rate of an angle */
 
-/* Write the directions of λ that the motion does not determine at the solution to dir (rows × count), and their scaled reactions to
- * N (nkappa × count). base receives the scaled reactions of z. Returns the count. */
+/* Find the directions of λ that the motion does not determine at the solution. dir (rows × count) receives them, N (nkappa × count)
+ * their scaled reactions, and base the scaled reactions of z. Returns their count. */
 static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double *dir, double *N, double *base) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
@@ -30,8 +30,8 @@ static int tr_open_reactions(tr_sim *s, const double *y, const double *z, double
   return count;
 }
 
-/* For n scaled reactions, normalise moved − base, and raise each entry of `share` to at least the absolute value of its component.
- * at: indices of the reactions; null pointer: the first n. */
+/* Normalise moved − base (n scaled reactions), and raise each entry of `share` at least to the absolute value of its component. at:
+ * indices of the reactions; null pointer: the first n. */
 static void tr_raise_shares(int n, const int *at, const double *base, const double *moved, double *share) {
   double squares = 0.0;
   for (int q = 0; q < n; ++q) {
@@ -60,7 +60,7 @@ static int tr_open_group(const tr_sim *s, int group, int slot, const char *is_ac
   return count;
 }
 
-/* moved ← scaled reactions at the multipliers zz. If columns is given, its row n ← the columns at zz. */
+/* moved ← scaled reactions at the multipliers zz. Row n of `columns` (or null pointer) ← the columns at zz. */
 static void tr_evaluate_open(tr_sim *s, const double *y, const double *zz, double *moved, double *columns, int n) {
   const tr_kernel *k = s->k;
   const tr_outputs *o = s->o;
@@ -106,9 +106,8 @@ static int tr_open_shares(tr_sim *s, const double *y, const double *z, double *s
   return count;
 }
 
-/* Redundant loops: among all λ with the same motion, choose the reactions with the smallest norm in the metric of the bodies.
- * ``kappa``: reactions of all joints on loops, scaled by the inertia on which they act. The choice does not depend on units, on the
- * order of bodies, or on cuts. */
+/* Redundant loops: among all λ with the same motion, choose the reactions with the smallest norm. kappa: reactions of all joints on
+ * loops, scaled by the inertia on which they act. Thus units, the order of bodies, and cuts do not affect the choice. */
 static void tr_minimise_reactions(tr_sim *s, const double *y, double *z) {
   const tr_kernel *k = s->k;
   int rows = k->rows, m = s->o->nkappa;
@@ -178,13 +177,13 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   }
 }
 
-/* The angle v (within ± π), plus the multiple of 2π that brings it closest to a prediction. The prediction is the last value plus
- * rate × time. */
+/* The angle v (within ± π), plus the multiple of 2π that brings it closest to the predicted angle, the last value plus rate ×
+ * time. */
 static double tr_unwrap(const tr_memory *last, double t, double rate, double v) {
   return v + TURN * round((last->value + rate * (t - last->t) - v) / TURN);
 }
 
-/* Evaluate all columns at y; only columns that depend on positions alone are then valid. */
+/* Evaluate all columns at y without multipliers; only columns of positions are valid. */
 static void tr_evaluate_positions(tr_sim *s, double t, const double *y, double *columns) {
   double z[s->k->rows + s->k->neta + 1], extra[TR_DOUBLES(tr_extra) + s->k->nsliders + 1];
   memset(z, 0, sizeof z), memset(extra, 0, sizeof extra);

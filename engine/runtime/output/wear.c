@@ -2,11 +2,11 @@
  * pin is distributed over its circumference. */
 #include "output/output.h"
 
-#define WORN_POINTS 6    /* rows per polynomial; integrals then have sixth order in the spacing */
+#define WORN_POINTS 6    /* number of rows per polynomial; integrals then have sixth order in the spacing */
 #define WORN_EVEN 1e-9   /* × a spacing: smaller differences between spacings are round-off of times */
 
 /* Weights w of k nodes. w[j] is the integral from lo to hi of the polynomial that is 1 at node j and 0 at the other nodes. Three
- * Gauss points are exact. */
+ * Gauss points integrate these polynomials exactly. */
 static void tr_node_weights(int k, const double *node, double lo, double hi, double *w) {
   const double half = 0.5 * (hi - lo), middle = 0.5 * (hi + lo), away = sqrt(3.0 / 5.0);
   for (int j = 0; j < k; ++j) {
@@ -20,7 +20,7 @@ static void tr_node_weights(int k, const double *node, double lo, double hi, dou
   }
 }
 
-/* Whether the spacing of the k nodes is equal; lo and hi are the two middle nodes, so the spacing is hi − lo. */
+/* Whether the k nodes are equidistant. lo, hi: the two middle nodes. */
 static int tr_are_nodes_even(int k, const double *node, double lo, double hi) {
   if (k < WORN_POINTS || node[k / 2] != hi || node[k / 2 - 1] != lo) return 0;
   for (int i = 1; i < k; ++i)
@@ -33,7 +33,8 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
   for (int j = 0; j < WORN_POINTS; ++j) grid[j] = j;
   tr_node_weights(WORN_POINTS, grid, WORN_POINTS / 2 - 1, WORN_POINTS / 2, even);
   for (int e = 0, first = 0, last; e + 1 < count; ++e) {
-    for (; first < rows && e > 0 && time[first] <= ends[e]; ++first) /* rows at the time of the event get the integral up to it */
+    /* rows at the time of an event get the integral up to this event */
+    for (; first < rows && e > 0 && time[first] <= ends[e]; ++first)
       for (int c = 0; c < columns; ++c) out[(size_t)c * rows + first] = total[c];
     for (last = first; last < rows && (e + 2 == count || time[last] < ends[e + 1]);) ++last;
     const int some = last - first, k = some < 1 ? 1 : some < WORN_POINTS ? some : WORN_POINTS;
@@ -60,11 +61,11 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
   }
 }
 
-/* Distribute the volume `worn` evenly over an arc that starts at `place` and is `step` long, both in bin widths. */
+/* Distribute the volume `worn` evenly over an arc that starts at `place` and has the length `step`, both in bin widths. */
 static void tr_spread_over_bins(int bins, double *on, double place, double step, double worn) {
   const double way = fabs(step), turns = way < bins ? 0.0 : floor(way / bins);
   place -= bins * floor(place / bins);
-  if (floor(place) == floor(place + step) && place < bins) { /* usual case: the arc lies within one bin */
+  if (floor(place) == floor(place + step) && place < bins) { /* usual case: the arc lies in a single bin */
     on[(int)place] += worn;
     return;
   }

@@ -1,12 +1,14 @@
 /* Fixed steps for real time, with bounded evaluations, iterations and events (theory, "Bounded steps").
  *
- * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers the
- * rest of the step, with any number of events. The modes of the impulse step are decided within the remaining iterations. If this
- * fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records the method used. */
+ * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers
+ * the rest of the step, with any number of events. Its modes are decided within the remaining iterations. If this decision
+ * fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records which of these methods
+ * was used. */
 #include "stepping/stepping.h"
 
-#define FAR_MORE 1e3          /* × the friction that stops a freedom without loops: friction applied to prescribed motion */
-#define WHOLE_SLACK 1e-9      /* × a step: round-off in the number of steps per communication step */
+/* × the friction that stops a freedom without loops: friction applied to a freedom with prescribed motion */
+#define FAR_MORE 1e3
+#define WHOLE_SLACK 1e-9      /* × a step: round-off in the number of steps of a communication step */
 
 /* Limit the work from now on to these numbers of evaluations and iterations. */
 static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {
@@ -15,8 +17,8 @@ static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {
   s->ask.cancelled = 0;
 }
 
-/* Step to time t with located events. Returns TR_OK, or the reason why it stopped earlier; the run is then at the end of the last
- * completed part. */
+/* Step to time t with located events. Returns TR_OK. If the step stops earlier, returns the reason; the run is then at the end of
+ * the last completed part. */
 static int tr_step_with_events(tr_sim *s, double t) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   double y[n], z[nz + 1];
@@ -70,8 +72,7 @@ static int tr_step_by_impulses(tr_sim *s, double t) {
 }
 
 /* Set the friction of pair i to the value that stops the pair by the end of the step. A pair with prescribed motion gets a far
- * larger friction. A pair whose law is not set-valued gets the friction of its law. Requires tr_form_held_maps and
- * tr_evaluate_laws. */
+ * larger friction, and a pair without a set-valued law the friction of its law. Requires tr_form_held_maps and tr_evaluate_laws. */
 static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   const tr_pair *pair = tr_pair_of(s, i);
   const int e = s->k->neta;
@@ -84,8 +85,8 @@ static void tr_apply_stopping_friction(tr_sim *s, int i, double *eta) {
   }
 }
 
-/* One relaxation sweep: each pair gets its stopping friction. If this exceeds the capacity, the pair slips, and its friction is
- * reduced to the capacity. */
+/* One relaxation sweep: each pair gets its stopping friction. A pair whose stopping friction exceeds its capacity slips, and its
+ * friction is the capacity. */
 static void tr_sweep_pairs(tr_sim *s, double *eta) {
   tr_evaluate_laws(s, eta);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -168,8 +169,8 @@ static int tr_make_bounded_step(tr_sim *s, double t) {
   return code;
 }
 
-/* Compute the multipliers of a row at the state `y` by sweeps. yout receives the state of the row. Restores the modes. Each sweep
- * counts as a solution. */
+/* Compute the multipliers of a row at the state `y` by sweeps. yout receives the state of the row. Restores the modes. In the
+ * statistics, each sweep counts as one solution. */
 static void tr_relax_row(tr_sim *s) {
   tr_mode modes[s->k->nsliders + 1];
   double *y = TR_A(s, yout);

@@ -1,18 +1,22 @@
 /* Limits on steps near singular positions of loops. */
 #include "stepping/stepping.h"
 
-#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row that is closer to dependence is dropped */
-#define APPROACH 4.0              /* planned factor on the independence in a step, extrapolated from the last step */
-#define LEAP 8.0                  /* largest accepted factor on the independence in a step; else the step is shortened */
-#define SHORTER 2.0               /* factor by which such steps are shortened */
-#define PASSED 1e-3               /* × the independence at the start of the run: below this, the motion passes a dead centre */
-#define PASSED_SECTIONS 24        /* golden-section iterations that find the least independence */
-#define SHORTEST 1e-9             /* / rate: shortest step that is limited; a change of pivot order may also change the last pivot */
+#define INDEPENDENCE_LEAST 3.2e-5 /* √KEEP_PIVOT: a row with less independence is dropped */
+/* factor by which the independence may change in the next step, as extrapolated from the last step */
+#define APPROACH 4.0
+/* largest accepted factor between the independence at the start and at the end of a step; otherwise the step is shortened */
+#define LEAP 8.0
+#define SHORTER 2.0               /* factor by which a step with a larger change of independence is shortened */
+/* × the independence at the start of the run: at a smaller independence, the motion passes a dead centre */
+#define PASSED 1e-3
+#define PASSED_SECTIONS 24        /* number of golden-section iterations that find the least independence */
+/* s, × 1 / rate: shortest step that is limited; in shorter ones, the last pivot may change by a new pivot order */
+#define SHORTEST 1e-9
 
-/* Whether joints with friction are in loops. Singular positions matter only then. */
+/* Whether singular positions matter: joints with friction are in loops, and steps have error control. */
 static inline int tr_has_friction_on_loops(const tr_sim *s) { return s->k->active && s->k->neta && s->set.hfixed <= 0.0; }
 
-/* Whether loops and drives leave no freedom. Returns 0, too, if no dense factorisation of the loop equations is known at the end of
+/* Whether loops and drives leave no freedom. Returns 0 also if there is no dense factorisation of the loop equations at the end of
  * the step. */
 static inline int tr_leaves_no_freedom(const tr_sim *s) {
   return s->loops.rank > 0 && s->loops.rank == s->k->nv && !s->loops.sparse && !tr_has_lane(s) && s->set.hfixed <= 0.0;
@@ -28,7 +32,7 @@ static double tr_independence_inside(tr_sim *s, double theta) {
 }
 
 /* Longest step from the state `y` that the approach to a singular position allows, s. Where a root of friction ends, the last pivot
- * of loops with friction jumps, and its trend is noise. */
+ * of loops with friction jumps; its trend then has no meaning. */
 static double tr_longest_singular_step(tr_sim *s) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) return INFINITY;
@@ -41,8 +45,8 @@ static double tr_longest_singular_step(tr_sim *s) {
   return fmax(SHORTEST / s->set.rate, l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0));
 }
 
-/* Error of the last step, in units of the tolerance, if the step passes a singular position or if forces jump in the step.
- * Otherwise 0. Requires an evaluated end. */
+/* Error of the last step, in units of the tolerance, if the step passes a singular position or forces jump in it; otherwise 0.
+ * Requires an evaluated end. */
 static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) {
@@ -61,8 +65,8 @@ static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   return pow(tr_squared_motion_error(s, jump, TR_A(s, y), TR_A(s, ynew)), 0.5 * m->order);
 }
 
-/* Record the first dead centre that a driven motion passes. There, the independence falls to 0 inside the step, and the drives do
- * not determine the direction in which the motion continues. Requires a whole step that is not yet completed. */
+/* Record the first dead centre that a driven motion passes. At a dead centre, the independence falls to 0, and the drives do not
+ * determine the direction in which the motion continues. Requires a whole step that is not yet completed. */
 static void tr_record_dead_centre(tr_sim *s) {
   const double golden = 0.6180339887498949;
   tr_loops *l = &s->loops;
@@ -78,7 +82,7 @@ static void tr_record_dead_centre(tr_sim *s) {
   if (fmin(at_p, at_q) < near) s->audit.dead_t = s->step.t0 + p * s->step.size;
 }
 
-/* Store the change of independence over the whole step. The independence at its end is where the next step begins. */
+/* Store the change of independence over the whole step. The next step begins with the independence at the end of this step. */
 static void tr_store_independence(tr_sim *s) {
   tr_loops *l = &s->loops;
   l->trend = (l->end - l->begin) / s->step.size;

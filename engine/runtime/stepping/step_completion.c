@@ -1,31 +1,31 @@
 /* Completion of the pending step: rows inside it, then state and modes at its end. */
 #include "stepping/stepping.h"
 
-#define ENGAGED_PROBE 1e-6 /* / rate: time between two evaluations that measure the stiffness of an engaged stop */
+#define ENGAGED_PROBE 1e-6 /* s, × 1 / rate: time between two evaluations that measure the stiffness of an engaged stop */
 #define TR_FOURS 8 /* upper bound of the number of SIMD lanes */
-#define ROW_SLACK 1e-12       /* × max(time, 1 s): a row that is later than a step's end by less belongs to this end */
-#define SAME_EVENT_TIME 1e-12 /* × max(time, 1 s): consecutive events that are closer count as chatter */
-#define HALVES_MOST 60        /* number of bisections on θ, which end at its round-off */
+#define ROW_SLACK 1e-12       /* × max(time, 1 s): a row that is later than a step's end by less belongs to this step */
+#define SAME_EVENT_TIME 1e-12 /* × max(time, 1 s): consecutive events at a smaller distance in time are chatter */
+#define HALVES_MOST 60        /* largest number of bisections on θ; they end at the round-off of θ */
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* × the step: interval before the event over which the deceleration is measured */
-/* × the time to cross half of the proportional zone: size of the first step inside the zone, which ends slightly beyond the zone's
- * other border. */
+/* × the time to cross half of the proportional zone: size of the first step inside the zone; it ends slightly beyond the zone's
+ * other border */
 #define ZONE_PART 2.2
 
-/* Whether SIMD lanes can compute the rows inside the pending step. The columns must need only the dense output, multipliers and
- * accelerations. */
+/* Whether SIMD lanes can compute the rows inside the pending step. Requires columns that depend only on the dense output,
+ * multipliers and accelerations. */
 static int tr_has_row_lanes(tr_sim *s) {
   const tr_outputs *o = s->o;
   if (!s->lane || !s->lane->columns || !o || !tr_has_lane(s) || s->step.parts || s->clock.row_index == 0) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES || o->wants & (TR_WANTS_AUDIT | TR_WANTS_CONTRACTION) || tr_is_limited_by_stability(s)) return 0;
-  /* Undetermined reactions need a minimisation for each output row, which lanes cannot do. */
+  /* Undetermined reactions require a minimisation in each output row; lanes cannot minimise. */
   return !(o->wants & TR_WANTS_SOLUTION && o->nkappa && s->k->active < s->k->rows);
 }
 
-/* Largest time between a row and the end of a step that counts as zero, s. */
+/* Largest time between a row and the end of a step at which both coincide, s. */
 static double tr_row_time_tolerance(double t) { return ROW_SLACK * fmax(1.0, fabs(t)); }
 
-/* Times of the next rows before t_end: at most `room` rows, and one per lane. Returns their number. */
+/* Times of the next rows before t_end: at most `room` rows, and at most one for each lane. Returns their number. */
 static int tr_row_times_ahead(const tr_sim *s, double t_end, long room, double *times) {
   const int width = s->lane->lanes->width;
   for (int i = 0; i < width; ++i) {
@@ -70,7 +70,7 @@ static void tr_count_chatter(tr_sim *s, double t) {
   s->events.chatter_t = t;
 }
 
-/* Copy the state at the end of the last step. Newton's method then starts from the multipliers there. */
+/* Copy the state at the end of the last step. Newton's method then starts from the multipliers of this state. */
 static void tr_copy_end_state(tr_sim *s, double *out) {
   tr_copy(tr_state_width(s), TR_A(s, ynew), out);
   tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
@@ -90,7 +90,7 @@ static int tr_write_event_row(tr_sim *s, double t, double *row) {
   return code;
 }
 
-/* Write rows at the ends of equal parts of the step up to t_end. The number of parts is −`every`, at least 1. The last row is at the
+/* Divide the step up to t_end into −`every` equal parts (at least 1), and write a row at the end of each. The last row is at the
  * end of the step (`final`), or just before the event that cuts the step short. An event at the start of a step gets no row before
  * it, because the old modes had no duration. Returns TR_OK, TR_ROWS_FULL or a failure. */
 static int tr_write_rows_of_step(tr_sim *s, double t_end, int final, double *rows, long capacity, long *count) {
@@ -190,8 +190,8 @@ static void tr_complete_whole_step(tr_sim *s) {
   tr_set_next_step(s);
 }
 
-/* Complete an impulse step. Newton's method of the next step starts from this step's multipliers, not from those of rows, so that
- * rows do not influence the motion. */
+/* Complete an impulse step. Newton's method of the next step starts from this step's multipliers, not from those of rows. Rows
+ * therefore do not influence the motion. */
 static void tr_complete_impulse_step(tr_sim *s) {
   if (s->set.hfixed <= 0.0) tr_copy(tr_z_length(s), TR_A(s, zend), TR_A(s, z));
   tr_audit_impulses(s, s->pending.t, TR_A(s, ynew));
@@ -201,7 +201,7 @@ static void tr_complete_impulse_step(tr_sim *s) {
 }
 
 /* Log separations between the start of the step and its event at the evaluated state (t, y). now: contacts at the event. If the
- * search evaluates other states, evaluates y again. */
+ * search has evaluated other states, evaluates y again. */
 static void tr_log_separations_before_event(tr_sim *s, double t, const double *y, const tr_contact *now) {
   double kept[tr_solution_size(s)];
   tr_save_solution(s, kept);
@@ -231,7 +231,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   if (!ball && !s->pending.captured && tr_is_sliding(s, which)) tr_mark_pairs_stopping_at_once(s, which);
   int code = ball ? tr_handle_cone_event(s, te, ye, which) : tr_handle_event(s, te, ye, which, known);
   tr_clear_stopping_marks(s);
-  if (code != TR_OK) { /* the state is the one before the event; the run continues from it by an impact, or ends */
+  if (code != TR_OK) { /* y is the state before the event; an impact continues the run from y, or the run ends */
     tr_restore_modes(s, modes);
     tr_move_run_to(s, te, before);
     s->friction.failed = which;
@@ -239,7 +239,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
-  s->moreau.burst_events += ball; /* branch changes of balls do not count: impulse steps have both branches, too */
+  s->moreau.burst_events += ball; /* branch changes of balls do not count, because impulse steps have both branches, too */
   tr_count_chatter(s, te);
   tr_move_run_to(s, te, ye);
   if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
@@ -250,7 +250,7 @@ static int tr_complete_set_valued_event(tr_sim *s) {
 }
 
 /* Longest step after a stop was engaged: 1 / ω of the fastest oscillation on this stop. A stiff method damps an oscillation that
- * its steps do not resolve, without an error estimate that shows this. Returns INFINITY for explicit methods. */
+ * its steps do not resolve, and its error estimate does not show this. Returns INFINITY for explicit methods. */
 static double tr_longest_engaged_step(tr_sim *s, int which) {
   const int n = tr_state_width(s), nq = s->k->nq, nv = s->k->nv;
   const double h = ENGAGED_PROBE / s->set.rate, *y = TR_A(s, y);
@@ -267,8 +267,8 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends where a contact of a joint that only pushes opens or closes, or where a pin passes a mouth of its slot.
- * Returns a status. */
+/* Complete a step that ends at an event of a joint that only pushes: its contact opens or closes, or a pin passes a mouth of its
+ * slot. Returns a status. */
 static int tr_complete_contact_event(tr_sim *s) {
   const double te = s->pending.t;
   double *ye = TR_A(s, event_y);
@@ -299,7 +299,7 @@ static int tr_complete_event(tr_sim *s) {
   const tr_branch was = tr_evaluate_branch_before(s, i);
   tr_copy(tr_z_length(s), TR_A(s, zbeyond), TR_A(s, zend));
   double rate = 0.0, kink = 1.0, dt = fmin(s->pending.theta, RATE_PART) * s->step.size;
-  if (pair && tr_is_sliding(s, i) && dt > 0.0) { /* measures how fast the pair will cross the proportional zone */
+  if (pair && tr_is_sliding(s, i) && dt > 0.0) { /* measure how fast the pair will cross the proportional zone */
     tr_dense_state(s, s->pending.theta - dt / s->step.size, yo);
     if (!tr_rhs(s, te - dt, yo, dy)) return TR_FAIL_MULTIPLIERS;
     rate = tr_sliding_of(s, i)->speed;

@@ -1,10 +1,11 @@
-/* The stepping loop: it makes trial steps until one is accepted, completes this step, and repeats up to the target. */
+/* The stepping loop, up to the target: make trial steps until one is accepted, then complete this step. */
 #include "stepping/stepping.h"
 
-#define RESUMED_MOST 2       /* × the number of pairs: failures passed at one time; the second half of them by impacts only */
-#define STALL_TIME 1e-9         /* / rate: least progress of STALL_TRIALS steps; steps at round-off of time end earlier */
-#define STALL_SHARE 1e-3        /* × a fixed step: least progress of STALL_TRIALS trial steps, which events may cut short */
-#define STALL_TRIALS 20000      /* number of trial steps, at most one second of work; onsets and captures take about a hundred */
+/* × the number of pairs: largest number of failures passed at one time; the second half of these only by impacts */
+#define RESUMED_MOST 2
+#define STALL_TIME 1e-9         /* s, × 1 / rate: least progress of STALL_TRIALS steps */
+#define STALL_SHARE 1e-3        /* × a fixed step: least progress of STALL_TRIALS trial steps; events may cut them short */
+#define STALL_TRIALS 20000      /* number of trial steps, which take at most one second; onsets and captures take about a hundred */
 
 /* Number of failures passed at the present time. */
 static int tr_count_resumptions(tr_sim *s) {
@@ -23,7 +24,7 @@ static int tr_remedy_failure(tr_sim *s, int code) {
 
 static int tr_continue_after_failure(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
-  if (tr_method_of(s)->kind == TR_IMPULSES) { /* impulse steps do not continue if they fail again soon */
+  if (tr_method_of(s)->kind == TR_IMPULSES) { /* a run by impulse steps ends if it fails again soon */
     if (s->clock.t - s->moreau.failed_t <= STALL_TIME / s->set.rate) return 0;
     s->moreau.failed_t = s->clock.t;
   }
@@ -35,8 +36,8 @@ static int tr_continue_after_failure(tr_sim *s, int code) {
   return 1;
 }
 
-/* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. Steps that the host made so short do
- * not count. */
+/* Whether the last STALL_TRIALS trial steps, accepted or refused, made no progress in time. Steps that are short because of the
+ * host do not count. */
 static int tr_is_stalled(tr_sim *s) {
   const double least = s->set.hfixed > 0.0 ? STALL_SHARE * s->set.hfixed : fmin(STALL_TIME / s->set.rate, 0.5 * s->set.hmax);
   const long tried = s->stats.steps + s->stats.rejected;

@@ -11,7 +11,7 @@ static void tr_record_reversals(tr_sim *s, double theta_end);
 
 static void tr_move_run_to(tr_sim *s, double t, const double *y);
 
-/* Change the rates of y at time t by the impulses of an impact. at: whether each contact of a joint that only pushes touches.
+/* Change the rates of y at time t by the impulses of an impact. at: for each joint that only pushes, whether its contact touches.
  * Returns 0 if no impulses satisfy all conditions. */
 static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const double *restitution);
 
@@ -25,20 +25,22 @@ static int tr_decide_contacts(tr_sim *s);
 /* Decide the contacts at the start of a run. Returns a status; TR_FAIL_PENETRATION if a gap is negative. */
 static int tr_start_contacts(tr_sim *s);
 
-/* Let a pin enter or leave its slot through a mouth, and decide the contacts. stop: the flag of the mouth. Returns a status;
+/* Let a pin enter or leave its slot through a mouth, and decide the contacts. stop: index of the mouth's flag. Returns a status;
  * TR_FAIL_PENETRATION if the pin strikes the edge of the mouth. */
 static int tr_pass_mouth(tr_sim *s, int stop);
 
 /* Whether closed contacts would be redundant at the start of a run, although some of them are open. */
 static int tr_has_redundant_contacts(tr_sim *s);
 
-/* TR_FAIL_PENETRATION if an open contact has been missed, otherwise TR_OK. gap, rate: receive all gaps, m, and their rates, m/s. */
+/* Returns TR_FAIL_PENETRATION if the closing of an open contact was missed, otherwise TR_OK. gap, rate: receive all gaps, m, and
+ * their rates, m/s. */
 static int tr_check_missed_contacts(tr_sim *s, double *gap, double *rate);
 
 /* Longest step while a contact is open: error control of a part at rest would not notice a part that passes within one step. */
 static double tr_longest_open_step(const tr_sim *s);
 
-/* Whether a contact pulls at the present solution, because forces have jumped, or an open one has begun to enter the other part. */
+/* Whether, after a jump of forces, a closed contact pulls at the present solution, or the parts of an open contact begin to
+ * penetrate. gap, rate: results of tr_check_missed_contacts. */
 static int tr_has_contact_to_decide(tr_sim *s, const double *gap, const double *rate);
 
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
@@ -48,8 +50,8 @@ static int tr_complete_step(tr_sim *s, double *rows, long capacity, long *count)
 /* Latest end of the next step: the target, or an earlier break of the signals. */
 static double tr_step_limit(const tr_sim *s, double target);
 
-/* Whether a sliding pair is at rest at a break because its drive has come to rest. Such a stop is not a located event. Requires
- * maps of the current state. */
+/* Whether a sliding pair is at rest at a break because its drive has come to rest. This stop is not a located event. Requires maps
+ * of the current state. */
 static int tr_has_stopped_with_drive(const tr_sim *s);
 
 /* Make one acceptable step towards `limit`; the step is then pending. Returns a status, TR_NEED_JACOBIAN or TR_WAITS. After
@@ -57,6 +59,6 @@ static int tr_has_stopped_with_drive(const tr_sim *s);
 static int tr_make_step(tr_sim *s, double limit);
 
 /* Whether the run can continue after the friction failure `code` at the state `y`: with other modes, a spinning ball, another root,
- * or a stopped pair. The number of pairs limits the number of attempts at one time. */
+ * or a stopped pair. The number of attempts at one time is limited by the number of pairs. */
 static int tr_continue_after_failure(tr_sim *s, int code);
 #endif

@@ -1,29 +1,31 @@
-/* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or make it again up
- * to its event ("remake"). In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step; it
- * returns, and continues in the same phase. */
+/* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or remake it so that
+ * it ends at its event. In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step. Its function
+ * then returns, and continues in the same phase when it is called again. */
 #include "stepping/stepping.h"
 
-#define CHATTER_MAX 12          /* number of consecutive events at one time, after which a step ignores events */
+#define CHATTER_MAX 12          /* number of consecutive events at one time after which steps ignore events */
 #define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
-/* × a fixed step: smallest part into which it is divided where steps cannot follow friction, for example where sliding of several
- * components ends. */
+/* × a fixed step: smallest part into which it is divided where friction requires shorter steps, for example where sliding of
+ * several components ends */
 #define LEAST_PART 1e-4
-#define LEFT_OVER 1e-10         /* × the distance to the limit: if less would remain after a step, the step ends at the limit */
-/* Step error above which states inside the step are less accurate than its end, so that the step is remade up to its event. */
+/* × the distance to the limit: if less would remain after a step, the step is extended to the limit */
+#define LEFT_OVER 1e-10
+/* Error of a step, in tolerances: above it, states inside the step are less accurate than its end, and the step is remade up to its
+ * event */
 #define CUT_ERROR 1e-2
-#define CUT_EARLY 0.9           /* × the step: a step whose event is later is not remade */
+#define CUT_EARLY 0.9           /* × the step: a step is not remade if its event is later */
 #define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
 #define CUTS_MOST 2             /* largest number of remakes for one event */
 #define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
-#define PROBED 1e-6          /* / rate: length of the Euler step that finds the reason of a failure */
+#define PROBED 1e-6          /* s, × 1 / rate: length of the Euler step that finds the reason of a failure */
 #define ROOT_LOST 1e-5       /* largest |1 − contraction| at which a root of friction counts as lost */
-#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means another root */
+#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means that another root was found */
 
 static double tr_step_limit(const tr_sim *s, double target) {
   return fmin(target, s->clock.next_break);
 }
 
-/* Whether the n frictions `is`, found while the first step size was estimated, belong to another root than the frictions `was`. */
+/* Whether the n frictions `is`, found for the estimate of the first step size, belong to another root than the frictions `was`. */
 static int tr_is_other_root(int n, const double *was, const double *is) {
   double changed = 0.0, size = 0.0;
   for (int i = 0; i < n; ++i) changed += fabs(is[i] - was[i]), size += fabs(was[i]);
@@ -49,7 +51,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     tr_moment_of(s)->inside = s->clock.t + 0.5 * fmin(left, s->step.h > 0.0 ? s->step.h : left);
     s->step.watch = 0;
     if (!tr_rhs(s, s->clock.t, TR_A(s, y), TR_A(s, dy))) return TR_FAIL_MULTIPLIERS;
-    if (s->friction.held || tr_has_stopped_with_drive(s)) { /* loads may have jumped, or a drive has come to rest */
+    if (s->friction.held || tr_has_stopped_with_drive(s)) { /* loads may have jumped, or a drive may have come to rest */
       int code = tr_handle_event(s, s->clock.t, TR_A(s, y), -1, 0);
       if (code != TR_OK) return code;
     }
@@ -84,8 +86,8 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
 }
 
 /* Use explicit steps while the Jacobian of the stiff method is invalid: while a pair of several components starts from rest, or
- * while groups share their load. Use them also if drives prescribe all motion: such mechanisms are not stiff, and only the work
- * errors of explicit steps detect a start and a stop inside one step. */
+ * while groups share their load. Also use them if drives prescribe all motion: these mechanisms are not stiff, and only the work
+ * errors of explicit steps show a start and a stop inside one step. */
 static void tr_use_explicit_for_now(tr_sim *s) {
   const tr_kernel *k = s->k;
   if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.explicit_for_now)) return;
@@ -97,7 +99,8 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* The next trial step. Shortly before the limit, the rest is divided into two equal steps, not into a long and a very short one. */
+/* The next trial step. Shortly before the limit, the rest is divided into two equal steps, instead of a long and a very short
+ * one. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
@@ -109,13 +112,13 @@ TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   return trial;
 }
 
-/* Project y at time t and evaluate ẏ there. Returns 0 if the projection or the evaluation fails. */
+/* Project y at time t and evaluate ẏ. Returns 0 if the projection or the evaluation fails. */
 static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double *dy) {
   return tr_take_from_lane(s, TR_ASK_END, 1) || (tr_project(s, t, y) && tr_rhs(s, t, y, dy));
 }
 
-/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. If err is set to NaN,
- * the step is refused. A step without a solution in its middle is refused, because a root of friction may end there. */
+/* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. Sets err to NaN if
+ * the step must be refused. This includes a step without a solution in its middle, because a root of friction may end there. */
 TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_state_width(s), live = s->ny;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
@@ -180,8 +183,8 @@ TR_INLINE int tr_remake_to_corner(tr_sim *s, tr_trial *trial) {
 TR_INLINE int tr_is_remade_to_event(const tr_sim *s, const tr_trial *trial) {
   const int which = trial->which, pair = which >= 0 && which < s->k->nsliders;
   if (which < 0 || (pair && !tr_is_set_valued(s, which))) return 0;
-  if (trial->theta * trial->h <= TIME_ROUND_OFF * fabs(s->clock.t)) return 0; /* the event is at the start */
-  if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* in another step, Newton's method might find other shares */
+  if (trial->theta * trial->h <= TIME_ROUND_OFF * fabs(s->clock.t)) return 0; /* the event is at the start of the step */
+  if (pair && tr_is_stuck(s, which) && s->friction.shared) return 0; /* in a remade step, Newton's method might find other shares */
   return trial->found == TR_FOUND && trial->err > CUT_ERROR && trial->theta < CUT_EARLY && trial->cuts < CUTS_MOST && s->set.hfixed <= 0.0;
 }
 
@@ -196,7 +199,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
   wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
-  const int missed = trial->cuts && !event; /* the event is later than estimated; if again, steps may grow */
+  const int missed = trial->cuts && !event; /* the event is later than estimated; at the second time, steps may grow */
   if (missed && s->step.missed) wait->h = trial->h;
   s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
@@ -215,8 +218,8 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   tr_audit_step(s, trial->end, TR_A(s, ynew));
 }
 
-/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end, and its error
- * would shift event times by hundreds of tolerances. */
+/* Remake the step so that it ends slightly after its event. The dense output has a lower order than the step's end; in the original
+ * step, its error would shift event times by hundreds of tolerances. */
 TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   const double h = CUT_BEYOND * trial->theta * trial->h, whole = fmax(trial->whole, trial->h);
   tr_copy(tr_z_length(s), TR_A(s, zold), TR_A(s, z));
@@ -224,8 +227,8 @@ TR_INLINE void tr_remake_to_event(tr_sim *s, tr_trial *trial) {
   *trial = (tr_trial){.h = h, .end = s->clock.t + h, .theta = 1.0, .which = -1, .found = TR_NO_EVENT, .cuts = trial->cuts + 1, .whole = whole};
 }
 
-/* Evaluate the end of a short Euler step, whose failure shows why the run cannot continue. (At a dead centre, where the Jacobian is
- * infinite, a stiff step yields no finite numbers and so no reason.) */
+/* Evaluate the end of a short Euler step; its failure shows why the run cannot continue. (A stiff step would not show the reason at
+ * a dead centre, where the Jacobian is infinite.) */
 static void tr_probe_failure(tr_sim *s) {
   const double h = PROBED / s->set.rate;
   double *y = TR_A(s, ytmp);
@@ -233,8 +236,8 @@ static void tr_probe_failure(tr_sim *s) {
   if (tr_project_and_evaluate(s, s->clock.t + h, y, TR_A(s, dy)) && (tr_check_solution(s, y, 0, 0) & TR_BREAKS_LOOP)) s->step.failure = TR_FAIL_MODES;
 }
 
-/* Whether friction loses its root at the start of the step. Steps then shrink to round-off before the equations fail: friction grows
- * without bound, but decelerates a light body only over a tiny way. */
+/* Whether friction loses its root at the start of the step. Steps then shrink to round-off before the equations fail, because
+ * friction grows without bound, but decelerates a light body within a tiny distance. */
 static int tr_is_root_lost(tr_sim *s) {
   if (!s->k->sets || !s->k->neta) return 0;
   s->step.watch = 0;

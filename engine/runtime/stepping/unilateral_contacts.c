@@ -2,21 +2,23 @@
  * "Contact that begins and ends"). */
 #include "stepping/stepping.h"
 
-#define TOUCHES 1e-11   /* × max(length, 1 m): largest gap of contacts that close together */
-#define STILL 1e-12     /* × the speed unit, or the speed of approach: a slower gap is at rest */
-#define REST_GAP 1e-14  /* × the length: impacts end where the gap of the next flight stays below this */
-#define STEADY 1e-11    /* × length · rate²: acceleration of a gap that counts as 0 */
-#define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more is decided again */
-#define OPEN_PART 0.03125 /* × the period of a drive, load or rotation: a gap closes and opens again in a larger part of it */
-#define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step is a contact that was missed */
-#define FLIGHT_STEP 2.0 /* × the flight after an impact: largest next step; the dense output of a long step misses a short flight */
-#define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step at which a landing inside is found */
-#define CHOICES_MOST 60 /* largest number of changes in a decision */
-#define SETS_OF_MOST 6  /* contacts at rest: with more, not all sets are tried */
+#define TOUCHES 1e-11   /* × max(length, 1 m): largest gap of a contact that closes together with others */
+#define STILL 1e-12     /* × the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
+#define REST_GAP 1e-14  /* × the length: impacts end when the gap of the next flight stays below this */
+#define STEADY 1e-11    /* × length · rate²: a smaller acceleration of a gap counts as 0 */
+#define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more requires a new decision */
+/* × the period of a drive, load or rotation: longest step while a contact is open; no gap closes and opens again within it */
+#define OPEN_PART 0.03125
+#define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
+/* × the flight after an impact: longest next step, because the dense output of a long step misses a short flight */
+#define FLIGHT_STEP 2.0
+#define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step from which a landing inside the step is found */
+#define CHOICES_MOST 60 /* largest number of changes of contacts in one decision */
+#define SETS_OF_MOST 6  /* largest number of contacts at rest for which all sets are tried */
 
 /* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
- * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact, 0 without impact.
- * flight: duration of the next flight, s. */
+ * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact; 0 without an
+ * impact. flight: duration of the next flight, s. */
 typedef struct tr_met {
   int touches, ends, was, touched;
   double restitution, rate, approach, flight;
@@ -26,7 +28,7 @@ static void tr_set_initial_contacts(tr_sim *s) {
   for (int c = 0; c < s->k->nunilateral; ++c) tr_set_contact(s, c, !tr_unilateral_of(s, c)->open), *tr_touch_of(s, c) = (tr_touch){0};
 }
 
-/* Put the contacts `closed` into force at the state `y`, and evaluate it. Returns a status. */
+/* Close the contacts marked in `closed`, open the others, and evaluate the state `y`. Returns a status. */
 static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mode *modes) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -36,14 +38,14 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   tr_evaluate_maps_at(s, t, y);
   s->loops.rank = 0;
   tr_find_rank(s, tr_has_idle_rows(s, y));
-  if (k->sets) tr_set_row_kinds(s); /* pairs with a mode, and modes, may differ from those of the last solution */
+  if (k->sets) tr_set_row_kinds(s); /* the pairs that have modes, and their modes, may differ from those of the last solution */
   if (k->neta && k->loop_friction && k->nkappa == 0 && s->loops.rank < tr_loop_rows(s)) return TR_FAIL_MODES;
   if (!tr_project(s, t, y)) return TR_FAIL_CLOSURE;
   if (!tr_rhs(s, t, y, TR_A(s, dy)) && !k->sets) return TR_FAIL_MULTIPLIERS;
   return k->sets ? tr_handle_event(s, t, y, -1, 0) : TR_OK;
 }
 
-/* By how much contact c, whose gap is 0 and at rest, violates its condition, in tolerances. Sets whether it is unloaded. */
+/* By how much contact c violates its condition, in tolerances. Its gap is 0 and at rest. Sets whether the contact is unloaded. */
 static double tr_contact_misfit(tr_sim *s, int c, int closed) {
   const double force = TOL_LIFT * tr_force_unit(s);
   if (closed) return -tr_normal_force(s, c) / force;
@@ -64,7 +66,7 @@ static int tr_try_contacts(tr_sim *s, const char *closed, const char *rests, con
   return code;
 }
 
-/* Try all sets of the contacts at rest at the state `y`, first those with few open contacts. Returns whether one satisfies all
+/* Try all sets of open contacts among those at rest at the state `y`, small sets first. Returns whether a set satisfies all
  * conditions. */
 static int tr_try_all_contact_sets(tr_sim *s, const double *y, const char *rests, const tr_mode *modes) {
   const int n = s->k->nunilateral;
@@ -91,7 +93,8 @@ static double tr_still_speed(const tr_sim *s, const tr_met *met) {
   return STILL * most;
 }
 
-/* Decide which of the touching contacts at rest stay closed: each either presses, or its parts separate. Returns a status. */
+/* Decide which of the touching contacts at rest stay closed. In the solution, each contact either presses, or its parts separate.
+ * Returns a status. */
 static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
   const int n = s->k->nunilateral;
   tr_mode modes[s->k->nsliders + 1];
@@ -108,13 +111,13 @@ static int tr_settle_contacts(tr_sim *s, const tr_met *met) {
   return tr_try_all_contact_sets(s, old, rests, modes) ? TR_OK : code == TR_OK ? TR_FAIL_MODES : code;
 }
 
-/* Whether a gap counts as closed. A landing that was missed may have passed by up to PENETRATED. */
+/* Whether a gap counts as closed. (After a missed landing, parts may penetrate by up to PENETRATED.) */
 static int tr_is_gap_closed(const tr_sim *s, double gap) {
   const double unit = fmax(s->set.length, 1.0);
   return gap <= TOUCHES * unit && gap >= -PENETRATED * unit;
 }
 
-/* Set the rates of the gaps, and which contacts touch and approach, at the state `y`. Returns whether any contact approaches. */
+/* Set the rates of the gaps at the state `y`, and which contacts touch and approach. Returns whether any contact approaches. */
 static int tr_meet(tr_sim *s, tr_met *met) {
   const int n = s->k->nunilateral;
   double gap[n + 1], rate[n + 1];
@@ -129,8 +132,8 @@ static int tr_meet(tr_sim *s, tr_met *met) {
   return hits;
 }
 
-/* Mark the contacts whose next flight after an impact would stay below REST_GAP, also those that the impact of another contact opens,
- * as when a box rocks to rest. Returns 1 if any contact is newly marked. */
+/* Mark the contacts whose next flight after an impact would stay below REST_GAP. These include contacts that the impact of another
+ * contact opens, for example when a box rocks to rest. Returns 1 if any contact is newly marked. */
 static int tr_mark_ends(tr_sim *s, tr_met *met, int impact) {
   int any = 0;
   for (int c = 0; c < s->k->nunilateral && impact; ++c) {
@@ -150,7 +153,7 @@ static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met, int impact) {
   }
 }
 
-/* Log the events of the contacts. Impacts that come to their limit end after the next flights, whose durations form a geometric
+/* Log the events of the contacts. Impacts in ever faster succession end after further flights, whose durations form a geometric
  * series. */
 static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   for (int c = 0; c < s->k->nunilateral; ++c) {
@@ -165,8 +168,8 @@ static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   }
 }
 
-/* Whether the mode of pair i may not fit its present rates. The friction of a contact that was open has no mode yet, and an impact may
- * stop, start or turn any pair. */
+/* Whether the mode of pair i may not fit its present rates. (A contact that was open has no friction mode yet, and an impact may
+ * stop, start or turn any pair.) */
 static int tr_has_other_rates(const tr_sim *s, const tr_met *met, int impact, int i) {
   int other = impact;
   for (int c = 0; c < s->k->nunilateral; ++c) other |= tr_unilateral_of(s, c)->pair == i && met[c].touches && tr_is_contact_open(s, c);
@@ -184,7 +187,7 @@ static void tr_set_modes_by_rates(tr_sim *s, const tr_met *met, int impact) {
   }
 }
 
-/* tr_decide_contacts, with the start of the decision in `old` (state) and `modes`. On failure, the caller restores both. */
+/* Like tr_decide_contacts. old, modes: state and modes at the start of the decision; on failure, the caller restores both. */
 static int tr_decide_from(tr_sim *s, tr_met *met, const double *old, const tr_mode *modes) {
   const int n = s->k->nunilateral;
   double *y = TR_A(s, y), gap[n + 1], rate[n + 1], now[n + 1];

@@ -1,13 +1,13 @@
-/* Impacts of joints that only push (theory, "Contact that begins and ends"). All touching contacts, the loops and the friction of
- * all joints take part in one problem of impulses, solved as an impulse step of so short a length that forces do not count. */
+/* Impacts of joints that only push (theory, "Contact that begins and ends"). One problem of impulses contains all touching
+ * contacts, the loops and the friction of all joints. It is solved as an impulse step, so short that forces have no effect. */
 #include "stepping/stepping.h"
 
-#define IMPACT_TIME 1e-12   /* / rate: length of this step */
-#define IMPULSE_NOTHING 1e-11 /* × the largest impulse, or the largest speed: round-off of their signs */
+#define IMPACT_TIME 1e-12   /* s, × 1 / rate: length of this impulse step */
+#define IMPULSE_NOTHING 1e-11 /* × the largest impulse, or the largest speed: smaller ones are round-off, and have no sign */
 #define PIVOTS_MOST 60      /* largest number of changes of one contact in the search */
 
-/* One phase of an impact. at: contacts that touch. target: rate of each gap that a closed contact gets, m/s. least: lower
- * bound of the impulse of each contact, N s. closed, impulse: results. */
+/* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
+ * lower bound of the impulse of each contact, N s. closed, impulse: results. */
 typedef struct tr_phase {
   const char *at;
   const double *target, *least;
@@ -26,7 +26,7 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
     tr_set_contact(s, c, held || p->least[c] > 0.0);
   }
   tr_evaluate_maps_at(s, t, y);
-  for (int c = 0; c < s->k->nunilateral; ++c) { /* friction of a contact that was open has no mode yet */
+  for (int c = 0; c < s->k->nunilateral; ++c) { /* a contact that was open has no friction mode yet */
     const int i = tr_unilateral_of(s, c)->pair;
     if (i < 0 || !tr_is_set_valued(s, i) || !tr_is_sliding(s, i)) continue;
     if (tr_is_at_rest(s, i)) tr_mode_of(s, i)->flag = TR_STUCK;
@@ -35,13 +35,13 @@ static int tr_solve_impulses(tr_sim *s, double t, const double *y, const tr_phas
   tr_copy(tr_state_width(s), y, mid);
   s->impact = (tr_impact){1, h};
   s->moreau.frozen = 0, s->moreau.decides = INFINITY, s->moreau.keeps = 0;
-  const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* its maps belong to the middle of the step */
+  const int ok = tr_moreau_solve(s, t - 0.5 * h, y, mid, h); /* the maps belong to the middle of the impulse step, here to t */
   s->impact.solving = 0;
   return ok;
 }
 
-/* The contact that violates its condition most: a closed contact that pulls, or an open contact whose parts would enter each other.
- * −1: none. Requires the impulses. */
+/* The contact that violates its condition most: a closed contact that pulls, or an open contact whose parts would penetrate; −1:
+ * none. Requires the impulses. */
 static int tr_find_worst_contact(tr_sim *s, const tr_phase *p, const double *rate) {
   const double h = s->impact.h;
   double pull = 0.0, speed = 0.0, most = 1.0, after[s->k->nunilateral + 1];
@@ -58,7 +58,7 @@ static int tr_find_worst_contact(tr_sim *s, const tr_phase *p, const double *rat
   return worst;
 }
 
-/* Apply the impulses of the last solution to the rates of y; friction takes their work. */
+/* Apply the impulses of the last solution to the rates of y. The work that friction takes is added to the works. */
 static void tr_apply_impulses(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   const int a = k->active, e = k->neta;

@@ -4,11 +4,11 @@
  *
  * The maps at the middle position give the accelerations a + A η as a function of the friction η. The rates at the end of the step
  * are then v⁺ = v + h (a + A η). A pair sticks if its rate vanishes at the end; otherwise it slips along its rate. The search of
- * ``modes/active_set.c`` decides which pairs stick. It uses v⁺/h in place of the accelerations (tr_form_held_maps). */
+ * ``modes/active_set.c`` decides which pairs stick, with v⁺/h in place of the accelerations (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_STEP 0.03   /* × √rtol / rate: size of the first impulse step; also the time unit of MOREAU_EVENTS */
-#define FROZEN_TURN 0.5    /* rad: if a direction turns by more in a step, it is not frozen but solved for at the step's end */
+#define MOREAU_STEP 0.03   /* s, × √rtol / rate: size of the first impulse step; also the time unit of MOREAU_EVENTS */
+#define FROZEN_TURN 0.5    /* rad: a direction that turns by more in a step is not frozen, but found for the step's end */
 
 static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
 
@@ -27,8 +27,8 @@ static int tr_is_sliding_fast(const tr_sim *s, int i) {
   return s->moreau.frozen && pair->nrates > 1 && !pair->cone && !tr_is_stuck(s, i) && tr_pair_speed(s, i) > tr_onset_speed(s);
 }
 
-/* After a failed decision, choose modes from the rates alone: moving pairs slip along their rate, and other pairs stick. Then
- * search from these modes. Requires maps of the current state. Returns 1 on success. */
+/* After a failed decision, search from modes that follow from the rates alone: moving pairs slip along their rate, other pairs
+ * stick. Requires maps of the current state. Returns 1 on success. */
 static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   if (s->moreau.decides == INFINITY) return 0;
   for (int q = 0; q < n; ++q) {
@@ -40,8 +40,8 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. Only short steps make the full search,
- * unless all pairs stick: whether all pairs hold does not depend on the step. Returns 1 on success. */
+/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. Only short steps make the full search.
+ * (Whether all pairs hold does not depend on the step.) Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   int held = 1;
   for (int q = 0; q < n; ++q) held &= tr_is_stuck(s, rest[q]);
@@ -49,8 +49,8 @@ static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || ((held || h <= s->moreau.decides) && tr_decide_modes(s, rest, n, -1));
 }
 
-/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). In the
- * middle, rates of cut and driven joints also follow from drives and positions, which are ahead of the rates of the state. */
+/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). (In the
+ * middle, rates of cut and driven joints follow from drives and positions, which are ahead of the rates of the state.) */
 static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, double h, const double *mid) {
   const tr_kernel *k = s->k;
   double *rates = (double *)map_rates(k, TR_A(s, maps)), start[k->nrates + 1];
@@ -74,7 +74,7 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
   s->moreau.h = 0.0;
-  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* dead centre; with friction, decisions check it */
+  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* for dead centres; decisions check friction */
   if (ok) tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;
 }
@@ -97,7 +97,7 @@ static int tr_has_direction_turned(tr_sim *s, double t, const double *y) {
 
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y) {
   double depth[s->k->nstops + 1];
-  tr_set_time(s, t); /* drives of joints in loops and signals of hooks depend on time */
+  tr_set_time(s, t); /* signals of hooks, and drives of joints in loops, depend on time */
   for (int i = 0; i < s->k->nstops; ++i) {
     tr_stop_depths(s, y, depth); /* a hook that lifts changes the depth of the stop behind it */
     if (tr_is_pressed(s, i) == (depth[i] > 0.0)) continue;
@@ -125,12 +125,12 @@ static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr
   memcpy(TR_A(s, dy), slope, sizeof slope);
 }
 
-/* Whether drives determine all rates through redundant loops. Positions and rates must then satisfy the loops exactly, because
- * otherwise the redundant rows contradict each other. */
+/* Whether drives determine all rates through redundant loops. Positions and rates must then satisfy the loops exactly; otherwise,
+ * redundant rows contradict each other. */
 static inline int tr_is_driven_alone(const tr_sim *s) { return s->loops.rank < s->k->active && s->loops.rank == s->k->nv; }
 
-/* Remove speeds at rest across the direction of a pair from the rates of the state y. Such speeds are round-off of the rates before
- * a reversal, and would grow if the direction repels. */
+/* Remove from the rates of y the speed of a pair across its direction, if it is below the rest speed. This speed is round-off of
+ * the rates before a reversal, and would grow if the direction repels. */
 static void tr_remove_speed_across(const tr_sim *s, double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

@@ -1,17 +1,18 @@
 /* Moreau steps under error control, and their use by method auto (theory, "Error control").
  *
- * Each step is made as a whole and in two halves; the difference is the error estimate. If no mode changes, the results are
- * extrapolated to second order. If a mode changes, the time of this change inside the step remains unknown. The speed that is
- * uncertain because of this time must then also be below the tolerance. */
+ * Each step is made as a whole and in two halves; the difference of the results is the error estimate. If no mode changes, the
+ * results are extrapolated to second order. If a mode changes, the time of this change inside the step remains unknown. The
+ * resulting uncertainty of a speed must then be below the tolerance, too. */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_EVENTS 40   /* events accumulate if so many occur in the time of as many steps MOREAU_STEP */
+#define MOREAU_EVENTS 40   /* events accumulate if this many occur in this many times MOREAU_STEP */
 #define MOREAU_PAIRS 8     /* number of pairs to which MOREAU_EVENTS refers; for more pairs the limit is proportionally larger */
 #define MOREAU_STAY 400    /* number of impulse steps before event location is tried again */
-#define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, only an impact changes a speed by more than the tolerance */
-#define HALF_OF_IT 0.5     /* × the change of a speed over a step: if the changes in its halves differ by more, the speed jumps */
+#define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, a speed changes by more than the tolerance only by an impact */
+/* × the change of a speed over a step: if its changes in the two halves differ by more, the speed jumps */
+#define HALF_OF_IT 0.5
 #define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: if less remains before the limit, the step ends at the limit */
+#define SLIVER 1e-9        /* × a step: if less would remain before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
@@ -41,9 +42,9 @@ static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
 }
 
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
- * it is the speed before; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Pairs that are stuck
- * at the end but slip in the next step count, too. So do pairs whose rate reversed without a change of mode: the rates that decide
- * modes have errors of h². */
+ * it is the speed before; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Two more kinds of
+ * pair count: those that are stuck at the end but slip in the next step, and those whose rate reversed without a change of mode.
+ * (The rates that decide modes have errors of h².) */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -76,7 +77,7 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
   tr_zero_held_rates(s, ynew);
   if (!tr_project(s, t, ynew)) return s->step.failure;
   if (tr_has_pair_moving_backwards(s, t, ynew)) memcpy(ynew, made, sizeof made), memset(off, 0, sizeof off);
-  for (int i = 0; i < n; ++i) /* parabola through the middle state, which is corrected by half of the difference */
+  for (int i = 0; i < n; ++i) /* parabola through the middle state, corrected by half of the difference */
     R[i] = ynew[i] - yold[i], R[n + i] = 4.0 * (half[i] + 0.5 * off[i]) - 2.0 * (yold[i] + ynew[i]);
   s->step.dense_rows = 2;
   TR_MADE(s, TR_HAS_DENSE);
@@ -86,7 +87,7 @@ static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const
 static double tr_shortest_impulse_step(const tr_sim *s) { return LEAST_IMPULSE * s->set.rtol / s->set.rate + TIME_ROUND_OFF * fabs(s->clock.t); }
 
 /* Largest surface acceleration of the pairs at the start of the step, in the modes in force, m/s². Returns 0 if these modes have no
- * solution there. */
+ * solution at the start. */
 static double tr_largest_start_acceleration(tr_sim *s) {
   double most = 0.0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
@@ -98,9 +99,9 @@ static double tr_largest_start_acceleration(tr_sim *s) {
   return most;
 }
 
-/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale: during this time, the accelerations at the start
- * of the step change speeds by at most LEAST_IMPULSE × the tolerance. A faster change is an impact. The accelerations are those in
- * the modes at the step's start and end, because a pair that is released has none before. */
+/* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. In this time, the accelerations at the start of
+ * the step change speeds by at most LEAST_IMPULSE × the tolerance; a faster change is an impact. Accelerations count in the modes
+ * at the step's start and in those at its end, because a released pair has none before. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
@@ -115,8 +116,8 @@ static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_cou
 }
 
 /* Whether a pair's speed jumps without a change of mode in the step of size h. half, ynew: states at the middle and at the end. A
- * jump lies in one half of the step, however short the step is. The error estimate, which compares the whole step with the two
- * half steps, does not show the jump. */
+ * jump lies in one half of the step, however short the step is. The error estimate does not show it, because the whole step and the
+ * two half steps contain the same jump. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
   const int n = s->k->nsliders;
   double v[3][n + 1];
@@ -128,15 +129,15 @@ static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const doub
   return jumps;
 }
 
-/* Store the powers of the part made last. part: 0 the whole step, 1 and 2 its halves. */
+/* Store the powers of the last made part of a step. part: 0 for the whole step, 1 and 2 for its halves. */
 static void tr_save_powers(const tr_sim *s, double *powers, int part) {
   const int n = s->k->npowers;
   tr_copy(n, TR_A(s, part_power), powers + part * n);
 }
 
-/* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs
- * it; otherwise errors of the motion would scale as rtol^(2/3). impulse_work keeps the sums including this step until the step is
- * accepted. */
+/* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs it;
+ * otherwise errors of the motion would scale as rtol^(2/3). Until the step is accepted, impulse_work stores the sums that include
+ * it. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;
@@ -203,8 +204,8 @@ static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jol
   return changed;
 }
 
-/* Log the separations of an accepted step to time `end`. `smooth`: whether modes do not change in the step; otherwise forces jump,
- * and the dense output does not show where a force passes through zero. */
+/* Log the separations of an accepted step to time `end`. smooth: whether all modes stay unchanged in the step; otherwise forces
+ * jump, and the dense output does not show where a force passes through zero. */
 static void tr_log_impulse_separations(tr_sim *s, double end, int smooth) {
   const double *y = TR_A(s, ynew);
   double kept[tr_solution_size(s)], *slope = TR_A(s, dy);
@@ -250,15 +251,15 @@ static double tr_moreau_length(tr_sim *s, double limit) {
   return h;
 }
 
-/* Size of the next trial after a refused trial of size h. whole: fraction of h at which the next trial should end; 1 means no such
- * place. */
+/* Size of the next trial after a refused trial of size h. whole: fraction of h at which the next trial should end; 1:
+ * unspecified. */
 static double tr_moreau_shorter(const tr_sim *s, double h, double err, double whole) {
   if (whole < 1.0) return whole > STEP_START ? whole * h : SHRINK_MOST * h;
   return err == err ? h * tr_retry_factor(err, tr_method_of(s)->order) : SHRINK_MOST * h;
 }
 
-/* Status of a run whose last trial was refused. Other starts of Newton's method are not tried where speeds jump, because a solution
- * exists there. */
+/* Status of a run whose last trial was refused. Where speeds jump, a solution exists, and other starts of Newton's method are not
+ * tried. */
 static int tr_moreau_fault(tr_sim *s) {
   if (s->step.failure == TR_FAIL_MULTIPLIERS) s->friction.searched = s->clock.t;
   return s->step.failure != TR_OK ? s->step.failure : TR_FAIL_MODES;
@@ -281,11 +282,12 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
     double whole = err <= 1.0 && !fixed ? tr_find_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_corner(s, 1.0);
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
-    /* Whether the error of so short a step may come from an impact. Without a change of mode, it comes from light bodies that move
-     * fast. */
+    /* Whether the error of a very short step may come from an impact. Without a change of mode, it comes from light bodies that
+     * move fast. */
     const int jumps = !course.steady || err != err;
     if (!fixed && jumps && h <= least && !(err <= 1.0) && !known) known = 1, least = tr_shortest_impulse_step_from_start(s, &course);
-    const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams)); /* an impact */
+    /* Accept a shortest step with a small error, or with an impact. */
+    const int small = h <= least && (err <= 1.0 || (jumps && err == err && s->set.through_jams));
     if ((err <= 1.0 && whole > STEP_END) || small) {
       tr_moreau_accept(s, h, s->pending.cut ? limit : s->clock.t + h, err, most, &course);
       return TR_OK;
@@ -299,7 +301,7 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
 
 static void tr_choose_moreau(tr_sim *s) {
   if (!tr_is_auto(s) || !s->k->sets || s->k->nunilateral) return;
-  for (int i = 0; i < s->k->nsliders; ++i) /* mechanisms with laws that are stiff near rest get no impulse steps */
+  for (int i = 0; i < s->k->nsliders; ++i) /* in mechanisms with laws that are stiff near rest, auto makes no impulse steps */
     if (!tr_is_set_valued(s, i) && tr_pair_of(s, i)->kind != TR_KIND_SMOOTH) return;
   if (tr_method_of(s)->kind == TR_IMPULSES) {
     if (++s->moreau.steps >= MOREAU_STAY && s->moreau.calm >= MOREAU_STAY / 4) s->step.method = TR_AUTO_TIGHT, s->step.have_k1 = s->step.have_jac = 0;

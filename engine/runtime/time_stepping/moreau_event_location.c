@@ -1,5 +1,5 @@
-/* Moreau steps under error control end where an end stop engages or releases, or where a stuck pair first exceeds its capacity.
- * This file locates these places. Speeds do not show these events; the error control detects all other events. */
+/* Location of the places where Moreau steps under error control must end: an end stop engages or releases, or a stuck pair first
+ * exceeds its capacity. Speeds do not show these events; the error control detects all others. */
 #include "time_stepping/time_stepping.h"
 
 /* × the step: size of the next trial if a pair is released too early. (This can happen, because impulses use the rates at the start
@@ -10,8 +10,8 @@
 typedef struct tr_moreau_course {
   tr_mode *start, *middle;
   int steady; /* whether the modes of start, middle and end are equal */
-  int smooth; /* whether the whole step also has these modes */
-  double let_go; /* place of releases in the first half of the step: 0 at its start, 1 at its end, ½ if unknown */
+  int smooth; /* whether the whole step has these modes, too */
+  double let_go; /* place of releases in the first half of the step: 0 at its start, 1 at its end, ½ unknown */
 } tr_moreau_course;
 
 /* Form a linear dense output of the last step. */
@@ -63,9 +63,9 @@ static int tr_has_released(const tr_sim *s, const tr_moreau_course *course) {
   return 0;
 }
 
-/* Place in the last step where a pair that is stuck at its start exceeds its capacity in the modes of the start. Speeds after the
- * release grow from zero and do not show this place. Returns EARLY if there is no such place: the pair was then released too early.
- * Returns 1 if the place is the start or end of the step (course->let_go), or if another event is earlier. */
+/* Place in the last step where a pair that is stuck at its start exceeds its capacity in the modes of the start. Speeds do not show
+ * this place, because they grow from zero after the release. Returns EARLY if there is no such place: the pair was then released
+ * too early. Returns 1 if the place is the start or end of the step (course->let_go), or if another event is earlier. */
 static double tr_find_first_release(tr_sim *s, double h, tr_moreau_course *course) {
   const int n = tr_state_width(s), nz = tr_z_length(s);
   tr_mode end[s->k->nsliders + 1];

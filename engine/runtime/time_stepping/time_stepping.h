@@ -5,13 +5,13 @@
 
 static void tr_advance_positions(const tr_sim *s, double *y, const double *v, double h);
 
-/* Set the end stops that are engaged during a step, from the state y. y is the middle state; under error control y is the start,
- * because such steps end at stop events. Logs changes at time t. */
+/* Set the end stops that are engaged during a step, from the state y: its middle or, under error control, its start, because these
+ * steps end at events of stops. Logs changes at time t. */
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
-/* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair that stopped in
- * the step slips if its friction cannot hold it: its sliding reversed inside the step. In loops, a pair that rests because others
- * stick also sticks. Restores the step's ẏ. */
+/* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair that stopped in the step,
+ * and that its friction cannot hold, slips: its sliding reversed inside the step. In loops, a pair that rests because others stick
+ * sticks, too. Restores the step's ẏ. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
 /* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`.
@@ -22,8 +22,8 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
  * turned too far, or a failure status. */
 static int tr_moreau_substep(tr_sim *s, double t, const double *y, double h, double *ynew);
 
-/* Log the changes of pair modes since `then`, at time t. `jolt`: log pairs that came to rest as impacts. Returns 1 if any mode
- * changed. */
+/* Log the changes of pair modes since `then`, at time t. jolt: whether to log pairs that came to rest as impacts. Returns 1 if any
+ * mode changed. */
 static int tr_log_mode_changes(tr_sim *s, double t, const tr_mode *then, int jolt);
 
 /* Make one acceptable step that ends at most at `limit`; the step is then pending. Returns a status. */

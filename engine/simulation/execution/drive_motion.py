@@ -10,7 +10,7 @@ from trunnion.runtime.abi.header_constants import number
 from trunnion.scene.queries.numbers_by_path import slides
 from trunnion.simulation.runtime_interface.simulation_block import signals
 from trunnion.system.construction.system_builder import Built
-from trunnion.system.signals.signal_tables import Curve, table_block
+from trunnion.system.signals.signal_tables import SignalCurve, table_block
 from trunnion.system.structure.bodies_and_joints import Signal
 from trunnion.system.structure.external_value_layout import INSIDE
 
@@ -46,7 +46,7 @@ def beginning_notes(built: Built, against_data: bool) -> list[str]:
     x, notes = external(built, 0.0) if tables else np.zeros(0), []
     for name, k, index in tables:
         curve, rate = built.numbers.tables[index], x[built.system.external.table(index) + 1]
-        if not isinstance(curve, Curve) or abs(rate) <= STILL * np.abs(np.diff(curve.value) / np.diff(curve.time)).max():
+        if not isinstance(curve, SignalCurve) or abs(rate) <= STILL * np.abs(np.diff(curve.value) / np.diff(curve.time)).max():
             continue
         flat = curve.value[0] == curve.value[1] and curve.time[1] > 0.0
         if flat or not against_data:

@@ -13,8 +13,8 @@ from trunnion.system.structure.parameter_table import Leaf
 
 TURN = 2 * math.pi
 AROUND = 1e-9
-"""Tolerance of a closed profile, because values computed from parameters have round-off. It limits the deviation of the angles'
-span from 2π, rad, and the relative deviation of the last radius from the first."""
+"""Tolerance of a closed profile, for round-off of values computed from parameters: deviation of the angles' span from 2π, rad, and
+relative deviation of the last radius from the first."""
 
 
 def closed(given: Given) -> bool:
@@ -24,8 +24,8 @@ def closed(given: Given) -> bool:
 
 
 def profile(given: Given, roller: Leaf) -> Profile:
-    """The cubic spline through a checked profile. The spline is periodic if the profile is closed. Otherwise it has no curvature at
-    its ends and continues linearly beyond them."""
+    """The cubic spline through a checked profile. The spline is periodic if the profile is closed. Otherwise, the spline has no
+    curvature at its ends and continues linearly beyond them."""
     angle, radius = np.array(given.angle, float), np.array(given.radius, float)
     if closed(given):
         angle[-1], radius[-1] = angle[0] + TURN, radius[0]

@@ -26,7 +26,7 @@ from trunnion.system.structure.parameter_table import Leaf, Leaves, ParameterTab
 FIELDS = ("spring", "damping", "rotor_inertia", "end_stops", "effort", "drive", "motor", "latch", "nonlinear")
 
 ENDLESS = 1e300
-"""Largest force of a latch, and limit of a signal, if the scene gives no limit."""
+"""Replaces infinity for the largest force of a latch, and for the limit of a signal, if the scene gives none."""
 
 
 class Builder:
@@ -36,8 +36,8 @@ class Builder:
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """("input", input) for every external input, then ("drive" or "load", data) for every table signal. An input that
-        prescribes a motion has "tracked" instead of "input"; the motion follows such an input smoothly."""
+        """Pairs of a word and data: "input" or "tracked" for every external input, then "drive" or "load" for every table signal. A
+        motion that an input prescribes follows it smoothly; this input is "tracked"."""
         self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 
@@ -47,8 +47,8 @@ class Builder:
         return tuple(self.device(name, j, k, not kind.turns(k)) for k in range(kind.nv))
 
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
-        """The devices along freedom k of a joint, as leaves with the paths of the scene. slides: the freedom is a translation; this
-        determines the units."""
+        """The devices along freedom k of a joint, as leaves with the paths of the scene. slides: whether the freedom is a
+        translation; this determines the units."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
         s = self.table.own
 
@@ -146,7 +146,7 @@ class Builder:
         return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
-        """A component of a load vector. For a component written as exactly 0, None, which removes terms from the generated code."""
+        """A component of a load vector; None if it is written as exactly 0, which removes terms from the generated code."""
         if isinstance(value, float | int):
             leaf: Leaf = self.table.component(path, float(value), unit)
             return None if leaf == 0.0 else Signal("value", (leaf,))
@@ -176,8 +176,8 @@ class Builder:
 @dataclass(frozen=True)
 class SignalLeaves:
     """Makes the leaves of one signal. path: path of the signal's keys. unit: unit of the values. rate: unit of the rates, for
-    drives. use: "drive" or "load". limited: whether the signal has limits; each number then moves the times at which it passes
-    a limit."""
+    drives. use: "drive" or "load". limited: whether the signal has limits; the times at which it passes a limit then depend on each
+    of its numbers."""
 
     builder: Builder
     path: str
@@ -187,7 +187,7 @@ class SignalLeaves:
     limited: bool = False
 
     def own(self, key: str, value: float, unit: str = "") -> Leaf:
-        """The leaf of a number; unit: default that of the signal."""
+        """The leaf of a number. unit: by default, the unit of the signal."""
         table = self.builder.table
         return (table.kink if self.limited else table.own)(f"{self.path}.{key}", value, unit or self.unit)
 
@@ -211,6 +211,6 @@ def word_of(path: str) -> str:
 
 
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
-    """The end stops of a joint. Stops without bounds on a joint with a curve are at both ends of the curve."""
+    """The end stops of a joint. If a joint with a curve has stops without bounds, they are at both ends of the curve."""
     given = stops.lower is not None or stops.upper is not None
     return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))

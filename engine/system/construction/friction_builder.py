@@ -22,7 +22,7 @@ def _sign(teeth: tuple[Leaf, ...]) -> float:
 
 
 def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str, Leaf]]:
-    """(name, leaf) pairs of a coefficient over speed: the coefficient at speed 0, then speed and coefficient of each further
+    """Names and leaves of a coefficient over speed: the coefficient at speed 0, then speed and coefficient of each further
     point."""
     speed = filled([table.own(f"{path}.speed[{i + 1}]", v, "m/s") for i, v in enumerate(c.speed)])
     value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
@@ -31,7 +31,7 @@ def _by_speed(table: ParameterTable, path: str, c: sm.BySpeed) -> list[tuple[str
 
 
 def _by_load(table: ParameterTable, path: str, name: str, c: sm.ByLoad) -> list[tuple[str, Leaf]]:
-    """(name, leaf) pairs of an efficiency over torque or speed: the two numbers of each point."""
+    """Names and leaves of an efficiency over torque or speed: the two numbers of each point."""
     over, unit = ("torque", "N*m") if c.torque is not None else ("speed", "rad/s")
     at = filled([table.own(f"{path}.{over}[{i + 1}]", v, unit) for i, v in enumerate(c.torque or c.speed or ())])
     value = filled([table.own(f"{path}.value[{i + 1}]", v, "1") for i, v in enumerate(c.value)])
@@ -69,7 +69,7 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
             numbers += _by_load(table, f"joints.{j.name}.friction.{n.name}", n.name, value)
             continue
         values = value if isinstance(value, tuple) else (value,) * n.count
-        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # scalar: one value for two journals
+        put = table.own if isinstance(value, tuple) or n.count == 1 else table.scalar  # a scalar is one value for both journals
         for label, one in zip(n.labels, values, strict=True):
             if isinstance(one, sm.FromInput | sm.Signal):
                 at = label if isinstance(value, tuple) else n.name

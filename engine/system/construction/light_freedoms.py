@@ -15,16 +15,16 @@ from trunnion.system.structure.coupling_joint_data import LightFreedom
 from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTable
 
 LIGHT = 1e-3
-"""A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. An inertia ratio of 10^-n costs
-the loop equations n digits. Above this limit, they keep the digits that events and steps need."""
+"""A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. With an inertia ratio of 10^-n,
+the loop equations lose n digits. Above this limit, they keep the digits that events and steps require."""
 
 
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. Of a joint only the body that it carries counts, not heavier bodies outboard: a wheel that
-    turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis. It is compared with the
-    bodies on the loops and with those that they carry. more: couplings, which close loops too."""
+    """All light freedoms of tree joints. Only the body that a joint carries counts for the joint, not heavier bodies outboard. (A
+    wheel that turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis.) This body is
+    compared with the bodies on the loops and with those that they carry. more: couplings, which close loops, too."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
@@ -39,7 +39,7 @@ def light_freedoms(
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
-                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded: cases of a sweep share a kernel
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded, so that sweeps share a kernel
     return out
 
 
@@ -57,7 +57,7 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
 def massless_and_free(
     scene: Scene, bodies: Sequence[Body], joints: Sequence[Joint], found: Sequence[LightFreedom]
 ) -> list[Problem]:
-    """Problems with bodies of mass 0 whose motion neither a loop nor a body with mass outboard of them determines."""
+    """Problems: bodies of mass 0 whose motion is determined neither by a loop nor by a body with mass outboard of them."""
     light = {(x.joint, x.freedom) for x in found}
     mass, out = [_mass(scene, b) for b in bodies], []
     carried = _largest_outboard(bodies, mass)
@@ -93,7 +93,7 @@ def _largest_outboard(bodies: Sequence[Body], sizes: Sequence[float]) -> list[fl
 
 
 def _with_outboard(bodies: Sequence[Body], on_loops: Sequence[int]) -> list[int]:
-    """These bodies and all bodies outboard of them."""
+    """The given bodies and all bodies outboard of them."""
     found = set(on_loops)
     for i, b in enumerate(bodies):  # inboard bodies come first
         if b.parent in found:

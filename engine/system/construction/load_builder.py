@@ -46,7 +46,7 @@ def _field(points: Points, path: str, f: sm.PlaceFormula) -> Signal:
 
 
 def _place(points: Points, on: str) -> tuple[str, Leaves]:
-    """(body, point as leaves) of the text "body.point", or of "body" for its mass centre."""
+    """Body, and point as leaves, that the text "body.point" names; "body" names its mass centre."""
     body, point = point_of(points.scene, on)
     if not named_point(on):
         x, y, z = points.scene.bodies[body].center
@@ -100,5 +100,5 @@ def _bushing(points: Points, name: str, f: sm.Bushing) -> Load:
 
 
 def as_joint(f: sm.Bushing) -> sm.Joint:
-    """A joint that stands for a bushing: it has the same points and frames."""
+    """A joint with the points and frames of a bushing, in place of the bushing."""
     return sm.Joint("free", *f.between, axis=f.axis, reference=f.reference)

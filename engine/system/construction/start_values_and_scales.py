@@ -16,18 +16,18 @@ from trunnion.scene.signals.registry import corners
 from trunnion.scene.signals.table import Table
 from trunnion.system.construction.device_builder import Builder
 from trunnion.system.construction.joint_frames import direction
-from trunnion.system.signals.signal_tables import Curve, Outside, curve
+from trunnion.system.signals.signal_tables import ExternalInput, SignalCurve, curve
 from trunnion.system.structure.bodies_and_joints import System, state_coordinates
 
 GIVEN = {"guess": 0.0, "rounded": 1.0, "exact": 2.0}
-"""How far a start value is given (``Numbers.q_given``), by the key ``use`` of a joint's start."""
+"""Level of ``Numbers.q_given`` for a start value, by the key ``use`` of a joint's start."""
 
 
 @dataclass(frozen=True)
 class Numbers:
     """Start values, tables and scales of a run.
 
-    q, v               start values (nq, nv). If the scene gives no value, 0; for quaternions the identity.
+    q, v               start values (nq, nv); without a value in the scene, 0 or the unit quaternion.
     q_given, v_given   2 where the scene gives an exact start value, 1 where it gives a rounded one, else 0.
     tables             records of the external inputs, then of table signals.
     breaks             times at which a signal has a corner or jumps (``breaks``).
@@ -38,7 +38,7 @@ class Numbers:
     v: np.ndarray
     q_given: np.ndarray
     v_given: np.ndarray
-    tables: tuple[Curve | Outside, ...]
+    tables: tuple[SignalCurve | ExternalInput, ...]
     breaks: tuple[Corner, ...]
     length: float
     rate: float
@@ -51,7 +51,7 @@ class Numbers:
     """For each rate (nv): the level of ``q_given`` of the joint to which the rate belongs."""
 
     def break_records(self) -> np.ndarray:
-        """The breaks as the runtime reads them (``tr_break``), those that occur once in the order of their times."""
+        """The breaks as the runtime reads them (``tr_break``). Those that occur once are in the order of their times."""
         return np.array(sorted(self.breaks, key=lambda c: (c.period > 0.0, c.time)), float).reshape(-1)
 
     def break_times(self, until: float) -> list[float]:
@@ -95,13 +95,13 @@ def numbers_of(scene: sm.Scene, system: System, devices: Builder) -> Numbers:
     inputs = np.array([float(i.start) for i in scene.inputs.values()])
     rate = rate_scale(scene, v / np.where(turning(system), 1.0, length), length)
     speed = length * rate
-    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # ``speed**2`` would raise OverflowError
+    energy = sum(mass_properties(b)[0] for b in scene.bodies.values()) * (speed * speed)  # ``speed**2`` could raise OverflowError
     return Numbers(q, v, q_given, v_given, tables, breaks(scene), length, rate, energy, inputs, ignored, by_rate)
 
 
-def _table(use: str, t: Table | sm.Input) -> Curve | Outside:
+def _table(use: str, t: Table | sm.Input) -> SignalCurve | ExternalInput:
     if isinstance(t, sm.Input):
-        return Outside(use == "tracked", float(t.start), float(t.bandwidth), -math.inf if t.begin is None else float(t.begin))
+        return ExternalInput(use == "tracked", float(t.start), float(t.bandwidth), -math.inf if t.begin is None else float(t.begin))
     return curve(t, use == "drive")
 
 
@@ -118,14 +118,14 @@ def coordinates(q: sm.Coordinates, nq: int, quaternion: int) -> np.ndarray:
 
 
 def breaks(scene: sm.Scene) -> tuple[Corner, ...]:
-    """Times at which a signal has a corner or jumps, signal by signal. The integrator ends steps at these times."""
+    """Times at which a signal has a corner or jumps, signal by signal. Steps end at these times."""
     late = (i.begin for i in scene.inputs.values() if i.begin is not None)
     return (*(c for _, s in signals(scene) for c in corners(s)), *(Corner(t) for t in late))
 
 
 def length_scale(scene: sm.Scene) -> float:
     """Length scale, m: the largest size of any body, or the largest distance between two of a body's points, joint points and mass
-    centre. If all these are zero, the largest radius of gyration in mechanisms with wheels, otherwise 1."""
+    centre. If all these are zero: in mechanisms with wheels the largest radius of gyration, otherwise 1."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]
@@ -155,13 +155,13 @@ def gyration(body: sm.Body) -> float:
 
 
 def turning(system: System) -> np.ndarray:
-    """For each rate of the state (nv): whether it is an angular velocity, rad/s. Otherwise it is a velocity, m/s."""
+    """For each rate of the state (nv): whether it is an angular velocity, rad/s, and not a velocity, m/s."""
     return np.array([j.kind.turns(k) for j in system.tree for k in j.free], bool)
 
 
 def rate_scale(scene: sm.Scene, v: np.ndarray, length: float) -> float:
-    """Rate scale, 1/s: √(g/length), or 1 without gravity, but at least the largest start rate. v: start rates, 1/s, where
-    translational velocities have been divided by the length scale."""
+    """Rate scale, 1/s: √(g/length), or 1 without gravity, but at least the largest start rate. v: start rates, 1/s; translational
+    velocities are divided by the length scale."""
     g = float(np.linalg.norm(np.array(scene.gravity, float)))
     base = math.sqrt(g / length) if g else 1.0
     return max([base, *np.abs(v).tolist()])

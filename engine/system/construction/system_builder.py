@@ -1,5 +1,5 @@
-"""Builds from a scene: the ``System`` (structure), the table of run-time parameters, and the ``Numbers`` of a run (start values,
-tables, scales)."""
+"""Construction from a scene of the ``System`` (structure), the table of run-time parameters, and the ``Numbers`` of a run (start
+values, tables, scales)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, System
 from trunnion.system.structure.parameter_table import Param, ParameterTable
 
 MASSLESS = 1e-15
-"""A body of mass 0 gets this fraction of the heaviest body's mass. Its effect is below round-off (theory, "Light bodies")."""
+"""A body of mass 0 gets this fraction of the heaviest body's mass, whose effect is below round-off (theory, "Light bodies")."""
 INERTIA_NAMES = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
@@ -46,9 +46,9 @@ class Built:
 
 
 def fit(j: sm.Joint) -> Fit:
-    """Which part of a joint carries the pin, and at the ends of which part the contacts are (see ``Fit``)."""
+    """Roles of a joint's parts: which one carries the pin, and at the ends of which one the contacts are (``Fit``)."""
     out = j.pin == "outboard"
-    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the choice makes no difference
+    if j.ends is None or REGISTRY[j.type].slides_along < 0:  # without sliding, the choice has no effect
         return Fit(out)
     if j.ends == OVERLAP:
         return Fit(out, OVERLAP if j.friction is not None else "pin")
@@ -56,8 +56,8 @@ def fit(j: sm.Joint) -> Fit:
 
 
 def build(scene: sm.Scene) -> Built:
-    """Reduce a checked scene to the data of its system, without symbolic expressions. SceneError if poses of
-    wheels do not fit, if nothing determines the motion of a massless body, or if a real-time scene has joints that only push."""
+    """Reduce a checked scene to the data of its system, without symbolic expressions. Raises SceneError for poses of wheels that do
+    not fit, for a massless body whose motion nothing determines, and for joints that only push in a real-time scene."""
     table = ParameterTable(scene.tunable)
     spanning = span(scene)
     maker = _Maker(scene, table, spanning)
@@ -125,7 +125,7 @@ class _Maker(Points):
         return Body(name, mass, middle, leaves, shaped, points, i, self.index[parent])
 
     def joint(self, name: str) -> Joint:
-        """A joint, still without its friction and its offsets in the state and among the constraint rows."""
+        """A joint without friction, and without its offsets in the state and among the constraint rows; ``place`` adds them."""
         j = self.scene.joints[name]
         kind = REGISTRY[j.type]
         a, b = sides_of(self.scene, j)
@@ -146,7 +146,7 @@ class _Maker(Points):
         )
 
     def length(self, name: str) -> Param:
-        """The length of a rod. A length that follows from the poses of bodies changes with every number of these poses."""
+        """The length of a rod. If the length follows from the poses of bodies, it depends on every number of these poses."""
         j = self.scene.joints[name]
         made = self.table.own if j.length is not None else self.table.scalar
         return made(f"joints.{name}.length", rod_length(self.scene, j) or 0.0, "m")

@@ -28,7 +28,7 @@ NEAR = 1e-6
 
 
 @dataclass(frozen=True)
-class Stand:
+class BodyPose:
     """Pose of a body's frame in the world: R (3×3), and r (3), m."""
 
     R: np.ndarray
@@ -39,19 +39,19 @@ class Stand:
         return self.R @ matrix(frame(s.axis, s.reference)), self.R @ np.array(s.point, float) + self.r
 
 
-def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, Stand]:
-    """Poses of all bodies when every coordinate of the tree is 0, that is, when the two frames of each tree joint coincide."""
-    found = {GROUND: Stand(np.eye(3), np.zeros(3))}
+def stands(scene: sm.Scene, spanning: Spanning) -> dict[str, BodyPose]:
+    """Poses of all bodies when every coordinate of the tree is 0: the two frames of each tree joint coincide."""
+    found = {GROUND: BodyPose(np.eye(3), np.zeros(3))}
     for name, child, forward in spanning.tree:
         a, b = sides_of(scene, scene.joints[name])
         near, far = (a, b) if forward else (b, a)
         (E, p), own = found[near.body].side(near), matrix(frame(far.axis, far.reference))
         R = E @ own.T
-        found[child] = Stand(R, p - R @ np.array(far.point, float))
+        found[child] = BodyPose(R, p - R @ np.array(far.point, float))
     return found
 
 
-def misfits(scene: sm.Scene, spanning: Spanning, where: dict[str, Stand]) -> list[Problem]:
+def misfits(scene: sm.Scene, spanning: Spanning, where: dict[str, BodyPose]) -> list[Problem]:
     """Problems with the relative poses of wheels. If a closed loop determines the relative pose of two wheels, this pose is not
     checked."""
     out: list[Problem] = []
@@ -78,8 +78,8 @@ def _way(scene: sm.Scene, spanning: Spanning, name: str) -> set[str]:
     return ways[0] ^ ways[1]
 
 
-def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[tuple[str, str]]:
-    """(problem, remedy) for each problem with the relative pose of two wheels."""
+def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, BodyPose]) -> Iterator[tuple[str, str]]:
+    """Problem and remedy, for each problem with the relative pose of two wheels."""
     (Ea, pa), (Eb, pb) = (where[s.body].side(s) for s in sides_of(scene, j))
     a, b, s, of = Ea[:, 0], Eb[:, 0], pb - pa, sizes(j)
     rolls = rolls_of(j)
@@ -121,7 +121,7 @@ def _misfit(scene: sm.Scene, j: sm.Joint, where: dict[str, Stand]) -> Iterator[t
             "change the module, or move the wheels")
 
 
-def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name: str) -> Wheels:
+def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, BodyPose], name: str) -> Wheels:
     """The parameters of a pair of wheels. where: poses of all bodies when every coordinate is 0 (``stands``); in these poses the
     wheels mesh."""
     j = scene.joints[name]
@@ -132,7 +132,7 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
     second: Leaf = float(of.teeth[1])
     if REGISTRY[j.type].slips:
         second = table.scalar(f"joints.{name}.radius_ratio", float(of.teeth[1]), "1")
-    return Wheels(  # the module is not ``own``: a changed module moves the wheels, so the system must be built again
+    return Wheels(  # the module is not ``own``, because a changed module moves the wheels and requires a new system
         table.scalar(f"joints.{name}.module", of.module, "m"), (float(of.teeth[0]), second),
         table.scalar(f"joints.{name}.phase", math.remainder(met, 2 * math.pi), "rad"),
         table.scalar(f"joints.{name}.lead_angle", of.lead, "rad") if rolls_of(j).touch == "skew" else None,
@@ -141,6 +141,7 @@ def wheels(scene: sm.Scene, table: ParameterTable, where: dict[str, Stand], name
 
 
 def _wrap(a: np.ndarray, s: np.ndarray, of: Sizes) -> float:
-    """Angle of wrap about the smaller pulley, rad: π less the inclination of both strands, or plus it if the belt is crossed."""
+    """Angle of wrap about the smaller pulley, rad: π minus the inclination of both strands; π plus this inclination for a crossed
+    belt."""
     r1, r2 = of.radii("wheels", Numeric)
     return math.pi + 2 * math.asin((r1 + r2) / float(np.linalg.norm(s - (s @ a) * a)))

@@ -1,8 +1,7 @@
 """Frequencies of the excitation of a mechanism. While a friction pair sticks, the runtime limits its steps by these frequencies.
 
-A sticking pair does not move until its load exceeds friction. Therefore error control would not notice a load that exceeds friction
-only within one step.
-"""
+A sticking pair does not move until its load exceeds friction. Error control does not notice a load that exceeds friction only
+within one step. """
 
 from __future__ import annotations
 
@@ -14,8 +13,8 @@ from trunnion.system.structure.parameter_table import Leaf, Param
 
 
 def frequencies(system: System) -> tuple[tuple[int, float], ...]:
-    """(index of a run-time parameter, factor to Hz) for the frequency of every harmonic signal and for every prescribed rotation
-    rate."""
+    """Index of the run-time parameter and factor to Hz, for the frequency of every harmonic signal and for every prescribed
+    rotation rate."""
     found: dict[int, float] = {}
     for signal, turns in _signals(system):
         for leaf, unit in _paces(signal, turns):
@@ -43,7 +42,7 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
 
 
 def _paces(signal: Signal, turns: bool) -> Iterator[tuple[Leaf, float]]:
-    """(leaf, factor to Hz) for those parameters of a signal that are frequencies or rotation rates."""
+    """Leaf and factor to Hz, for those parameters of a signal that are frequencies or rotation rates."""
     if signal.of is not None:
         yield from _paces(signal.of, turns)
     elif signal.kind in OF_LABEL:

@@ -1,4 +1,5 @@
-"""Signals that the runtime reads from memory: tables as piecewise curves, and external inputs. Each is a record of numbers.
+"""Signals that the runtime reads from memory: tables as piecewise curves, and external inputs. Each table and each input is a
+record of numbers.
 
 A table (t_i, v_i) becomes one of three kinds of curves.
 LINEAR: straight lines between the knots.
@@ -19,15 +20,15 @@ from trunnion.runtime.abi.run_records import INPUT, KNOTS
 from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
-"""Default interpolation of drives and of loads. For drives, linear interpolation would give no continuous acceleration, and a
-clamped spline would force the rate at the ends to zero."""
+"""Default interpolation of drives and of loads. (For drives, linear interpolation would give no continuous acceleration, and a
+clamped spline a rate of zero at both ends.)"""
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class SignalCurve:
     """A table as a piecewise curve.
 
-    held    if true, the curve is constant beyond its ends; otherwise it continues linearly.
+    held    whether the curve is constant beyond its ends; otherwise it continues linearly.
     time    knots (n), s.
     value   values at the knots (n).
     shape   second derivatives for SPLINE, slopes for HERMITE, zeros for LINEAR (n)."""
@@ -43,18 +44,18 @@ class Curve:
         head = KNOTS.doubles(kind=self.kind, held=self.held, n=len(self.time))
         return np.concatenate([head, self.time, self.value, self.shape])
 
-    def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases of a batch may share a table. They may if their records are equal."""
-        return isinstance(other, Curve) and np.array_equal(self.record(), other.record())
+    def alike(self, other: SignalCurve | ExternalInput) -> bool:
+        """Whether two cases of a batch may share a table: their records are equal."""
+        return isinstance(other, SignalCurve) and np.array_equal(self.record(), other.record())
 
 
 @dataclass(frozen=True)
-class Outside:
+class ExternalInput:
     """An external input.
 
     tracked     whether a motion follows the input.
     start       value until the user sets the input.
-    bandwidth   of the filter by which a motion follows the input, rad/s.
+    bandwidth   bandwidth of the filter by which a motion follows the input, rad/s.
     begin       time from which the input counts, s."""
 
     tracked: bool
@@ -68,14 +69,13 @@ class Outside:
         late = {"start": self.start, "begin": self.begin}
         return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth, **late), float)
 
-    def alike(self, other: Curve | Outside) -> bool:
-        """Whether two cases of a batch may share an input. The inputs may have different start values, because each case stores its
-        own start values."""
-        return isinstance(other, Outside) and (self.tracked, self.bandwidth, self.begin) == (
+    def alike(self, other: SignalCurve | ExternalInput) -> bool:
+        """Whether two cases of a batch may share an input. Their start values may differ, because each case stores its own."""
+        return isinstance(other, ExternalInput) and (self.tracked, self.bandwidth, self.begin) == (
             other.tracked, other.bandwidth, other.begin)
 
 
-def table_block(tables: Sequence[Curve | Outside]) -> np.ndarray:
+def table_block(tables: Sequence[SignalCurve | ExternalInput]) -> np.ndarray:
     """All tables in the layout that the runtime reads: the offset of each record, then the records."""
     records = [t.record() for t in tables]
     offsets = len(records) + np.cumsum([0, *map(len, records)])[:-1]
@@ -83,16 +83,16 @@ def table_block(tables: Sequence[Curve | Outside]) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def curve(table: sm.Table, drives: bool) -> Curve:
+def curve(table: sm.Table, drives: bool) -> SignalCurve:
     """The curve of a table. Beyond the ends, the curve of a drive continues linearly, and the curve of a load is constant."""
     t, v = np.array(table.time, float), np.array(table.value, float)
     way = table.interpolation or (DRIVE if drives else LOAD)
     if way == "linear":
-        return Curve(TableKind.LINEAR, not drives, t, v, np.zeros(len(t)))
+        return SignalCurve(TableKind.LINEAR, not drives, t, v, np.zeros(len(t)))
     if way == "monotone":
-        return Curve(TableKind.HERMITE, not drives, t, v, monotone_slopes(t, v))
+        return SignalCurve(TableKind.HERMITE, not drives, t, v, monotone_slopes(t, v))
     ends = tuple(map(float, table.end_rates or (0.0, 0.0))) if way == "clamped" else None
-    return Curve(TableKind.SPLINE, not drives, t, v, spline_moments(t, v, ends))
+    return SignalCurve(TableKind.SPLINE, not drives, t, v, spline_moments(t, v, ends))
 
 
 def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None = None) -> np.ndarray:
@@ -113,7 +113,7 @@ def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None 
 
 def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution (n) of a tridiagonal system (diagonals of n − 1, n, n − 1) by elimination without pivoting. Valid for diagonally
-    dominant matrices, such as those of splines."""
+    dominant matrices; those of splines are."""
     low, d, up, x = (a.tolist() for a in (below, diagonal, above, right))
     for i in range(1, len(d)):
         factor = low[i - 1] / d[i - 1]
@@ -128,9 +128,8 @@ def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, righ
 def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Slopes at the knots (n) of the monotone piecewise cubic of Fritsch and Carlson (PCHIP).
 
-    The slope is zero at extrema and plateaus, else a weighted harmonic mean of the slopes on both sides (Fritsch and Butland). The
-    slope at each end is that of a parabola, limited to keep the curve monotone.
-    """
+    The slope is zero at extrema and plateaus, otherwise a weighted harmonic mean of the slopes on both sides (Fritsch and Butland).
+    The slope at each end is that of a parabola, limited to keep the curve monotone. """
     h = np.diff(t)
     slope = np.diff(v) / h
     if len(t) == 2:

@@ -1,5 +1,5 @@
-"""The data of a system, from which the recursion is built. All data are immutable and hash by content; this hash gives the
-kernel's key."""
+"""The data of a system, from which the recursion is built. All data are immutable; their hash depends on the content alone, and
+gives the kernel's key."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class FrictionElement:
         return tuple(sorted([*(e for s in self.sliders for e in s.eta), *self.bound]))
 
     def number(self, name: str) -> Leaf:
-        """The leaf of the parameter ``name``. KeyError if there is no such parameter, or if it depends on time or an input."""
+        """The leaf of the parameter ``name``. Raises KeyError if there is none, or if it depends on time or an input."""
         return {n: x for n, x in self.numbers if not isinstance(x, Signal)}[name]
 
     @property
@@ -228,7 +228,7 @@ class System:
 
     @cached_property
     def light(self) -> tuple[Joint, ...]:
-        """The rows of light freedoms. They come last among the ties."""
+        """The rows of light freedoms. They are the last ones of ``ties``."""
         return tuple(j for j in self.ties if j.light)
 
     @property

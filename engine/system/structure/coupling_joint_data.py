@@ -42,14 +42,14 @@ class Profile:
 
 
 ENDLESS = 1e300
-"""Curve parameter at the far end of the straight piece that continues an open curve; it stands for infinity."""
+"""Curve parameter that stands for infinity, at the far end of the straight piece that continues an open curve."""
 FOOT = 11
-"""Number of values that describe a foot point on a curve. They are: parameter and arc length at the start of the piece that
+"""Number of values that describe a foot point on a curve. These are parameter and arc length at the start of the piece that
 contains the foot point, four coefficients along e2, four along e3, and the foot point's parameter."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class CurveSegment:
     """A piece of a curve.
 
     start, end   parameters of the spline at the piece's start and end.
@@ -68,7 +68,7 @@ class Curve:
     """A plane curve in pieces. An open curve begins and ends with an infinite straight piece. around: period of the parameter of a
     closed curve; 0 for an open curve. roller: radius of the roller around the point that follows the curve, m."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[CurveSegment, ...]
     around: float
     roller: Leaf = 0.0
 
@@ -109,8 +109,8 @@ class Mimic:
 
 @cache
 def gauss_points() -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """(points, weights) of Gauss for the arc length of a piece of a curve. They are exact to round-off for a piece whose direction
-    turns by a right angle."""
+    """Points and weights of Gauss's rule for the arc length of a piece of a curve. The error is round-off for a piece whose
+    direction turns by a right angle."""
     from numpy.polynomial.legendre import leggauss
 
     points, weights = leggauss(20)
@@ -124,8 +124,8 @@ NO_INERTIA = 1e-15
 @dataclass(frozen=True)
 class LightFreedom:
     """A freedom that moves only bodies much lighter than others on the same loop (theory, "Light bodies"). The recursion adds
-    ``inertia`` (kg or kg m²) to the freedom, and a constraint row removes the force of this inertia again. joint: index of the tree
-    joint; turns: whether the freedom is a rotation."""
+    ``inertia`` (kg or kg m²) to the freedom; a constraint row removes the force of this inertia. joint: index of the tree joint;
+    turns: whether the freedom is a rotation."""
 
     joint: int
     freedom: int
@@ -134,9 +134,9 @@ class LightFreedom:
 
     @property
     def response(self) -> float:
-        """The part of the row's diagonal entry in S that does not come from the mechanism's response: −1/inertia. A freedom may
-        have no inertia of its own, and no loop that moves it (a massless rod that turns about its own axis). So that S stays
-        regular, every freedom keeps the fraction NO_INERTIA of the added inertia."""
+        """The part of the row's diagonal entry in S that does not come from the mechanism's response: −1/inertia. A massless rod
+        that turns about its own axis has neither an inertia nor a loop that moves it. To keep S regular, every light freedom keeps
+        the fraction NO_INERTIA of the added inertia."""
         return -(1.0 + NO_INERTIA) / self.inertia
 
 

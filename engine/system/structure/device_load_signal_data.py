@@ -10,8 +10,8 @@ from trunnion.system.structure.parameter_table import Leaf, Leaves
 
 @dataclass(frozen=True)
 class Signal:
-    """A function of time. ``kind`` determines the meaning of ``leaves``: one of the labels of the kinds of signals
-    (``scene.signals``), or
+    """A function of time. ``kind`` determines the meaning of ``leaves``. It is a label of a kind of signals (``scene.signals``), or
+    one of these:
 
     value      a constant.
     table      no leaves; ``index`` is that of the table. External inputs are the first tables.
@@ -101,7 +101,7 @@ class Device:
 
     @property
     def turned(self) -> Leaf | None:
-        """Inertia that the recursion adds to the freedom: the inertia of the rotor, or that of the ``LightFreedom``."""
+        """Inertia that the recursion adds to the freedom: that of the rotor, or that of the ``LightFreedom``."""
         return self.inertia if self.inertia is not None else self.added or None
 
 
@@ -132,7 +132,7 @@ class Load:
 
     @property
     def acts_as(self) -> str:
-        """The kind of load whose primitives apply the load, once its value is known."""
+        """The kind of load whose primitives apply this load when its value is known."""
         return "force" if self.kind == "field" else self.kind
 
     @property

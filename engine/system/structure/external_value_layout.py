@@ -21,9 +21,9 @@ TIMES = run_records.MOMENT.numbers
 NOW, INSIDE = run_records.MOMENT.at("t"), run_records.MOMENT.at("inside")
 """Indices of t and ts in x."""
 TABLE = run_records.SIGNAL.numbers
-"""Number of values per table: value and three derivatives."""
+"""Number of values of a table: value and three derivatives."""
 MODE = run_records.MODE.numbers
-"""Number of values per friction pair: state flag, frozen direction (3), given tilt."""
+"""Number of values of a friction pair: state flag, frozen direction (3), given tilt."""
 IN_MODE = tuple(run_records.MODE.at(name) for name in ("flag", "direction", "tilt"))
 """Indices of these values within a mode."""
 
@@ -35,7 +35,7 @@ class Mode:
     flag        a ``PairState``.
     direction   the pair's sliding rates at the time when the direction was frozen (3). A pair with fewer components uses only the
                 first entries; a pair with a single component stores its sign.
-    tilt        of a ball."""
+    tilt        given tilt of a ball; 0: none."""
 
     flag: float
     direction: np.ndarray

@@ -1,5 +1,5 @@
-"""Joints with friction in the order of the complement equations (theory, "Complement equations"). For each joint: the components of
-the reaction that the contact forms need, and offsets of the joint's values. This module does not need the symbolic library."""
+"""Joints with friction in the order of the complement equations (theory, "Complement equations"). An entry contains the components
+of the reaction that the contact forms need, and offsets of the joint's values. This module does not need the symbolic library."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, 
 class Element:
     """A joint with friction.
 
-    needs   components of f_c, m_c that the contact forms use; they are the rows n0, n0 + 1, … of the N block.
+    needs   components of f_c, m_c that the contact forms use: rows n0, n0 + 1, … of the N block.
     rate0   index of the joint's first freedom among the rates of all joints with friction."""
 
     joint: Joint

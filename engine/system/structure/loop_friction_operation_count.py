@@ -11,16 +11,16 @@ from trunnion.system.structure.friction_joint_indices import elements
 from trunnion.system.structure.loop_matrix_fill import coupled, path, pattern, rows_by_loop
 
 BODY = 1200
-"""Multiplications of the passes per body: inertias with the laws' derivative, forces, accelerations; two Newton steps."""
+"""Multiplications of the passes for one body: inertias with the laws' derivative, forces, accelerations; two Newton steps."""
 COLUMN = 150
-"""Multiplications of the maps per force column and body, inward and outward, with the overhead of the bytecode."""
+"""Multiplications of the maps for one force column and one body, inward and outward, with the overhead of the bytecode."""
 ROW = 120
-"""Multiplications of the recursion per constraint row (with its force column) and body on the row's path."""
+"""Multiplications of the recursion for one constraint row (with its force column) and one body on the row's path."""
 MEETING = 24
-"""Multiplications per entry of the unsymmetric S."""
+"""Multiplications for one entry of the unsymmetric S."""
 MAPS_SERVE_MORE = 1.2
-"""The recursion is used if maps need more than this multiple of its multiplications. The factor is above 1, because decisions about
-pairs at rest need maps in both forms."""
+"""The recursion is used if maps take more than this multiple of its multiplications. The factor is above 1, because decisions about
+pairs at rest require maps in both forms."""
 
 
 def maps_work(system: System, active: Sequence[int]) -> float:

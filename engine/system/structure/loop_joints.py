@@ -1,5 +1,5 @@
-"""Joints on loops, and how many scaled reactions each has. Scaled reactions select the reactions of redundant loops (theory,
-"Redundant loops"). This module does not need the symbolic library."""
+"""Joints on loops, and the number of scaled reactions of each. Scaled reactions are the criterion that selects the reactions of
+redundant loops (theory, "Redundant loops"). This module does not need the symbolic library."""
 
 from __future__ import annotations
 
@@ -16,13 +16,12 @@ USUAL = 1e8
 """Default radial stiffness of a joint's contacts, N/m: about that of a steel pin of 20 mm in a bearing. The value matters only if
 the scene gives the stiffness of other joints."""
 NO_SIZE = 1e-24
-"""Square of the smallest size of a joint, m². This lower bound avoids a division by zero. It is large enough that even the squares
-of the quotients stay finite."""
+"""Square of the smallest size of a joint, m². It avoids a division by zero, and even the squares of the quotients stay finite."""
 
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
-    """Bodies whose tree joints are on the loop of a cut joint: the path between its two bodies, ascending. For a gearbox, the paths
-    between the two bodies of each shaft's joint."""
+    """Bodies whose tree joints are on the loop of a cut joint, ascending: the path between the cut joint's two bodies. For a
+    gearbox, the paths between the two bodies of each shaft's joint."""
     paths = [set(way_to_ground(system.bodies, body)) for body in c.ends]
     pairs = zip(paths[::2], paths[1::2], strict=True)
     return sorted(set().union(*(a ^ b for a, b in pairs)))
@@ -37,8 +36,8 @@ def loop_joints(system: System) -> list[Joint]:
 
 
 def block_points(system: System) -> dict[str, dict[int, list[Leaves]]]:
-    """For each joint on a loop: the points of the joints on its block, by body, in the body's axes. Two joints are on one block if
-    they share a loop, or are connected by joints that do. Blocks do not depend on the cut joints."""
+    """For each joint on a loop: the points of all joints of its block, by body, in the body's axes. Joints of one loop are in one
+    block; loops with a common joint are in one block, too. The choice of the cut joints has no effect on blocks."""
     blocks: dict[str, set[str]] = {}
     for c in system.joints[len(system.bodies) :]:
         loop = {c.name, *(system.tree[b].name for b in bodies_of_loop(system, c))}
@@ -63,7 +62,7 @@ def rubs(system: System) -> bool:
 
 
 def rows_of(system: System) -> list[tuple[str, int]]:
-    """(joint, number of rows in ``scaled_reactions``) for each joint on a loop, in the order of the rows."""
+    """Each joint on a loop, with the number of its rows in ``scaled_reactions``, in the order of the rows."""
     if rubs(system):
         return [(j.name, springs_of(j)) for j in loop_joints(system)]
     return [(j.name, 6 * sum(b != GROUND for b in (j.out, j.inb))) for j in loop_joints(system)]
@@ -88,6 +87,6 @@ def rubbing_on_loops(system: System) -> list[tuple[Element, int, int]]:
         first[name] = at
         at += rows
     found = [e for e in elements(system) if e.joint.name in first]
-    # friction without contacts (a given force) does not change contact forces
+    # friction without contacts (a given force) changes no contact forces
     found = [e for e in found if e.contact.count]
     return [(e, first[e.joint.name], springs_of(e.joint) - len(e.contact.thrusts) - len(e.joint.driven)) for e in found]

@@ -10,10 +10,10 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.system.structure.bodies_and_joints import Joint, System, way_to_ground
 
 MANY_ROWS = 16
-"""Smallest number of rows for which sparsity is used. A dense factorisation of fewer rows takes less than a microsecond."""
+"""Smallest number of rows for which sparsity is used. With fewer rows, a dense factorisation takes less than a microsecond."""
 FEW_ENTRIES = 0.5
-"""Sparsity is used if the sparse factor has at most this fraction of a dense factor's entries. With more entries, reading the index
-lists costs more than sparsity saves."""
+"""Sparsity is used if the sparse factor has at most this fraction of a dense factor's entries. With more entries, index lists cost
+more time than sparsity saves."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,8 @@ class Fill:
     below: tuple[int, ...] = ()
 
     def entries(self, at: Callable[[int, int], int]) -> list[int]:
-        """For each entry of ``below``, the index in S of its row and its pivot's column. at: index of a row and a column."""
+        """For each entry of ``below``, its index in S, from its row and its pivot's column. at: function that gives the index of a
+        row and a column."""
         pivots = [j for j in range(len(self.order)) for _ in range(self.start[j], self.start[j + 1])]
         return [at(self.order[i], self.order[j]) for i, j in zip(self.below, pivots, strict=True)]
 
@@ -70,8 +71,8 @@ def coupled(system: System, loops: Sequence[Joint]) -> list[set[int]]:
 
 
 def fill(system: System, active: Sequence[int]) -> Fill:
-    """Sparsity pattern of the factor of S for the active rows. The result is empty (dense) for few rows, if a contact
-    may open, or if the factor has more than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
+    """Sparsity pattern of the factor of S for the active rows. Empty, which means dense, in three cases: few rows; a contact that
+    may open; more than the fraction ``FEW_ENTRIES`` of a dense factor's entries."""
     return Fill() if len(active) < MANY_ROWS or system.light or system.unilateral else pattern(system, active, FEW_ENTRIES)
 
 

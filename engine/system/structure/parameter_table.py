@@ -46,8 +46,8 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that is the scene's number at this path. Only for numbers that act nowhere else: not on scales,
-        start values, times of kinks or other parameters."""
+        """A run-time parameter that is the scene's number at this path. Only for a number that affects nothing else: no scale,
+        start value, time of a kink or other parameter."""
         self._own.add(path)
         return self.scalar(path, value, unit)
 
@@ -58,7 +58,7 @@ class ParameterTable:
         return found
 
     def moves_kinks(self, index: int) -> bool:
-        """Whether ``kink`` made the parameter."""
+        """Whether the parameter moves times at which steps must end (``kink``)."""
         return index in self._kinks
 
     def place(self, path: str) -> int | None:
@@ -66,7 +66,7 @@ class ParameterTable:
         return self._index[path] if path in self._own else None
 
     def component(self, path: str, value: float, unit: str) -> Leaf:
-        """A component of a vector: a structural 0 if the value is exactly 0 and the path is not tunable, else a parameter."""
+        """A component of a vector: a structural 0 if the value is exactly 0 and the path is not tunable, otherwise a parameter."""
         if value == 0.0 and not self._tunable(path):
             return 0.0
         return self.scalar(path, value, unit)

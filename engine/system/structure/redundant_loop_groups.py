@@ -10,8 +10,8 @@ from trunnion.system.structure.loop_joints import bodies_of_loop, rows_of
 
 
 def joints_of_loop(system: System, c: Joint, names: Collection[str]) -> list[str]:
-    """The joints that transmit the multipliers of a cut joint or coupling. For a coupling, these are all. names: joints on
-    loops."""
+    """The joints that transmit the multipliers of a cut joint or coupling. The multipliers of a coupling are transmitted by all
+    joints on loops (``names``)."""
     return [*(system.tree[b].name for b in bodies_of_loop(system, c)), c.name] if c.name in names else list(names)
 
 

@@ -15,7 +15,7 @@ from tests.default_case_selection import sampled
 from tests.engine.parts.test_compiled_kernel_equivalence import LOOPS, TREES, loop, tree
 from trunnion.kernel.compilation import library_cache, prebuilt_libraries
 from trunnion.kernel.interface.output_columns import columns, needs_quadratures
-from trunnion.parts.derivatives.accelerations import DifferentiableScene
+from trunnion.parts.derivatives.acceleration_derivatives import DifferentiableScene
 from trunnion.parts.derivatives.jacobian import jacobian
 from trunnion.parts.derivatives.linear_and_sensitivity_units import linear_columns, linear_rates
 from trunnion.parts.kernels import tables_in_memory

@@ -1,7 +1,7 @@
-/* Constraint rows of joints that only push, in the maps and in the residuals of loops (``base/unilateral.h``). */
+/* Constraint rows of joints that only push, in the maps and in the residuals of loops (``base/unilateral_contact.h``). */
 #include "base/base.h"
 
-/* Store the contacts' rows as the kernel gave them. */
+/* Store the contacts' rows as the kernel wrote them. */
 static void tr_keep_raw_rows(tr_sim *s) {
   const tr_kernel *k = s->k;
   const int a = k->active, e = k->neta;

@@ -1,12 +1,12 @@
-/* Events of laws with a kink, and of stops: changes of their modes, with the event records. A pair enters and leaves the
- * proportional zone at its kink. A reversal inside the zone is certain only when the pair leaves the zone. The zone therefore
- * stores the contacts at its entry. */
+/* Handling of events of laws with a kink, and of stops: mode changes and event records. A pair enters and leaves the proportional
+ * zone at its kink. A reversal inside the zone is certain only when the pair leaves the zone. The zone therefore stores the
+ * contacts at its entry. */
 #include "events/events.h"
 
-/* × the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square root, the
- * tilt there is below 0.01. */
+/* × the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square root, it is
+ * below 0.01 at this distance. */
 #define FOLD_BEFORE 1e-4
-/* Rad (three degrees): a smaller change of a ball's tilt is not a jump. Long steps resolve tilts to one degree. */
+/* rad (three degrees): a smaller change of a ball's tilt is no jump. Long steps resolve tilts to one degree */
 #define FOLD_TILT 0.05
 
 /* Pair i enters the proportional zone at (t, y): store its direction and its contacts. */
@@ -36,9 +36,9 @@ static void tr_leave_zone(tr_sim *s, int i, double t, const double *y) {
   zone->inside = 0;
 }
 
-/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists there. Otherwise restores the saturated
- * branch and returns 0. (The friction of a ball near its cone has hysteresis: its sliding branch ends slightly later than at the
- * kink.) */
+/* Try the proportional branch of pair i at its kink (t, y). Returns 1 if this branch exists at this state. Otherwise restores the
+ * saturated branch and returns 0. (The friction of a ball near its cone has hysteresis: its sliding branch ends slightly later than
+ * at the kink.) */
 static int tr_take_branch_below_kink(tr_sim *s, int i, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, i);
   if (tr_sliding_of(s, i)->speed < 0.0) return 0; /* the direction turned by more than a right angle since it was frozen */
@@ -59,7 +59,7 @@ static void tr_jump_beyond_fold(tr_sim *s, int i, double t, const double *y) {
 }
 
 /* Tilt of ball i at the present solution; 0 if the ball spins. Evaluates the laws again, because Newton's method leaves the values
- * of its last but one iterate. */
+ * of the iterate before the last one. */
 static double tr_current_tilt(tr_sim *s, int i) {
   tr_evaluate_laws(s, TR_A(s, z) + s->k->active);
   return sqrt(fmax(tr_sliding_of(s, i)->cone, 0.0));
@@ -99,8 +99,8 @@ static void tr_release_behind(tr_sim *s, int hook, double t) {
   s->stats.events++;
 }
 
-/* Whether a hook that is down leaves its tooth at y because the next tooth passes: the signal does not lift the hook, and nothing
- * presses on it. Loops are closed after the event is located, so y may be slightly before the tooth. */
+/* Whether a hook that is down leaves its tooth at y because the next tooth passes. The signal then does not lift the hook, and
+ * nothing presses on it. y may be slightly before the tooth, because loops were closed after the event was located. */
 static int tr_is_tooth_passing(const tr_sim *s, int stop, const double *y) {
   double depth[s->k->nstops + 1], lifts[s->k->nstops + 1];
   if (!tr_is_hook(s, stop) || !tr_is_pressed(s, stop)) return 0;
@@ -144,7 +144,7 @@ static void tr_switch_mode(tr_sim *s, int which, double t, const double *y) {
   tr_mode *m = tr_mode_of(s, which);
   const int saturated = tr_mode_flag(m) == TR_SATURATED;
   if (saturated && fabs(tr_sliding_of(s, which)->speed) > tr_sliding_of(s, which)->border && !tr_take_branch_below_kink(s, which, t, y)) {
-    tr_freeze_direction(s, which); /* the pair still slides fast, so its direction is known */
+    tr_freeze_direction(s, which); /* the pair still slides fast, so its direction is accurate */
   } else if (saturated) {
     tr_enter_zone(s, which, t, y);
     m->flag = TR_PROPORTIONAL;

@@ -1,7 +1,7 @@
 """Accelerations under given multipliers, and derivatives of these accelerations along directions.
 
-The recursion that computes accelerations also computes their derivatives. For this purpose, its forces are the derivatives of the
-body balances at fixed accelerations. The recursion itself therefore needs no tangents (theory, "Jacobians on parts")."""
+The recursion that computes accelerations also computes their derivatives, from other forces: the derivatives of the body balances
+at fixed accelerations. The recursion itself therefore needs no tangents (theory, "Jacobians on parts")."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class DifferentiableScene(ScenePasses):
         return inverse_dynamics.outward(self.rotorless_body(i)).sizes["work"]
 
     def rotorless_body(self, i: int) -> BodyKey:
-        """Key of body i without rotors. Rotors change neither the motion nor the balance of a body."""
+        """Key of body i without rotors. The motion and the balance of a body do not depend on rotors."""
         return replace(self.which[i], rotors=False)
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:
@@ -81,7 +81,7 @@ class AccelerationTangents:
                     self.scene.add_wrenches(self.program, c, g, self.rows, out, 1)
 
     def _effort(self, j: Joint, m: BodySlots) -> Slot:
-        """Forces along all freedoms of a tree joint. They come from devices, friction, and rows of light freedoms."""
+        """Forces along all freedoms of a tree joint: from devices, friction, and rows of light freedoms."""
         light = [c for c in self.system.light_rows_of(j) if c.rows in self.rows]
         if not j.friction and not light:
             return m.effort
@@ -98,7 +98,7 @@ class AccelerationTangents:
     # -- accelerations ------------------------------------------------------------------------------------------------------
 
     def _accelerate(self) -> None:
-        """Write q̈, Ż and N by the recursion."""
+        """Write q̈, Ż and N, computed by the recursion."""
         program, s, count = self.program, self.scene, len(self.system.bodies)
         self.work = [program.scratch_slot(p.sizes["work"]) for p in s.body_primitives]
         self.kept = [program.scratch_slot(p.sizes["kept"]) for p in s.body_primitives]

@@ -1,13 +1,15 @@
-/* Misfits: by how much pairs at rest violate the laws of their modes. Also mode changes that remove a misfit. */
+/* Mode changes of pairs at rest that violate the laws of their modes. The misfit of a pair states by how much it violates its
+ * law. */
 #include "modes/modes.h"
 
-#define FAINT 1e-7     /* × length · rate²: a smaller acceleration has a direction of round-off */
-/* × the speed unit: round-off of rates set to zero. In a short impulse step, rate over step length resembles an acceleration. */
+#define FAINT 1e-7     /* × length · rate²: the direction of a smaller acceleration is round-off */
+/* × the speed unit: round-off of rates set to zero. Divided by the length of a short impulse step, it looks like an
+ * acceleration. */
 #define NO_SPEED 1e-15
 
-/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest, if the
- * pair's rates across the latter are at most the rest speed. Such rates are round-off. A short step would divide them by its length, and
- * so turn the direction off its line. */
+/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest. Condition: the pair's rates
+ * across this direction are below the rest speed. These rates are round-off; divided by the length of a short step, they would turn
+ * the direction off its line. */
 static void tr_straighten_direction(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
@@ -116,7 +118,7 @@ static int tr_rank_of_stuck(tr_sim *s, int i) {
   return tr_cholesky(n, A, d, L, perm, 0, RANK_PIVOT, RANK_PIVOT);
 }
 
-/* Whether pair i carries no load, and no stuck pair holds its freedoms. If such a pair stuck, the first load would release it
+/* Whether pair i carries no load, and no stuck pair holds its freedoms. If this pair stuck, the first load would release it
  * again. */
 static int tr_is_unloaded_and_free(tr_sim *s, int i) {
   if (tr_hold_of(s, i)->capacity > s->friction.faint) return 0;
@@ -133,8 +135,8 @@ static int tr_is_slipping_in_place(tr_sim *s, int i) {
   return worst <= (pair->nrates > 1 ? tr_faint_acceleration(s, i) : TOL_RESOLVE * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Let the pairs with idle[q] stick in addition to `modes`. Returns 1 if these modes have a solution that obeys the laws. Pairs
- * without a reserve are removed from idle. */
+/* Let the pairs with idle[q] stick in addition to `modes`. Returns 1 if these modes have a solution that obeys the laws. Pairs that
+ * would stick without a reserve are removed from idle. */
 static int tr_stick_these(tr_sim *s, const int *rest, int n, const tr_mode *modes, int *idle) {
   int count = 0;
   tr_restore_modes(s, modes);
@@ -146,9 +148,9 @@ static int tr_stick_these(tr_sim *s, const int *rest, int n, const tr_mode *mode
   return !count;
 }
 
-/* Let pairs that slip without acceleration stick, if these modes also have a solution. A pair without a reserve yields in place
- * instead (it exerts its capacity, and other pairs hold its freedom), because a stuck pair without a reserve would be released
- * again at once. Requires a solution for the n pairs `rest`. Returns 0 if afterwards the equations have no solution. */
+/* Let pairs that slip without acceleration stick, if these modes also have a solution. A stuck pair without a reserve would be
+ * released again at once; this pair yields in place instead: it exerts its capacity, and other pairs hold its freedom. Requires a
+ * solution for the n pairs `rest`. Returns 0 if afterwards the equations have no solution. */
 static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;
   double eta[e + 1], *now = TR_A(s, z) + s->k->active;

@@ -1,8 +1,8 @@
-/* Stops and latches: their event kinds, and whether a step may contain an event of a stop. */
+/* Detection of events of end stops and latches: event kinds, flags, and whether a stop may have two events inside a step. */
 #include "events/events.h"
 
-#define SHORTLY 1e-3      /* × the step: difference for the time derivative of a depth */
-#define TOP_POINTS 16     /* number of points at which a cubic over the step is evaluated to find its maximum */
+#define SHORTLY 1e-3      /* × the step: time difference for the derivative of a depth */
+#define TOP_POINTS 16     /* number of intervals into which the step is divided to find a cubic's maximum */
 #define TOP_DIP 0.1       /* × the variation of a depth over the step: possible excess of the depth over the cubic */
 
 /* Event kind of an end stop or latch hook: engaged if `pressed`, otherwise released. */
@@ -11,7 +11,7 @@ static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {
   return pressed ? TR_EV_END_STOP_ENGAGED : TR_EV_END_STOP_RELEASED;
 }
 
-/* Flag of a stop that engages; for a hook, the number of the tooth on which it falls. depth: depths with this stop open. */
+/* Flag of a stop that engages; for a hook, the number of the tooth on which it falls. depth: depths while this stop is open. */
 static double tr_pressed_flag(const tr_sim *s, int stop, const double *depth) {
   return tr_is_hook(s, stop) ? -depth[tr_stop_behind_hook(s, stop)] : TR_STOP_PRESSED;
 }
@@ -33,8 +33,8 @@ static int tr_may_pass_zero(double g0, double m0, double g1, double m1) {
 }
 
 /* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
- * K[end]; for impulse steps, from the dense output. The function of a hook that is down is constant far from the next tooth. The depth
- * behind the hook is smooth, and the function rises by at most the fall of this depth. */
+ * K[end]; for impulse steps, from the dense output. For a hook that is down, the event function is constant far from the next
+ * tooth. Its possible rise is the fall of the depth behind the hook, which is smooth. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   int any = 0;
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;
@@ -51,7 +51,8 @@ static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   for (int i = 0; i < ns; ++i) {
     inside[i] = 0;
     const int contact = tr_contact_of_stop(s, i);
-    if (contact >= 0 && (tr_is_pressed(s, i) || tr_is_contact_away(s, contact) || tr_is_contact_unloaded(s, contact))) continue; /* tr_mark_pulls_inside */
+    /* tr_mark_pulls_inside marks these contacts */
+    if (contact >= 0 && (tr_is_pressed(s, i) || tr_is_contact_away(s, contact) || tr_is_contact_unloaded(s, contact))) continue;
     const double side = tr_is_pressed(s, i) ? -1.0 : 1.0, g0 = side * depth[0][i], g1 = side * depth[1][i];
     const double m0 = (side * near[0][i] - g0) / SHORTLY, m1 = (g1 - side * near[1][i]) / SHORTLY;
     double top = tr_top_inside(g0, g1, m0, m1);

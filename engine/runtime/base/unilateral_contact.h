@@ -1,5 +1,5 @@
 /* Joints that only push (unilateral contacts): the state of each contact, and its constraint row. While a contact is open, its row
- * is absent: the maps have no coupling of the row with others, so that its multiplier is 0. */
+ * is absent: the maps do not couple the row with others, and its multiplier is 0. */
 #ifndef TR_UNILATERAL_H
 #define TR_UNILATERAL_H
 #include "base/accessors.h"
@@ -21,28 +21,28 @@ static inline int tr_is_contact_away(const tr_sim *s, int c) {
 /* Whether contact c is open, but touches without load: closed contacts keep its gap 0. */
 static inline int tr_is_contact_unloaded(const tr_sim *s, int c) { return tr_is_contact_open(s, c) && tr_touch_of(s, c)->unloaded > 0.0; }
 
-/* The contact with the flag `stop` of its mouths; −1: none. */
+/* The contact whose flag `inside` has the index `stop`; −1: none. */
 static inline int tr_contact_of_mouth(const tr_sim *s, int stop) {
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (tr_unilateral_of(s, c)->inside == stop) return c;
   return -1;
 }
 
-/* The contact to which the flag of index `stop` belongs; −1: the flag of an end stop or a latch. */
+/* The contact whose own flag has the index `stop`; −1: the flag belongs to an end stop or a latch. */
 static inline int tr_contact_of_stop(const tr_sim *s, int stop) {
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (tr_unilateral_of(s, c)->stop == stop) return c;
   return -1;
 }
 
-/* Index of the row of contact c among the active rows. Every such row is active. */
+/* Index of the row of contact c among the active rows, which include all rows of contacts. */
 static inline int tr_active_row(const tr_sim *s, int c) {
   int i = 0;
   while (i < s->k->active - 1 && s->k->active_rows[i] != tr_unilateral_of(s, c)->row) ++i;
   return i;
 }
 
-/* Row of contact c as the kernel gave it: S (active), Se (neta), g0. */
+/* Row of contact c as the kernel wrote it: S (active), Se (neta), g0. */
 static inline double *tr_raw_row(const tr_sim *s, int c) { return TR_A(s, raw_rows) + (size_t)c * (s->k->active + s->k->neta + 1); }
 
 /* Normal force of contact c at the present solution, N. */
