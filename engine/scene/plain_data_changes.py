@@ -65,7 +65,7 @@ def opened(value: Any) -> Any:
     if isinstance(value, dict):
         return {k: opened(v) for k, v in value.items()}
     if isinstance(value, Computed) and value.names:
-        return value.text  # a change may set a parameter of the group
+        return value.text  # the text, because a change may set a parameter of this expression
     return [opened(v) for v in value] if isinstance(value, tuple) else value
 
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 ROUNDS = 12
-"""Largest number of attempts to remove invalid parts; after these there is no scene."""
+"""Largest number of attempts to remove invalid parts. If all attempts fail, no scene is built."""
 
 STAND_INS = (REVOLUTE.name, FREE.name)
-"""Types of an untyped joint in the checks."""
+"""Types that the checks assume for a joint of unknown type."""
 
 STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
 
@@ -37,7 +37,7 @@ class Built:
     scene     None when no valid scene remains
     findings  mistakes of form: unknown keys, wrong types, missing keys, wrong units
     broken    paths of the removed parts, with CONNECTIONS if whole joints were removed
-    untyped   paths of joints of unknown type, which is not similar to a known one
+    untyped   paths of joints whose type is unknown and not similar to a known type
     """
 
     scene: Scene | None

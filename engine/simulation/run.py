@@ -42,8 +42,8 @@ def simulate(
 ) -> Result:
     """Run a scene.
 
-    A run that fails returns a Result with the rows and events so far and a named outcome. So does a run that Ctrl-C ends, with the
-    outcome ``cancelled``. Ctrl-C before the first row raises KeyboardInterrupt.
+    A run that fails returns a Result with the rows and events so far and a named outcome. A run that Ctrl-C ends returns such a
+    Result with the outcome ``cancelled``. Ctrl-C before the first row raises KeyboardInterrupt.
 
     Args:
         scene: a Scene, a file, the name of a bundled model, or a dict with the content of a scene file.

@@ -1,4 +1,4 @@
-"""What can go wrong with the devices of a scene, and with which model or method (rows 29 to 40 of the stability gallery)."""
+"""Known weaknesses of models and methods with the devices of a scene (rows 29 to 40 of the stability gallery)."""
 
 from __future__ import annotations
 

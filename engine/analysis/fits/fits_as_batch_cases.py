@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trunnion.analysis.fits.request import FitRequest, answer_fit, combine_answers
+from trunnion.analysis.fits.request_and_answer import FitRequest, answer_fit, combine_answers
 from trunnion.basics.arrow_columns import field
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError, SimulationError

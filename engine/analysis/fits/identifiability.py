@@ -17,8 +17,8 @@ from trunnion.basics.lazy_data_classes import dataclass
 
 NULL_THRESHOLD = {True: 1e-5, False: 1e-3}
 """A singular value counts as zero if it is below this multiple of the largest singular value. The first multiple applies to exact
-derivatives, the second to finite differences. The columns of the derivatives are scaled to equal norm. The errors of the
-derivatives are about a hundred times smaller."""
+derivatives, the second to finite differences. The columns of the derivatives are scaled to equal norm. The relative errors of the
+derivatives are about a hundred times smaller than these multiples."""
 LEAST_PART = 0.05
 """A parameter belongs to a null direction if its component exceeds this multiple of the largest component."""
 FLAT = 0.1
@@ -26,7 +26,7 @@ FLAT = 0.1
 ends of an interval."""
 FLAT_STEP = 0.2
 ROUNDING = 0.1
-"""An exponent is printed as a multiple of ½ if it differs from this multiple by at most this value."""
+"""An exponent is printed as the nearest multiple of ½ if the difference is at most this value."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from trunnion.simulation.results.csv_and_parquet import finite
 
 CLEAR = 2.0
 """A criterion does not decide between two models if its values differ by less than this: the better model is then less than e times
-as likely."""
+as likely as the other."""
 
 
 @dataclass(frozen=True)

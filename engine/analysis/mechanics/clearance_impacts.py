@@ -25,8 +25,8 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
 
 REVERSES = 0.0
-"""The pin may cross its bearing at a dip of the reaction force only if its acceleration turns far enough: the cosine between its
-directions before and after the dip must be below this value."""
+"""A pin crosses its bearing at a dip of the reaction force only if the direction of the pin's acceleration changes enough. The
+cosine of the angle between the directions before and after the dip must be below this value."""
 NEAR = 0.2
 """The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this fraction of the
 acceleration at the ends of the dip (the smaller of both)."""
@@ -63,7 +63,7 @@ class ClearanceImpact:
         energy: kinetic energy of ``mass`` at ``speed``, J.
         normal: outward normal on the pin at the impact (3, inboard joint frame).
         angle: angle of the normal, rad, defined as in the columns of contacts.
-        part: number of the clearance in the joint: of a sleeve, 1 along e2 and 2 along e3; of a universal joint, the journal.
+        part: number of the clearance in the joint. Sleeve: 1 along e2, 2 along e3. Universal joint: number of the journal.
     """
 
     joint: str
@@ -90,7 +90,7 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Clear
 
     Args:
         result: the run.
-        clearance: radial clearance (of a sleeve, half its play across), m: one value for all revolute, cylindrical, spherical,
+        clearance: radial clearance (for a sleeve: half its lateral play), m: one value for all revolute, cylindrical, spherical,
             prismatic and universal joints, or {joint: value}.
 
     Raises:

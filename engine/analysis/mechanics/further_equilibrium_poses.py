@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from trunnion.analysis.mechanics.matrices_at_rest import Still
+from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest
 from trunnion.basics.problems import SimulationError
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
@@ -25,7 +25,7 @@ NEUTRAL = 1e-9
 1e-13)."""
 
 
-def kind_of(still: Still) -> tuple[str, bool]:
+def kind_of(still: MechanismAtRest) -> tuple[str, bool]:
     """("stable", "neutral" or "unstable", whether no neighbouring pose is a pose of rest)."""
     stiffness, _, _ = still.reduced()
     if not stiffness.size:
@@ -36,7 +36,7 @@ def kind_of(still: Still) -> tuple[str, bool]:
     return kind, bool(np.abs(sizes).min() > NEUTRAL * scale)
 
 
-def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
+def other_rests(still: MechanismAtRest) -> Iterator[tuple[np.ndarray, str]]:
     """(coordinates (nq), kind) of further isolated poses of rest, at most MOST. Newton's method starts from the pose of ``still``,
     and from each pose found, with one coordinate moved. Nothing is yielded for mechanisms with ball joints, whose poses of rest are
     rarely isolated, or with contacts that begin and end. ``still`` keeps its pose."""
@@ -59,7 +59,7 @@ def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
     still.settle()
 
 
-def _settles(still: Still) -> bool:
+def _settles(still: MechanismAtRest) -> bool:
     try:
         return still.settle()
     except (SimulationError, RuntimeError, np.linalg.LinAlgError):

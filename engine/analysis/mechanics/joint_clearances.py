@@ -1,5 +1,5 @@
-"""Clearances of joints: directions in which the parts of a joint with clearance can move, and the mobility there (theory,
-"Clearance")."""
+"""Clearances of joints: directions in which the parts of a joint with clearance can move, and the mobility in these directions
+(theory, "Clearance")."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def directions(names: Sequence[str], R: np.ndarray) -> np.ndarray:
 
 
 def rotation_at(r: Result, name: str, row: int) -> np.ndarray:
-    """R of a joint in a row: outboard to inboard joint frame (3×3)."""
+    """The rotation matrix R of a joint at a row of the result, from the outboard to the inboard joint frame (3×3)."""
     q = [float(r[c][row]) for c in r.matching(f"{name}.q[*]")]
     return np.array(REGISTRY[r.scene.joints[name].type].rotation(q, Numeric), float)
 

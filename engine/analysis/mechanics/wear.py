@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.rows_inside_steps import with_rows_inside_steps
+from trunnion.analysis.mechanics.dense_output_rows import with_rows_inside_steps
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import ContactElement, Place
@@ -47,7 +47,7 @@ class ContactWear:
         energy: work of friction per projected area, J/m².
         angles: directions around the pin (n), rad; empty if the contact does not extend around the pin.
         on_pin: depths on the pin (n), m.
-        on_bearing: depths on the bearing (n), m; its directions are those of the pin's frame at q = 0.
+        on_bearing: depths on the bearing (n), m, in the directions ``angles`` of the pin's frame at q = 0.
     """
 
     joint: str

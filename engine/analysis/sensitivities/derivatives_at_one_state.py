@@ -91,7 +91,7 @@ class SensitivityUnit:
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, self.least)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:  # the Jacobian is constant over so small a step
+            if most <= 1e-13 * size or most < 1e-200:  # for so small a step, the change of the Jacobian is round-off
                 return f - self.Rz @ step, z
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")

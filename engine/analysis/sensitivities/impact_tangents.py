@@ -1,8 +1,9 @@
 """Derivatives across an impact of joints that only push (theory, "Batches and hosts").
 
-The instant of the impact is g(y, p) = 0, with g the gap, so a unit change of the parameters shifts it by dt = −(g_y S + g_p)/ġ.
-With h the map of the impact, S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The map is one or two problems of impulses, which the run has
-recorded. Each is a step of negligible length. Its multipliers are the impulses divided by this length, so forces do not count.
+The impact occurs where the gap g(y, p) is 0. A unit change of the parameters therefore shifts the instant of the impact by dt =
+−(g_y S + g_p)/ġ. The impact maps the state by a function h, so S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The function h solves one or
+two impulse problems, which the run has recorded. Each problem is a step of negligible length. Its multipliers are the impulses
+divided by this length, so finite forces are negligible.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def _number(scene: Scene, name: str) -> float | None:
 
 
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
-    """A problem for every path that is not a number of the scene or by which a run has no derivative."""
+    """A problem for every path that is not a number of the scene, or with respect to which a run has no derivative."""
     following = _following(scene, parameters)
     problems = []
     for name in parameters:
@@ -167,9 +167,9 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
-    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Whether they are linear is
-    tested with two other scenes, at unequal distances on both sides: nonlinear terms could cancel there only by chance. None if
-    some of the data are not linear."""
+    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Two other scenes, at unequal
+    distances on both sides, test the linearity: nonlinear terms could cancel in both only by chance. None if some of the data are
+    not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):

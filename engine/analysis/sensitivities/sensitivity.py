@@ -117,8 +117,8 @@ def sensitivity(
 
 
 class DifferentiatedRuns:
-    """Runs with derivatives, of scenes that differ only in numbers. The runs share the model and its unit of derivatives. scene:
-    the first of these scenes; other arguments as for ``sensitivity``."""
+    """Runs with derivatives, of scenes that differ only in numbers. The runs share the model and its compiled derivative functions.
+    scene: the first of these scenes; other arguments as for ``sensitivity``."""
 
     def __init__(
         self, scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None,

@@ -25,8 +25,7 @@ MOST_SOLVED = 4096
 """Largest number of steps whose multipliers are stored. In later steps, the integration of tangents solves for the multipliers
 again, which takes longer."""
 SAME_TIME = 1e-12
-"""A sample counts as at the end of a step if their times differ by less than this value times the time, or times 1 s if the time is
-shorter."""
+"""A sample counts as at the end of a step if the difference of their times is below this value times max(time, 1 s)."""
 GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 

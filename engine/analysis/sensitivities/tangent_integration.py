@@ -17,7 +17,7 @@ from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 BY_HOST = 2
-"""Result of a function in C for which Python found the solution."""
+"""Return value of a C function if ``HostSolver`` found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 """Type of ``tr_tangents.host``."""
 

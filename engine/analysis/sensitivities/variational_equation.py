@@ -187,8 +187,8 @@ class SensitivityIntegrator:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
         the event.
 
-        For a hook, g is the distance from its release. For a pair that came to rest, g is its speed; for a released pair, its
-        friction ratio. Pairs released together have a combination.
+        For a hook, g is the distance from its release. For a pair that came to rest, g is its speed. For a released pair, g is its
+        friction ratio minus one. For pairs released together, ``_release_together`` combines these functions.
 
         dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values there.
         """

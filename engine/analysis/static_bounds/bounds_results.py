@@ -48,7 +48,7 @@ class End:
 
     Attributes:
         value: value that ``state`` attains; infinite for an endless state, None where no state was found.
-        certified: value beyond which no state exists; this is certain.
+        certified: value beyond which certainly no state exists.
         state: the state that attains ``value``.
         cells: number of cells that the search examined.
     """

@@ -49,7 +49,8 @@ class Space:
 
     @property
     def undetermined(self) -> int:
-        """Number of open directions, without the forces that push the wheels of teeth apart: the driving forces determine them."""
+        """Number of open directions. Separating forces of toothed wheels do not count, because the driving forces determine
+        them."""
         return self.open - len(_toothed(self.statics))
 
     def x(self, X: np.ndarray) -> np.ndarray:
@@ -99,7 +100,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     seen = looks[:, :-1] @ null
     U, sizes, Vt = np.linalg.svd(seen, full_matrices=False) if seen.size else (seen, np.zeros(0), np.zeros((0, null.shape[1])))
     unit = np.abs(looks[:, :-1]).max(initial=0.0) * np.abs(null).max(initial=0.0)
-    keep = sizes > RANK * max(unit, 1e-300)  # the largest singular value is no scale: it may itself be round-off
+    keep = sizes > RANK * max(unit, 1e-300)  # the largest singular value may itself be round-off, so it cannot serve as scale
     basis = null @ (Vt[keep].T / sizes[keep])
     at = looks[:, :-1] @ origin + looks[:, -1]
     origin = origin - basis @ (U[:, keep].T @ at)

@@ -52,7 +52,7 @@ def measure_work_precision(
     exact = _exact_variant(scene, laws)
     study = WorkPrecision(scene, request, measure, until, exact, notes=notes)
     ready = {}
-    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # first the exact law: model errors need its reference
+    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # the exact law comes first: model errors need its reference
         progress(f"reference {v}".strip(), k, len(laws))
         ready[v] = _make_model(study, v)
         ladders = _settings(study, ready[v])

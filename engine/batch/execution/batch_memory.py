@@ -60,7 +60,7 @@ class CaseBlocks:
             self.of_series = [0, *(1 + places[n] for n in ("time", *series.names))]
 
     def _buffer(self, size: int) -> int:
-        """Address of ``size`` zeroed bytes that live as long as the loop."""
+        """Address of ``size`` zeroed bytes that live as long as this object."""
         self.memory.append((ctypes.c_double * (size // 8 + 4))())
         return ctypes.addressof(self.memory[-1])  # type: ignore[arg-type]
 

@@ -13,7 +13,7 @@ from trunnion.basics.interrupts import Unwanted
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.execution.batch_memory import CaseBlocks
 from trunnion.batch.execution.cancellation_and_time_limit import CALL_SECONDS, Tick
-from trunnion.batch.execution.lane_batch import ensemble_of
+from trunnion.batch.execution.lane_batch import lane_batch_of
 from trunnion.batch.execution.outcomes_and_audits import ends_of
 from trunnion.batch.preparation.case_parameters import Rows
 from trunnion.batch.tables.reductions import EVENT_NUMBERS, OF_COLUMNS, OF_DECISIONS, Reduction, event_kind
@@ -65,7 +65,7 @@ class Loop(CaseBlocks):
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         super().__init__(rows, chosen, run, kernel, series)
-        self.together = ensemble_of(self) if kernel == "lanes" and series is None else None
+        self.together = lane_batch_of(self) if kernel == "lanes" and series is None else None
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
         """Run the cases. If ``tick`` returns False, only finished cases are returned."""
@@ -131,7 +131,7 @@ class Loop(CaseBlocks):
             self.watch.pass_on()
             if status == bl.DONE:
                 return len(out)
-            if status in (bl.CANCELLED, bl.MORE) and b.running and self.watch.impatient():
+            if status in (bl.CANCELLED, bl.MORE) and b.running and self.watch.is_over_limit():
                 self.lib.tr_batch_end(ctypes.addressof(b), bl.Status.FAIL_TIME)
                 status = bl.Status.CASE_FAILED
             if status == bl.CANCELLED:

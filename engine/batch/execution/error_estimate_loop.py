@@ -121,8 +121,8 @@ class ErrorEstimateLoop:
 
     def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
         """For each case, the reason why it has no error estimate, as an index of WHY. The index is 0 if both runs make the same
-        clear decisions and their errors are small. Of several reasons, the last one in ``found`` is given: it usually occurs first
-        in a run and causes the others.
+        clear decisions and their errors are small. If several reasons apply, the one that stands last in ``found`` is given: it
+        usually occurs earliest in a run and causes the others.
         """
         counts = [i for (k, what), i in self.at.items() if k == "count" and event_kind(what) not in ("any", *REPORTED)]
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)

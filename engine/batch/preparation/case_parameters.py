@@ -20,7 +20,7 @@ import numpy as np
 from trunnion.basics.interrupts import heed
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError
-from trunnion.batch.preparation.dependent_parameters import Followers
+from trunnion.batch.preparation.dependent_parameters import DependentParameters
 from trunnion.batch.preparation.parameter_formulas import total_mass
 from trunnion.batch.preparation.parameters_without_scene_builds import Placing
 from trunnion.runtime.abi.batch_records import CASE_SETTINGS
@@ -85,7 +85,7 @@ class Preparer:
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None):
         self.lock = Lock()
-        self.followers = Followers(scene, paths)
+        self.followers = DependentParameters(scene, paths)
         paths = self.followers.paths
         self.scene, self.paths, self.run = scene, tuple(paths), run
         self.start = build_with_starts(scene)
@@ -121,7 +121,7 @@ class Preparer:
         return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
 
     def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """The result of ``rows`` for values of ``self.paths``. ``Followers.values`` computes these values."""
+        """The result of ``rows`` for values of ``self.paths``. ``DependentParameters.values`` computes these values."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)

@@ -63,7 +63,8 @@ class _Channels:
 
 
 def content(result: Result, held: bool = False) -> dict[str, Any]:
-    """All data that the viewer draws, as plain data. held: without the view and the scales, for a viewer that keeps its own."""
+    """All data that the viewer draws, as plain data. held: whether to omit the view and the scales, for a viewer that keeps its
+    own."""
     scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()

@@ -35,7 +35,7 @@ RUBBER = 0.05
 CAGE, THIN = 0.07, 0.008
 """Radius of the circles that show the place of a load, and thickness of their lines, divided by the mechanism's length."""
 STOUT = 12.0
-"""The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
+"""Largest drawn length of a pin without sizes, in thicknesses of the thinner body."""
 
 Place = sm.Drag | sm.Field | sm.PointGravity
 """Loads whose point of action is drawn."""

@@ -39,7 +39,7 @@ def slots(scene: sm.Scene) -> list[Wheel]:
 
 
 def _turns(count: int) -> list[np.ndarray]:
-    """The rotations (2×2, for rows from the right) of equal slots around e1."""
+    """The rotations of equal slots around e1 (2×2 each, to multiply row vectors from the right)."""
     angles = 2.0 * np.pi * np.arange(count) / count
     return [np.array([[np.cos(x), np.sin(x)], [-np.sin(x), np.cos(x)]]) for x in angles]
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Difference of depth between successive bodies, divided by a body's length, which is added before faces are sorted. Without it,
-the pieces of bodies in one plane would alternate like stripes."""
+"""Depth added to each further body before faces are sorted, divided by a body's length. Without this shift, the pieces of bodies in
+one plane would alternate like stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
@@ -41,7 +41,8 @@ ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "s
 
 
 def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, aside: tuple[float, float] = VIEW) -> Figure:
-    """A picture of the mechanism at ``time``, s: of the nearest row of a result, or of a scene simulated up to that time.
+    """A picture of the mechanism at ``time``, s. A result is drawn at its row nearest to this time; a scene is simulated up to this
+    time.
 
     aside: angles of the viewer, degrees: to the left of the motion's front, and above the horizontal.
     """

@@ -11,7 +11,7 @@ from trunnion.scene.queries.part_extents import extent
 
 SLIDING = (PRISMATIC.name, CYLINDRICAL.name)
 SHORT = 1.5
-"""× the distance between the contacts: a part that is not longer than this probably carries the contacts."""
+"""A part of at most this length, in multiples of the distance between the contacts, probably carries the contacts."""
 
 
 def contact_end_notes(scene: Scene) -> list[str]:

@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.scene.composition.part_placement import AXES, Move, move_about, shift_by
-from trunnion.scene.composition.source_lines import Level
+from trunnion.scene.composition.data_with_source_lines import Level
+from trunnion.scene.composition.part_transformations import AXES, Move, move_about, shift_by
 from trunnion.scene.expressions.expression_arithmetic import Term, is_number, source, three, times
 from trunnion.scene.expressions.parameter_evaluation import Parameters, is_expression
 from trunnion.scene.findings.findings_and_paths import Path

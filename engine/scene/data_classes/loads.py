@@ -127,7 +127,7 @@ class Input:
     start: Number = 0.0
     """Value until the caller sets another."""
     begin: Time | None = None
-    """Time from which the values that the caller sets count. Before it, ``start`` counts. Default: the start of the run."""
+    """Time from which the caller's values apply. Until then, ``start`` applies. Default: the start of the run."""
     unit: str = "1"
     """SI unit of the input."""
     description: str = ""

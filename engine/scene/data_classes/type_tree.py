@@ -105,7 +105,7 @@ def required_at(path: Path) -> list[str]:
 
 @lru_cache(maxsize=4096)  # cached like ``at``: the checks need the unit and the bound of every number
 def unit_at(path: Path) -> AnyUnit | None:
-    """The unit marker of the number at a path; None when the path is not that of a number."""
+    """The unit marker of the number at a path; None when there is no number at the path."""
     return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)
 
 

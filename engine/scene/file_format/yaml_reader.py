@@ -28,8 +28,8 @@ MOST = 200_000
 @dataclass
 class Document:
     """The result of reading. ``data`` holds nested dicts, lists and scalars, or None when there is no usable content. ``lines``
-    maps each path to its line, counted from 1. ``places`` maps the path of each scalar to its first character and the end, with
-    the quotes. ``findings`` are the mistakes."""
+    maps each path to its line, counted from 1. ``places`` maps the path of each scalar to the positions of its first character and
+    of its end, quotes included. ``findings`` are the mistakes."""
 
     data: Any = None
     lines: dict[Path, int] = field(default_factory=dict)

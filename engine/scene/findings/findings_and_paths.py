@@ -74,7 +74,7 @@ def parse_path(text: str) -> Path | None:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int:
-    """Line of a path, else that of the nearest enclosing part with a line; 0 if neither has a line."""
+    """Line of a path or of the nearest enclosing part that has a line; 0 if there is none."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 0)

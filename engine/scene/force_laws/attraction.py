@@ -1,4 +1,4 @@
-"""Attraction by a point: μ m / r². Only loads have this law (``PointGravity``); it is no key of nonlinear springs."""
+"""Attraction by a point: μ m / r². Only loads have this law (``PointGravity``); nonlinear springs have no key for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The file of a scene that a user names: a file, a folder, or a bundled model."""
+"""Finds the scene file that a user means by a file, a folder, or the name of a bundled model."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ class Move:
     """Time at which the motion begins."""
     profile: Literal["polynomial", "trapezoid", "s_curve"] = "polynomial"
     """polynomial: degree 5, zero acceleration at the ends; trapezoid: constant acceleration, constant rate, constant
-    deceleration, a third of the time each; s_curve: as trapezoid, with limited jerk."""
+    deceleration, a third of the time each; s_curve: like trapezoid, with limited jerk."""
 
 
 class MoveKind(SignalKind):

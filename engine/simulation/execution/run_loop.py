@@ -15,7 +15,7 @@ from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
-from trunnion.simulation.execution.follower_pulls import FollowerPulls
+from trunnion.simulation.execution.follower_pull_notes import FollowerPulls
 from trunnion.simulation.execution.guide_end_notes import guide_end_notes
 from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
@@ -83,7 +83,7 @@ class OneRun:
         frictional = [j.name for j in self.model.system.frictional]
         audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
         outcome = judged(outcome, audit)
-        if self.redundancy.count:  # evaluations after those that the statistics and the audit count
+        if self.redundancy.count:  # these evaluations come last, so that the statistics and the audit do not count them
             self.redundancy = self.redundancy.or_at(open_reactions(self.model, s))
             certified = replace(certified, not_unique=self.redundancy.joints)
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]

@@ -81,8 +81,8 @@ def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterato
 
 def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
     """For each group of loops: the number of rows that structure removes, and which columns belong to the joints of each loop with
-    a drive, and of all other loops together. Only loops with drives need separate directions, because
-    combinations concern drives alone."""
+    a drive, and of all other loops together. Only loops with drives need separate directions, because only efforts of drives are
+    combined."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]

@@ -11,9 +11,9 @@ from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.execution.run_loop import OneRun, Progress
 from trunnion.simulation.execution.runnable_model import Model
+from trunnion.simulation.global_error.additional_step_ends import offset_step_ends
 from trunnion.simulation.global_error.cost_control import CountedRun, PacedRun
 from trunnion.simulation.global_error.error_estimate import certainty
-from trunnion.simulation.global_error.step_end_offsets import offset_step_ends
 from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, companion, higher, order_of, tightest
 from trunnion.simulation.results.error_statement import Certainty, Promise
 from trunnion.simulation.results.outcome import CANCELLED

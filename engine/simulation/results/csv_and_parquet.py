@@ -110,7 +110,7 @@ def _write_csv(result: ResultData, path: Path) -> None:
 
 
 def blocks_of(data: np.ndarray) -> Iterator[np.ndarray]:
-    """The rows of ``data`` in blocks of at most ``AT_ONCE`` values. Ctrl-C is heard between two blocks."""
+    """The rows of ``data`` in blocks of at most ``AT_ONCE`` values. Ctrl-C is handled between two blocks."""
     some = max(1, AT_ONCE // data.shape[1])
     return (data[first : first + some] for first in range(0, len(data), some))
 

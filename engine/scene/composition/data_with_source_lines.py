@@ -54,7 +54,7 @@ class Level:
         self.findings.append(Finding(path, what, hint, self.line(path)))
 
     def line(self, path: Path) -> int:
-        """Line (with its file) of a path. If the path has no line: that of the nearest enclosing part with a line."""
+        """The line (with its file) of a path, or of the nearest enclosing part that has a line."""
         found = line_of(path, self.lines)
         return found if isinstance(found, Line) or not self.file else Line(found, self.file)
 

@@ -1,5 +1,5 @@
-"""A scene for statics. Unknown efforts replace the drives, and loads are constant with their amounts at the start. Loads and drive
-efforts are then parameters of one kernel."""
+"""Loads and drive efforts as parameters of one kernel. In the scene for statics, unknown efforts replace the drives, and constant
+amounts, those at the start, replace the loads."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, of which those that
-    replace drives come first).
+    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, first those that
+    replace drives).
 
     built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
     """

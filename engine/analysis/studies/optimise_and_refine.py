@@ -81,7 +81,7 @@ def optimise(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Search the numbers of a scene that minimise, maximise or reach a result.
+    """Find the numbers of a scene that minimise a result, maximise it, or bring it to a target.
 
     Give exactly one of ``minimise``, ``maximise`` and ``reach``. Failed cases rank last. Equal seeds give equal cases. After
     Ctrl-C the result holds the cases that finished before.

@@ -11,11 +11,11 @@ from typing import Any
 
 from trunnion.analysis.fits.bounds_and_priors import check_start, read_bounds_and_priors
 from trunnion.analysis.fits.experiment_design import Experiment, propose
+from trunnion.analysis.fits.fits_from_plain_data import read_criteria
 from trunnion.analysis.fits.measurements import MeasuredRun, normalise_runs
 from trunnion.analysis.fits.model_comparison import Candidate, apply_candidate, weigh_models
 from trunnion.analysis.fits.model_curves import parameter_names, start_values
 from trunnion.analysis.fits.parameter_estimation import fit
-from trunnion.analysis.fits.result_reader import read_criteria
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.basics.lazy_data_classes import dataclass

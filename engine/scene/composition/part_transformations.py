@@ -1,4 +1,4 @@
-"""Motions of whole parts: rotation about x, y or z, reflection, translation. They act on the poses of bodies; a reflection
+"""Transformations of whole parts: rotation about x, y or z, reflection, translation. They change the poses of bodies; a reflection
 also changes the data in the body's frame."""
 
 from __future__ import annotations
@@ -146,7 +146,8 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
 
 
 def _mirror_turn(t: Any, k: int) -> Any:
-    """The mirror image of a turn: by an angle, about the mirrored axis with the opposite sign; with ``towards``, both mirrored."""
+    """The mirror image of a turn. A turn by an angle: about the mirrored axis, by the opposite angle. A turn with ``towards``: both
+    directions are mirrored."""
     if not isinstance(t, dict):
         return t
     if "towards" in t:

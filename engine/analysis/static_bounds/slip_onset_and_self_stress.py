@@ -1,5 +1,5 @@
-"""Restriction to states at which a motion can begin: every pair that slides in the motion has friction at its limit, directed
-against the motion."""
+"""Two restrictions of the admissible states. At the onset of a motion, every pair that slides in the motion has friction at its
+limit, directed against the motion. Self-stress is limited by a largest contact force."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from trunnion.analysis.static_bounds.elementary_motions import Motion
 from trunnion.analysis.static_bounds.equilibrium_space import Space
-from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Pair
 

@@ -1,5 +1,5 @@
-"""Matrices of a mechanism at rest: mass matrix, derivatives of the accelerations, and a basis of the rates that the loop
-constraints allow."""
+"""A mechanism at rest: its mass matrix, the derivatives of its accelerations, the rates that its loop constraints allow, and
+Newton's method for a pose of rest."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def open_contacts(scene: sm.Scene, opened: Collection[str]) -> sm.Scene:
     return replace(scene, joints=joints)
 
 
-class Still:
+class MechanismAtRest:
     """A scene at rest in its start pose, with closed loops. SimulationError if the loops cannot be closed."""
 
     def __init__(self, scene: sm.Scene):
