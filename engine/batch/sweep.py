@@ -139,7 +139,7 @@ class _Work:
 
     def take(self) -> None:
         """Run chunks in one thread, until none is left or the work is stopped."""
-        with watched(self._look), suppress(Unwanted):  # the watch raises Unwanted between chunks
+        with watched(self._look), suppress(Unwanted):  # ``_look`` raises Unwanted between chunks
             self._take()
 
     def _take(self) -> None:

@@ -85,7 +85,7 @@ class FitRunner:
             told = answer_fit(self.plan.scene, self.plan.request, name)
         except (SceneError, SimulationError) as e:
             return row | {"outcome": NO_FIT, "outcome.advice": str(e)}
-        except (ValueError, np.linalg.LinAlgError) as e:  # a value of the search was out of range
+        except (ValueError, np.linalg.LinAlgError) as e:  # the search tried a value outside the range of floats
             return row | {"outcome": NO_FIT, "outcome.advice": f"the search broke off: {e}"}
         outcome = "done" if told["fit"]["converged"] else UNSETTLED
         return row | {"outcome": outcome, "steps": told["fit"]["rounds"], "answer": json.dumps(finite(told), allow_nan=False)}

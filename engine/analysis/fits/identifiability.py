@@ -120,7 +120,7 @@ def _null_space(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
     scaled to equal norm."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U would have rows² entries
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U, which is not needed, would have rows² entries
     s = np.append(s, np.zeros(len(V) - len(s)))
     zero = s <= NULL_THRESHOLD[exact] * s.max(initial=0.0)
     lost = V[zero].T / size[:, None]
@@ -159,7 +159,7 @@ def find_unidentifiable(
         inner = found.covariance[np.ix_(at, at)]
         determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
         exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
-        if len(at) > 1 or confirmed:  # a single parameter whose profile rises is determined, though with a relative error above 1
+        if len(at) > 1 or confirmed:  # the data determine a single parameter whose profile rises
             groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
     return tuple(groups)
 

@@ -110,7 +110,7 @@ class Profiles:
             predicted = float(r @ r - np.sum((r + J @ step) ** 2))
             if predicted <= LEAST_DECREASE * self.t**2:
                 break
-            if trial == MOST_STEPS // 2:  # convergence is slow, because Broyden's update no longer approximates J
+            if trial == MOST_STEPS // 2:  # slow convergence: Broyden's update no longer approximates J
                 r, J = self.objective.slopes(u)
             try:
                 tried = self.objective.residuals(u + step)

@@ -45,7 +45,7 @@ def other_rests(still: MechanismAtRest) -> Iterator[tuple[np.ndarray, str]]:
         return
     kinds = [j.kind.coordinates[c] for j in system.tree for c in state_coordinates(j)]
     turns, length, found = np.array(kinds) == "angle", still.model.built.numbers.length, [still.pose()]
-    for base in found:  # the loop also visits the poses that it appends
+    for base in found:  # ``found`` grows: the loop also visits the poses appended below
         for i, way in product(range(len(kinds)), ONE_FREEDOM if len(kinds) == 1 else SEVERAL):
             still.block.y[: system.nq] = base
             still.block.y[i] += way * (math.pi if turns[i] else length)

@@ -146,7 +146,7 @@ class MechanismAtRest:
                 except SimulationError:
                     if not self.system.unilateral:
                         raise
-                    return False  # the parts of an open contact penetrate each other
+                    return False  # the start fails because the parts of an open contact penetrate each other
                 return bool(np.abs(self.accelerations()).max(initial=0.0) < 1e-9 * max(scale, 1e-300)) or nq == 0
             last = size
         return False

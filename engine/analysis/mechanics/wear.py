@@ -207,7 +207,7 @@ def _sizes(j: sm.Joint, element: ContactElement) -> dict[str, float]:
 def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, float]) -> list[np.ndarray]:
     """Sliding speed of every pair in every row, m/s."""
     rates = [r[f"{name}.qd[{i + 1}]"] for i in range(sum(map(len, element.pairs)))]
-    if element.elevates:  # sliding speed of a ball: r |ω × n|
+    if element.elevates:  # a ball: its sliding speed is r |ω × n|
         normal = np.array([r[f"{name}.contact[1].normal[{i}]"] for i in (1, 2, 3)])
         return [sizes["radius"] * np.linalg.norm(np.cross(np.array(rates).T, normal.T), axis=1)]
     pairs: Any = element.velocity(rates, sizes)  # type: ignore[arg-type]  # ``velocity`` also accepts arrays

@@ -51,9 +51,9 @@ class SensitivityUnit:
         self.wo = np.zeros(self.n["o_point"] + 1)
         self.nz = self.na + self.ne
         self.width = self.ny + self.nz + self.np + 1
-        self._by_each = np.zeros((self.nz, self.width))  # one unit seed for each multiplier
+        self._by_each = np.zeros((self.nz, self.width))  # seeds: a unit change of each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
-        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along the seeds ``_by_each``
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # memory for the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None
         self.least = 1e-300
         self._places = tuple(map(address_of, (self.c, self.w, self.f)))
@@ -91,7 +91,7 @@ class SensitivityUnit:
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, self.least)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:  # for so small a step, the change of the Jacobian is round-off
+            if most <= 1e-13 * size or most < 1e-200:  # a smaller step changes the Jacobian only by round-off
                 return f - self.Rz @ step, z
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")

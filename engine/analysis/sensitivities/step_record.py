@@ -163,11 +163,11 @@ class _Recorder:
         time, y, begin, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
         stages, whole = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
         impacts = np.concatenate(self.impacts)
-        # Modes may change at the start of a step that begins at a break, because the signals may have jumped there.
+        # Signals may jump at a break. Modes may therefore change at the start of a step that begins at a break.
         breaks, near = np.array(self.block.numbers.break_times(time[-1])), SAME_TIME * np.maximum(1.0, time)
         at_break = np.searchsorted(breaks, (time + near)[:-1], side="right") > np.searchsorted(breaks, (time - near)[:-1])
         first = np.where(at_break[:, None], begin[1:], after[:-1])
-        # At the start of a step that no event has cut, frozen directions of pairs with several components change.
+        # Frozen directions of pairs with several components change at the start of every step that no event has cut.
         turned = (np.sign(first[:, self.flags]) != np.sign(after[1:, self.flags])).any(axis=1) & (whole == 0)
         turned |= impacts[:, 0] > 0.0
         x = after[1:].copy()

@@ -168,7 +168,7 @@ class SensitivityIntegrator:
             return
         run, n, sides = self.march.run, self.unit.ny + self.unit.nquad, []
         if k + 1 == len(run.x):
-            return  # the run has no later step
+            return  # step k is the last step of the run
         after = run.step(k + 1)
         for x, inside in ((step.x, 0.5 * (step.t0 + step.t1)), (after.x, 0.5 * (after.t0 + after.t1))):
             side = x.copy()

@@ -125,7 +125,7 @@ class Relaxation:
         the solutions are admissible.
         """
         best, value, missed, stalls, p = None, np.inf, np.inf, 0, self.program
-        if float(np.abs(X).max()) < 1e-9:  # a norm has no tangent at zero
+        if float(np.abs(X).max()) < 1e-9:  # X = 0, where norms have no tangents, is replaced by another start
             X = np.append(np.zeros(self.n - 1), 1.0)
         for _ in range(rounds):
             if self.is_over():

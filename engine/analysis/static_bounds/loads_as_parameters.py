@@ -85,7 +85,7 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    for device, signal in (("motor", "signal"), ("latch", "release")):  # the value at the start replaces the signal
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # replace these signals by their values at the start
         own = getattr(j, device)
         if own is None:
             continue

@@ -141,7 +141,7 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
         largest = _extreme(b, own, -1.0, 1.0, least) if pressed else End(None, 1.0, None, 0)
         found.append((normal, Interval(_extreme(b, own, 1.0, 1.0, most, 0.0), largest)))
     normals, share = [n for n, _ in found], [s for _, s in found]
-    if all(i.least.certified == np.inf for i in share):  # no state presses the pair; ends of a unique state differ by round-off
+    if all(i.least.certified == np.inf for i in share):  # no state presses the pair, so its share is 0
         share = [Interval(End(0.0, 0.0, i.least.state, i.least.cells), End(0.0, 0.0, i.least.state, i.least.cells)) for i in share]
     friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else own, a.space.scale)
     kind, exact = a.space.statics.joint(pair.joint).element.joint.kind_name, all(c.exact for c in pair.capacities)

@@ -126,7 +126,7 @@ def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
     for k in range(bits):
         sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # SciPy warns if the number of points is not a power of 2
+            warnings.simplefilter("ignore", UserWarning)  # SciPy's warning: the number of points is not a power of 2
             out.append(np.rint(sequence.random(1)[0] * (1 << bits)))
     return np.column_stack(out).astype(np.uint64)
 
@@ -139,11 +139,11 @@ def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> 
     """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
-    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) affects itself and lower bits
+    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) changes only itself and lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column
-    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # one draw for each number
+    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # skip one draw for each earlier number
     return (out + generator.random(len(bits))) / (1 << BITS)
 
 

@@ -72,7 +72,7 @@ class CaseBlocks:
         block = bl.Block(made, numbers, np.array(table.values), events)
         v = self.batch.variant[len(self.blocks)]
         v.fresh, v.plain = block.at, self._buffer(block.bytes)
-        self.lib.tr_ask(block.at, ctypes.cast(self.watch.host, ctypes.c_void_p))  # each case begins as a copy of the block
+        self.lib.tr_ask(block.at, ctypes.cast(self.watch.host, ctypes.c_void_p))  # each case begins as a copy of this block
         self.blocks.append(block)
 
     def _redundant(self) -> None:

@@ -145,14 +145,14 @@ class Loop(CaseBlocks):
                     failed[b.at] = lacking
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
-                self.watch.case = -1  # build time does not count as time of the case
+                self.watch.case = -1  # restart the time limit: build time does not count
             elif status == bl.NEED_JACOBIAN:
                 self._jacobian()
                 self.watch.case = -1
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                return int(b.at + b.reported)  # failed cases are finished cases
+                return int(b.at + b.reported)  # a case that failed is finished, too
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, from the state in its block."""

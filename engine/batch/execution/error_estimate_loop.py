@@ -98,7 +98,7 @@ class ErrorEstimateLoop:
         run's own error;
         alike (cases): whether both runs have the same outcome; begun (cases): whether the first run made a step.
         """
-        with np.errstate(invalid="ignore"):  # without an event or a margin, both values are infinite
+        with np.errstate(invalid="ignore"):  # both values are infinite if there is no event or margin
             off = np.abs(a - b)
         for (_, column), i in self.at.items():
             if column in self.wraps:
@@ -128,10 +128,10 @@ class ErrorEstimateLoop:
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)
         near = [(alike & (x[:, margin] < rules.DECIDED * states)) | (x[:, marginal] > 0.0) for x in (a, b)]
         other = alike & (a[:, counts] != b[:, counts]).any(axis=1)
-        of_one = other & ~(near[0] & near[1])  # the event with the narrow decision occurs in only one of the runs
+        of_one = other & ~(near[0] & near[1])  # only one of the runs has the event with the narrow decision
         found = {
             "growth": ~(states <= rules.LINEAR),
-            "outcome": ~alike,  # states and events at different end times are not comparable
+            "outcome": ~alike,  # different end times: states and events are not comparable
             "events": other,
             "marginal": (near[0] | (b[:, marginal] > 0.0)) & ~of_one,
             "start": ~begun,

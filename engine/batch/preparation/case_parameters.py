@@ -97,7 +97,7 @@ class Preparer:
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
         self.met = [0] * len(self.groups)
         named = [tuple(self.paths[i] for i in group) for group in self.groups]
-        if ends is None or any(self.followers.names):  # a dependent number need not be extreme where the parameter is extreme
+        if ends is None or any(self.followers.names):  # bounds of a parameter do not bound the numbers that depend on it
             ends = np.full((2, len(self.paths)), np.nan)
         self.placing = [
             Placing(self.start, self.base, self.mass, p, partial(self._entry, g), ends[:, self.groups[g]])

@@ -221,7 +221,7 @@ def _place(scene: sm.Scene, name: str, f: Place, index: dict[str, int], size: fl
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
     """Sizes of an element by label, m: those of the scene, else fractions of the mechanism's size."""
     given = sizes_given(f, element) if f is not None else {}
-    usual = [s for s in element.sizes if f is None or not s.ends]  # sizes that only matter for contacts at other places are omitted
+    usual = [s for s in element.sizes if f is None or not s.ends]  # omit sizes that apply only to another placement of the contacts
     return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 

@@ -87,7 +87,7 @@ def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
         cost = _gap(options, name.at) + ASIDE * np.linalg.norm((options[:, :2] + options[:, 2:]) / 2 - name.at, axis=1)
         cost += HIDDEN / (SIZES[name.kind] ** 2) * _shared(options, others).sum(axis=1)
         inside = (spots[None] > options[:, None, :2]) & (spots[None] < options[:, None, 2:])
-        inside[:, k] &= name.kind == "joint"  # a body's name may cover its own named place
+        inside[:, k] &= name.kind == "joint"  # a body's name may cover the place that it names; a joint's name may not
         cost += COVERED * inside.all(axis=2).sum(axis=1)
         cost += OUTSIDE * ((options[:, :2] < frame[:2]) | (options[:, 2:] > frame[2:])).any(axis=1)
         name.box = options[int(np.argmin(cost))]

@@ -77,7 +77,7 @@ def turn_about(axis: str, angle: Term, through: Any) -> Move:
     if known is None or isinstance(known, Computed):
         whole = float(known) if known is not None else Per("rad")(angle)
         cosine, sine = (0.0 if abs(f(whole)) < 1e-15 else f(whole) for f in (math.cos, math.sin))
-    else:  # the angle depends on parameters
+    else:  # the angle is an expression of parameters
         cosine, sine = f"{{cos{source(angle)}}}", f"{{sin{source(angle)}}}"
     return move_about(_matrix(AXES.index(axis), cosine, sine), through, (axis, angle))
 

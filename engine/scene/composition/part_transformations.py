@@ -257,9 +257,9 @@ def _mirror_profiles(j: dict[str, Any], sign: float) -> None:
         pairs = [p if not isinstance(p, list) or len(p) != 2 else [times(sign, p[0]), times(-1.0, p[1])] for p in curve["points"]]
         j["curve"] = {**curve, "points": pairs}
     if isinstance(profile, dict) and isinstance(profile.get("angle"), list) and isinstance(profile.get("radius"), list):
-        if sign > 0:  # φ → −φ
+        if sign > 0:  # an angle φ of the profile becomes −φ
             angles, radii = [times(-1.0, a) for a in reversed(profile["angle"])], profile["radius"][::-1]
-        else:  # φ → φ + π
+        else:  # an angle φ of the profile becomes φ + π
             angles, radii = [plus(math.pi, a) for a in profile["angle"]], profile["radius"]
         j["profile"] = {**profile, "angle": angles, "radius": radii}
 

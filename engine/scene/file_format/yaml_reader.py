@@ -66,7 +66,7 @@ def _decoded(content: bytes | str) -> str:
 
 def _check_json(text: str) -> None:
     depth = 0
-    for c in text:  # the JSON decoder is recursive; this cheap bound also counts brackets in strings
+    for c in text:  # deep nesting would overflow the recursive decoder; brackets in strings count, too
         depth += (c in "[{") - (c in "]}")
         if depth > 10 * DEEPEST:
             raise Unreadable(0, f"more than {DEEPEST} levels of nesting")

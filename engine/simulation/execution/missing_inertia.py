@@ -142,7 +142,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
     Rc = (base @ turned if j.forward else base) @ own.T
     at = r + R @ p
     spot = at + sign * base @ travel
-    fixed = spot if j.forward else at  # p_out: its velocity relative to the inboard part is the sliding velocity
+    fixed = spot if j.forward else at  # the outboard definition point p_out
     v_p, w_c = v + np.cross(w, (fixed - r)[:, None], axis=0), w.copy()
     for k, f in enumerate(j.free):
         for axis in kind.axes[f]:

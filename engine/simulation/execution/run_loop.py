@@ -151,7 +151,7 @@ class OneRun:
                 steps = self._next_steps(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.CANCELLED, bl.OK):
                 failed = diagnose(self.model, status)
-                if interrupt.asked:  # Ctrl-C may have ended the diagnosis early
+                if interrupt.asked:  # Ctrl-C may have cut the diagnosis short
                     raise KeyboardInterrupt
                 return failed
             if full := room.take(count, len(events)):

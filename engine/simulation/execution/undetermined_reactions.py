@@ -116,7 +116,7 @@ def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combinat
         rest = np.delete(rest, pivot, 0)
         rest = rest - np.outer(rest[:, at], row)
         out.append(row)
-    for i, row in enumerate(out):  # no other combination contains the leading effort of a combination
+    for i, row in enumerate(out):  # remove the leading effort of each combination from all others
         lead = int(np.argmax(np.abs(row) > SHARE))
         out[:i] = [above - above[lead] * row for above in out[:i]]
     return tuple({n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > SHARE} for row in out)

@@ -306,7 +306,7 @@ class Block:
     def statistics(self) -> dict[str, int]:
         """The counters of the run by name: the fields of ``tr_stats``, and the number of steps of each method."""
         counted = dict(zip(COUNTERS, COUNTS.unpack(ctypes.string_at(self.lib.tr_statistics(self.at), COUNTS.size)), strict=True))
-        del counted["auto"]  # a step belongs to the method that auto chose
+        del counted["auto"]  # a step counts for the method that auto chose
         return counted
 
     def take_events(self) -> np.ndarray:
