@@ -59,8 +59,8 @@ class Built:
         return [f for f in found if f.path[:2] not in self.untyped or f in others]
 
     def hides(self, f: Finding) -> bool:
-        """Whether a removed part may have caused a finding. This is so if a removed part contains the finding's path or a
-        path in ``about``, or if a path in ``about`` contains a removed part."""
+        """Whether a removed part may have caused a finding. A removed part may have caused the finding if it contains the finding's
+        path, or if it contains, or is part of, a path in ``about``."""
         return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
 
     def _broken_around(self, path: Path) -> bool:

@@ -23,8 +23,8 @@ _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
-    """One finding for each different mistake, in pydantic's order. Only for the first MOST unknown keys of a group, a search finds
-    the known key that the user means: no more than MOST problems are listed."""
+    """One finding for each different mistake, in pydantic's order. The known key that the user means is looked up only for the
+    first MOST unknown keys of a group, because only MOST problems are listed."""
     found, unknown = dict[Finding, None](), Counter[Path]()
     for e in errors:
         path = path_of(e["loc"], data)

@@ -78,7 +78,7 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:
     """The normal of the plane of motion: the world axis about which all rotations turn and along which no velocity has a component.
-    None if there is no normal, or if some body's frame has no axis along it.
+    None if there is no such axis, or if some body's frame has no axis along the normal.
     """
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))

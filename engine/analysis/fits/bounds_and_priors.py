@@ -28,7 +28,7 @@ RUN_SEPARATOR = " @ "
 @dataclass(frozen=True)
 class Prior:
     """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself, also for the log-normal
-    prior (as in samples)."""
+    prior, in the same way as ``lognormal`` in samples."""
 
     kind: str
     mean: float
@@ -95,8 +95,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """The numbers of the same owner that must lie above or below this number: (path of the other number, whether this number is the
-    upper of the two)."""
+    """The numbers of the same owner with which this number must be in order: (path of the other number, whether this number is the
+    upper one)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:

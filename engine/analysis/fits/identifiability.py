@@ -22,7 +22,7 @@ derivatives are about a hundred times smaller than these multiples."""
 LEAST_PART = 0.05
 """A parameter belongs to a null direction if its component exceeds this multiple of the largest component."""
 FLAT = 0.1
-"""A profile is flat if a relative step FLAT_STEP of the parameter raises the profile by less than this multiple of the rise at the
+"""A profile is flat if a relative step FLAT_STEP of the parameter raises it little: by less than this multiple of the rise at the
 ends of an interval."""
 FLAT_STEP = 0.2
 ROUNDING = 0.1

@@ -81,8 +81,8 @@ class Objective:
     def search(self, u: np.ndarray) -> Any:
         """SciPy's result of a search from u within the bounds.
 
-        For two parameters of which one must not exceed the other, the search variables are the lower parameter and the excess of
-        the higher parameter over the lower.
+        If one parameter must not exceed another, the search variables are the lower parameter and the excess of the higher one over
+        it.
         """
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
         T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()

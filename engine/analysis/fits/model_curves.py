@@ -80,8 +80,8 @@ class ModelCurves:
         return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]
 
     def apply_order(self, values: np.ndarray) -> np.ndarray:
-        """Parameter values (m) in the required order: if the upper parameter of a pair is below the lower parameter, the upper
-        parameter is raised to the lower."""
+        """Parameter values (m) in the required order. If the upper parameter of a pair is below the lower one, it is raised to the
+        lower one."""
         out = np.array(values, float)
         for low, high in self.pairs:
             out[high] = max(out[high], out[low])

@@ -104,8 +104,8 @@ def _fit_problems(
 
 
 def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: MeasuredRun | None, said: str) -> list[Problem]:
-    """Problems of an experiment. first: the first measured run; None if the first run has problems itself, which could cause those
-    of the experiment."""
+    """Problems of an experiment. first: the first measured run; None if the first run itself has problems, which could cause
+    problems of the experiment."""
     read = Amounts()
     times = [None if x is None else read.time(x, name) for x, name in ((trial.until, "until"), (trial.every, "every"))]
     changed, wrong = _collect(lambda: apply(scene, dict(trial.overrides)), said)

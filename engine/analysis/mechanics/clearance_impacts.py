@@ -28,8 +28,8 @@ REVERSES = 0.0
 """A pin crosses its bearing at a dip of the reaction force only if the direction of the pin's acceleration changes enough. The
 cosine of the angle between the directions before and after the dip must be below this value."""
 NEAR = 0.2
-"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this fraction of the
-acceleration at the ends of the dip (the smaller of both)."""
+"""Integration of the motion along the bearing begins when the pin's acceleration falls below this fraction of its value at the ends
+of the dip (of the smaller value)."""
 LEAST = 8
 """Least number of rows between the two maxima of the force beside a dip. A dip with fewer rows is not resolved and is skipped."""
 STEPS = 400
@@ -39,8 +39,8 @@ ROUND_OFF = 1e-9
 ACROSS = 1.0
 """Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""The pin's acceleration counts as reversing along a straight line if the last acceleration deviates from the line of the first by
-less than this fraction of its size."""
+"""The pin's acceleration counts as reversing along a straight line if its last value deviates little from the line of its first
+value: by less than this fraction of its size."""
 FINE = 1e-9
 """Relative tolerance for the motion along a bearing."""
 DEGREE = 5

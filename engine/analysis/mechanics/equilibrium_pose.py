@@ -60,7 +60,7 @@ class Equilibrium:
         around: ranges that contain the given pose; the other coordinates keep their given values. Empty if friction does not hold
             the given pose.
         others: further isolated poses of rest without friction, at most 8, found by Newton's method from poses with one coordinate
-            moved. Empty for mechanisms with ball joints or with contacts that begin and end, because they are not searched there.
+            moved. Empty for mechanisms with ball joints or with contacts that begin and end, for which there is no search.
     """
 
     q: dict[str, tuple[float, ...]]
@@ -87,8 +87,8 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: if the mechanism does not come to rest (it falls) and friction does not hold its given pose, or if its
-            loops cannot be closed.
+        SimulationError: if the mechanism does not come to rest (it falls) and friction does not hold its given pose; if its loops
+            cannot be closed.
     """
     loaded = scene_given(scene, overrides)
     wanted = (along,) if isinstance(along, str) else along

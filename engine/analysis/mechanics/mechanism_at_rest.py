@@ -1,5 +1,5 @@
-"""A mechanism at rest: its mass matrix, the derivatives of its accelerations, the rates that its loop constraints allow, and
-Newton's method for a pose of rest."""
+"""A mechanism at rest: mass matrix, derivatives of the accelerations, rates that the loop constraints allow, Newton's method for a
+pose of rest."""
 
 from __future__ import annotations
 

@@ -23,8 +23,8 @@ REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
 OPENING = 1e-3
-"""The convergence of Newton's method is judged relative to the size of the multipliers, or to this multiple of the run's largest
-multiplier if that is larger. Where contacts open, all multipliers may be 0."""
+"""Newton's method converges relative to the size of the multipliers or, if larger, to this multiple of the run's largest
+multiplier. Where contacts open, all multipliers may be 0."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""
 _kept: dict[tuple[Any, ...], Sensitivities] = {}
@@ -140,7 +140,7 @@ class SensitivityUnit:
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Total derivatives (df, dz) of f and of the multipliers, for seeds S of y (ny × m), dp of p (np × m) and dt of time.
 
-        The point of differentiation is that of the last ``solve``.
+        The derivatives are taken at the point of the last ``solve``.
         """
         m = S.shape[1]
         seeds = np.zeros((m, self.width))

@@ -22,16 +22,16 @@ from trunnion.system.structure.external_value_layout import INSIDE
 SHORT = 1e-12
 """Length of the step of an impact, relative to the time scale of the mechanism."""
 TOGETHER = 1e-6
-"""Contacts count as closing together for all parameters if the derivatives of their instants differ by less than this, relative to
-the size of the derivatives."""
+"""Contacts count as closing together for all parameters if the derivatives of their instants are nearly equal: within this value,
+relative to their size."""
 FREE, RATE, IMPULSE = range(3)
 """What a phase of an impact prescribes for a contact: no impulse (FREE), its rate after the phase, or its impulse."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A recorded phase of an impact. x: external values; impulses: those of all multipliers; given: FREE, RATE or IMPULSE for each
-    contact; restitution: coefficient of each contact."""
+    """A recorded phase of an impact. x: external values; impulses: impulses of all multipliers; given: FREE, RATE or IMPULSE for
+    each contact; restitution: coefficient of each contact."""
 
     x: np.ndarray
     impulses: np.ndarray
@@ -41,8 +41,8 @@ class Phase:
 
 @dataclass(frozen=True)
 class Crossing:
-    """The result of an impact. S: the derivatives after it; joint: the first contact that closes; shift: derivative of the instant
-    by the parameters; unique: whether this derivative is the same for all contacts that close."""
+    """The result of an impact. S: the derivatives after the impact; joint: the first contact that closes; shift: derivative of the
+    instant by the parameters; unique: whether ``shift`` is the same for all contacts that close."""
 
     S: np.ndarray
     joint: str

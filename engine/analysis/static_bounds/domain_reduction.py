@@ -19,7 +19,7 @@ NARROW = 1e-6
 """Least opening of a cone, rad. The error of the relaxation is the square of the opening. Narrower cones are ill conditioned."""
 FORWARD = 1e-3
 """Least component, relative to the loads, of a term's vectors along the axis of its cone. The linear programs give the cone's
-sides with an error of 1e-10 over this component; ``NARROW`` exceeds it."""
+sides with an error of 1e-10 over this component; ``NARROW`` exceeds this error."""
 ROUNDS = 4
 """Largest number of rounds in which cones narrow each other. A further round would gain less than one cut of a cell."""
 

@@ -103,8 +103,8 @@ class Relaxation:
         return found
 
     def missing(self, a: Answer) -> np.ndarray:
-        """The cuts for norms that the solution underestimates. Norms of one component get none: they have all their cuts from the
-        beginning, and only the tolerance of the linear program makes the solution underestimate them."""
+        """The cuts for norms that the solution underestimates. Norms of one component get no cut: they have all their cuts from the
+        beginning. Only the tolerance of the linear program makes the solution underestimate them."""
         size = self.program.norms(a.X)
         return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 

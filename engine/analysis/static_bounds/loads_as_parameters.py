@@ -1,5 +1,5 @@
-"""Loads and drive efforts as parameters of one kernel. In the scene for statics, unknown efforts replace the drives, and constant
-amounts, those at the start, replace the loads."""
+"""Loads and drive efforts as parameters of one kernel. In the scene for statics, unknown efforts replace the drives, and each load
+is constant with its amount at the start."""
 
 from __future__ import annotations
 

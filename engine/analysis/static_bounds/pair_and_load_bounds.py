@@ -171,7 +171,7 @@ def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
 def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool) -> Interval:
     """The interval of the share or the normal force. At its ends, the kernel's laws give the values, because the capacities of the
     program are only bounds. A normal force is at least 0. A share is at most 1, because friction that a pair holds is within its
-    capacity. eta: indices of the pair's multipliers among those of its joint."""
+    capacity. eta: indices of the pair's multipliers among its joint's multipliers."""
 
     def told(e: End) -> End:
         if e.state is None:
@@ -193,7 +193,7 @@ def _certain(e: End) -> End:
 
 def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None, AdmissibleStates]]:
     """(upper bound of the capacity, lower bound or None, admissible states with this capacity) for all senses of a pair's friction
-    that have different capacities. Both bounds are the capacity where it is exact."""
+    that have different capacities. If the capacity is exact, it is both bounds."""
     made, pair, V = a.holds[i], a.space.pairs[i], a.program.terms[a.sizes[i]][0]
     out = []
     for c in pair.capacities:

@@ -49,8 +49,8 @@ def _friction_at_limit(s: Space, pair: Pair, term: Callable[[np.ndarray], int]) 
 
 
 def _ball(s: Space, pair: Pair, d: np.ndarray, friction: np.ndarray, term: Callable[[np.ndarray], int]) -> list[Row]:
-    """Rows for a ball: sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d| (theory, "Bounds at rest"), with force f, friction moment
-    m, radius r and sliding direction d.
+    """Rows for a ball (theory, "Bounds at rest"): sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d|. f: force; m: friction moment; r:
+    radius; d: sliding direction.
 
     Adams' ball has μ = 0 here: its friction acts along the component of d perpendicular to the force.
     """

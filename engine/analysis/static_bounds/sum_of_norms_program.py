@@ -42,8 +42,7 @@ def term_index(terms: list[np.ndarray], V: np.ndarray) -> int:
 
 @dataclass(frozen=True)
 class Across:
-    """The constraint that the vector of term ``moment`` is perpendicular to the vector of term ``force``, and that its norm is at
-    most ``most`` times the norm of ``force``."""
+    """The vector of term ``moment`` is perpendicular to the vector of term ``force``, and at most ``most`` times as long."""
 
     force: int
     moment: int
@@ -137,8 +136,8 @@ class Program:
         return replace(self, objective=objective, rows=(*self.rows, *rows), normal=normal)
 
     def concave(self) -> np.ndarray:
-        """For every term j, how much an overestimate of t_j relaxes the program: the largest size of a coefficient of t_j among the
-        rows that the overestimate relaxes, 0 if there are none."""
+        """For every term j, how much an overestimate of t_j relaxes the program. This is the largest size of a coefficient of t_j
+        among the rows that the overestimate relaxes, or 0."""
         out = np.zeros(len(self.terms))
         for row in (*self.rows, self.objective):
             for j, c in row.norms.items():

@@ -6,8 +6,8 @@ The first search begins at the best case of an initial sample. The second search
 in each round.
 
 A search for a target value also uses the sign of the difference from the target. As soon as cases lie on both sides of the target,
-``root_bracket`` searches between two of them for a place at which the result equals the target. The evolution strategy continues if
-the result jumps across the target there.
+``root_bracket`` searches between two of them for a place at which the result equals the target. If the result jumps across the
+target between the two cases, the evolution strategy continues.
 """
 
 from __future__ import annotations
@@ -222,8 +222,8 @@ class _Trials:
         return self.results[i][self.wanted.of] - self.wanted.target if self.keys[i][0] < 2 else float("nan")
 
     def pair(self) -> tuple[int, int] | None:
-        """The best case, and the nearest case on the other side of the target; None if there is none, or if the best case violates
-        constraints or was in a pair before."""
+        """The best case, and the nearest case on the other side of the target. None if no case lies there, or if the best case
+        violates constraints or was in a pair before."""
         if self.best == self.paired or self.keys[self.best][0] > 0:
             return None
         self.paired, off = self.best, np.array([self.off_target(i) for i in range(len(self))])

@@ -38,7 +38,7 @@ class Reader:
         return max(0, self.wrong - MOST_REPORTED)
 
     def complain(self, what: str, hint: str = "") -> None:
-        """Report a mistake. After MOST_REPORTED mistakes, only count it."""
+        """Report a mistake. After MOST_REPORTED mistakes, further mistakes are only counted."""
         self.wrong += 1
         if self.wrong <= MOST_REPORTED:
             self.problems.append(Problem(self.where, what, hint))

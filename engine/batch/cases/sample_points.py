@@ -85,8 +85,8 @@ def _replicate(bits: np.ndarray, seed: int, start: int, replicate: int) -> np.nd
 def _bits(axes: int, start: int, stop: int) -> np.ndarray:
     """Sobol points from start to stop − 1 as integers of BITS bits (n × axes). ValueError beyond the last point.
 
-    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Therefore it is the exclusive or of
-    two points, whose indices are the high bits and the low bits of n.
+    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Point n is therefore the exclusive
+    or of two other points: one has the high bits of n as index, the other the low bits.
     """
     if stop > 1 << BITS:
         raise ValueError(f"Sobol's sequence has 2^{BITS} points here")
@@ -179,8 +179,8 @@ def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int)
 
 
 def _crossed(count: int, axes: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Rows start … stop − 1 of a crossed sample of the samples A and B. Each point has these rows: A; for each number, A with this
-    number from B; for each number, B with this number from A; and B.
+    """Rows start … stop − 1 of a crossed sample of the samples A and B. The rows of each point are: A; A with one number from B,
+    for each number; B with one number from A, for each number; B.
 
     Point k belongs to replicate k mod REPLICATES.
     """

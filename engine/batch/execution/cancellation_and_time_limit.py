@@ -15,7 +15,7 @@ Tick = Callable[[int], bool]
 
 
 class Watch:
-    """Ends a batch if its tick returns False, and a case if it reaches its time limit. C calls ``host`` every few milliseconds.
+    """Ends a batch if its tick returns False, and a case at its time limit. C calls ``host`` every few milliseconds.
     cpu_limit: largest processor time of a case, s; None means no limit."""
 
     def __init__(self, cpu_limit: float | None) -> None:

@@ -1,11 +1,11 @@
 """Computes the parameters of many cases. They are bit-identical to those of a scene built for each case, at a fraction of the
 cost.
 
-The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. Many groups determine entries of the rows
-directly (``parameters_without_scene_builds``): the value is an entry of the table of parameters (friction, springs, dampers,
-drives, …), or entries are copies of the value, or a formula gives them. For any other group, a scene is built once for each
-distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is built for every case. A scene
-is also built for each case with another structure.
+The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. For many groups,
+``parameters_without_scene_builds`` writes the entries of the rows directly. The value is an entry of the table of parameters
+(friction, springs, dampers, drives, …), or entries are copies of the value, or a formula gives the entries. For any other group, a
+scene is built once for each distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is
+built for every case. A scene is also built for each case with another structure.
 """
 
 from __future__ import annotations

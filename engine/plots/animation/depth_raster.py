@@ -21,8 +21,8 @@ CREASE = np.cos(np.radians(40.0))
 class Solid:
     """A mesh for ``Sheet.solid``: vertices (n × 3), triangles (m × 3), the face of each triangle, normals of the faces.
 
-    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline, where one of their two
-    faces (``sides``) faces the viewer and the other does not.
+    creases: edges (k × 2) that are always drawn. smooth: edges (l × 2) that are drawn only on the outline, where only one of their
+    two faces (``sides``) faces the viewer.
     """
 
     vertices: np.ndarray

@@ -215,7 +215,7 @@ def _ends(lines: tuple[Ends, ...]) -> list[list[dict[str, Any]]]:
 
 def _speeds(result: Result) -> dict[str, Any]:
     """The speeds that the viewer offers, and the initial speed. The initial speed is 1 for a run of 2 s to 60 s. For any other run,
-    it makes the playback take about 10 s."""
+    the initial speed makes the playback take about 10 s."""
     ladder = [k * 10.0**n for n in range(-6, 4) for k in (1, 2, 5)]
     length = float(result.time[-1] - result.time[0]) or 1.0
     wanted = 1.0 if 2.0 <= length <= 60.0 else length / 10.0

@@ -1,4 +1,4 @@
-"""Wheels that roll on each other: toothed rims on their bodies, meshing as in the scene."""
+"""Wheels that roll on each other: toothed rims on their bodies. The teeth mesh as in the scene."""
 
 from __future__ import annotations
 

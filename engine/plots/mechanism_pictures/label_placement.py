@@ -35,8 +35,8 @@ LED = 14.0
 ASIDE = 0.1
 """Weight, in the cost of a label's place, of the distance to the label's middle. The distance to its nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
-"""Costs of a label's place, in points of distance: overlap with another label (per square of the font size), each named place that
-the label covers, and a label that leaves the picture."""
+"""Costs of a label's place, in points of distance. HIDDEN: overlap with another label, per square of the font size. COVERED: each
+named place that the label covers. OUTSIDE: a label that leaves the picture."""
 
 
 @dataclass

@@ -35,8 +35,8 @@ class Level:
 
     data    its groups
     lines   the source line of every path
-    folder  the folder of the files that it names; None if files must not be read
-    file    the name of its file in messages
+    folder  the folder of the files that the data name; None if files must not be read
+    file    the name of the scene's or part's file in messages
     chain   the files whose includes led to this one
     budget  shared by all levels
     """

@@ -14,8 +14,8 @@ from trunnion.scene.units.unit_parser import UnitError
 @validated(frozen=True, config=STRICT)
 class Profile:
     """The profile of a cam: the follower's distance from the cam axis as a cubic spline over the angle, seen from the cam. It
-    is periodic if the angles cover a full turn. For a cam, the distance is that of the follower's point (the centre of its
-    roller). For a flat_cam, it is the distance of the face at the angle of the face's normal."""
+    is periodic if the angles cover a full turn. For a cam, the distance of the follower's point (the centre of its roller) is
+    given. For a flat_cam, the distance of the face at the angle of the face's normal is given."""
 
     angle: tuple[Angle, ...]
     """At least three increasing angles, from e2 towards e3 of the inboard frame; they cover one turn at most."""

@@ -35,8 +35,8 @@ class Finding:
     """A mistake: ``path`` is its place in the scene, ``what`` the cause, ``hint`` the remedy.
 
     line   the line of the file; 0 means that the line is looked up from the path.
-    about  paths of other parts the finding depends on; it is dropped when one of these parts could not be read.
-    meant  for an unknown key: the known key closest to it ('' when no key is close); None for other findings.
+    about  paths of other parts that decide about the mistake; without one of them, the finding is dropped.
+    meant  for an unknown key: the closest known key ('' when no key is close); None for other findings.
     """
 
     path: Path

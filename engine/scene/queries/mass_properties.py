@@ -28,7 +28,8 @@ def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
 
 
 def matrix(inertia: Inertias) -> Matrix:
-    """The symmetric 3×3 matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz); J a aᵀ of an inertia J about the unit vector a."""
+    """The symmetric 3×3 inertia matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz). For an axial inertia J about the unit vector a,
+    the matrix is J a aᵀ."""
     if isinstance(inertia, AxialInertia):
         a = vector(inertia.axis)
         scale = float(inertia.axial) / (math.fsum(c * c for c in a) or 1.0)

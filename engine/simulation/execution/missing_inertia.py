@@ -110,8 +110,8 @@ def _constraint_rows(model: Model, units: np.ndarray) -> np.ndarray:
 
 
 def _inertial_rows(model: Model, units: np.ndarray) -> Iterator[np.ndarray]:
-    """For each body, the velocity of its mass centre in length scales, and its angular velocity about the principal axes with
-    inertia, for the rates ``units`` of the tree (rows × nv). For each rotor, its rate."""
+    """Velocities that move inertia, for the rates ``units`` of the tree (rows × nv). For each body: velocity of its mass centre in
+    length scales, angular velocity about the principal axes with inertia. For each rotor: its rate."""
     system, values, length = model.system, model.block.parameters, model.built.numbers.length
     poses: dict[int, Moved] = {GROUND: (np.eye(3), np.zeros(3), np.zeros((3, system.nv)), np.zeros((3, system.nv)))}
     massive = _have_mass(system, values[None])[:, 0]

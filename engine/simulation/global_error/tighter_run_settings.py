@@ -27,7 +27,7 @@ NEEDED, APART_AT_LEAST = 1e-4, 3.0
 """NEEDED: tightest useful tolerance of the tighter run, relative to that of the first run. APART_AT_LEAST: smallest ratio of the
 first run's tolerance to the tighter run's tolerance."""
 ROUND = 1e-13
-"""Tightest tolerance to which a tighter run is limited. Below it, round-off dominates the difference of the runs."""
+"""Tightest tolerance to which a tighter run is limited. At tighter tolerances, round-off dominates the difference of the runs."""
 ORDERS = {m.name: m.order for m in REGISTRY}
 
 

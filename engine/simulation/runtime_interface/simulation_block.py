@@ -227,8 +227,8 @@ class Block:
         return out.T
 
     def redundancy(self) -> tuple[int, np.ndarray]:
-        """Patterns of scaled loop reactions that the motion does not determine: their number, and the largest component of each
-        reaction (loop rows) over all patterns, each a unit vector."""
+        """Patterns of scaled loop reactions that the motion does not determine, each a unit vector. Returns their number, and the
+        largest component of each reaction over all patterns (loop rows)."""
         share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
         return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
