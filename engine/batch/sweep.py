@@ -18,7 +18,7 @@ from trunnion.batch.sweep_result import Sweep, trajectory
 from trunnion.batch.tables.table_merge import TableMerge
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
-from trunnion.simulation.settings.run_settings import Run, described, settings_read
+from trunnion.simulation.settings.run_settings import Run, settings_read, with_setting_docs
 
 CHUNK_SECONDS = 0.25
 FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
@@ -28,7 +28,7 @@ SweepProgress = Callable[[int, int], None]
 """progress(number of finished cases, number of all cases), called a few times a second."""
 
 
-@described("trunnion.sweep")
+@with_setting_docs("trunnion.sweep")
 def sweep(
     scene: Given,
     vary: Mapping[str, Any] | None = None,

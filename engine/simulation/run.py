@@ -14,7 +14,7 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.request_checks import check_settings
-from trunnion.simulation.settings.run_settings import Run, described, settings_given
+from trunnion.simulation.settings.run_settings import Run, settings_given, with_setting_docs
 
 if TYPE_CHECKING:
     from trunnion.scene.overrides import Given
@@ -24,7 +24,7 @@ ASKED = ("until", "every", "rtol", "method", "step", "kernel", "max_steps")
 """Settings of a run."""
 
 
-@described("trunnion.simulate")
+@with_setting_docs("trunnion.simulate")
 def simulate(
     scene: Given,
     until: Amount | None = None,

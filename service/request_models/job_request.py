@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
-from trunnion.analysis.studies.request import make_study, set_values
+from trunnion.analysis.studies.request import make_study, with_case_values
 from trunnion.analysis.studies.study_rounds import ReportedCases, Study
 from trunnion.basics.number_declarations import Bound
 from trunnion.basics.problems import Problem, SceneError
@@ -255,7 +255,7 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
         if most is not None and wanted.cases > most:
             wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", HIGHER))
         made, planned = make_study(scene, wanted, asked["reductions"], run, wrong)
-        return set_values(made, planned, ReportedCases())
+        return with_case_values(made, planned, ReportedCases())
     sample, varied = asked["sample"] or {}, any(asked[n] is not None for n in ("vary", "cases", "sample"))
     return plan(
         scene,

@@ -15,7 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.joint_clearances import directions, frame_of, free_mobility, plays_of, restricted, rotation_at
+from trunnion.analysis.mechanics.joint_clearances import (
+    clearances_of,
+    directions,
+    frame_of,
+    free_mobility,
+    restrict_mobility,
+    rotation_at,
+)
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
@@ -96,7 +103,7 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Clear
     Raises:
         SceneError: for joints of other types, clearances that are not positive, and missing columns.
     """
-    able = {n: j for n, j in result.scene.joints.items() if plays_of(j)}
+    able = {n: j for n, j in result.scene.joints.items() if clearances_of(j)}
     asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
     hint = f"joints with clearances in this scene: {', '.join(able)}" if able else "this scene has no joints with clearances"
     wrong = [Problem(n, _why_not(result.scene.joints.get(n)), hint) for n in asked if n not in able]
@@ -125,14 +132,14 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
     force = np.column_stack([r[f"{name}.reaction.force[{k}]"] for k in (1, 2, 3)])
     turned, free, known = [rotation_at(r, name, i) for i in range(len(r))], free_mobility(r, name), dict[int, np.ndarray]()
     out = []
-    for number, play in enumerate(plays_of(r.scene.joints[name]), 1):
+    for number, play in enumerate(clearances_of(r.scene.joints[name]), 1):
         frames = np.array([frame_of(play, R) for R in turned])
         acts = np.einsum("nji,nj->ni", frames, force)
         acts[:, [k for k in range(3) if k not in play.axes]] = 0.0
         for first, low, last in _dips(np.linalg.norm(acts, axis=1)):
             if low not in known:
                 known[low] = free(low)
-            W = frames[low].T @ restricted(known[low], play, turned[low]) @ frames[low]
+            W = frames[low].T @ restrict_mobility(known[low], play, turned[low]) @ frames[low]
             found = _cross_dip(r.time[first : last + 1], acts[first : last + 1] @ W.T, c)
             if found is not None:
                 out.append(_impact(r, name, number, play, W, c, found))

@@ -26,7 +26,7 @@ STIFF = 1e-9
 """A mobility along locked directions counts as zero below this multiple of the largest such mobility."""
 
 
-def plays_of(j: sm.Joint) -> tuple[Play, ...]:
+def clearances_of(j: sm.Joint) -> tuple[Play, ...]:
     """The clearances of a joint; empty if crossings of its clearance cannot be computed."""
     element = REGISTRY[j.type].friction
     return CONTACTS[element].plays if element else ()
@@ -49,7 +49,7 @@ def rotation_at(r: Result, name: str, row: int) -> np.ndarray:
     return np.array(REGISTRY[r.scene.joints[name].type].rotation(q, Numeric), float)
 
 
-def restricted(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
+def restrict_mobility(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
     """The mobility in the directions of a clearance (3×3, inboard joint frame). B: mobility of the free joint (6×6)."""
     axes = frame_of(play, R)[:, list(play.axes)]
     ways, turns = directions(play.ways, R), directions(play.turns, R)

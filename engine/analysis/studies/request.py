@@ -85,7 +85,7 @@ def make_study(
     return made, Plan(scene, study_cases(made, unknown), chosen, run)
 
 
-def set_values(made: Study, plan: Plan, values: Values) -> Plan:
+def with_case_values(made: Study, plan: Plan, values: Values) -> Plan:
     """The plan with ``values`` as the source of its cases' parameter values."""
     return Plan(plan.scene, study_cases(made, values), plan.reductions, plan.run, plan.about)
 

@@ -90,8 +90,8 @@ def sampled(
     """A sample of {path: (low, high), or a distribution such as "normal(0.3, 0.05)"}. The same seed gives the same cases.
 
     method: "latin" (one case in each of ``count`` strips of every range), "random" (independent cases), "sobol" (scrambled Sobol
-    points, best for powers of 2) or "saltelli". "saltelli" crosses two Sobol samples of ``count`` points for Sobol indices: 2 × paths
-    + 2 cases for each point. SceneError lists every mistake."""
+    points, best for powers of 2) or "saltelli". "saltelli" crosses two Sobol samples of ``count`` points for Sobol indices: 2 ×
+    paths + 2 cases for each point. SceneError lists every mistake."""
     problems: list[Problem] = []
     if count < 1:
         problems.append(Problem(f"{where}.count", f"{count} is not positive", "give a positive number of cases"))

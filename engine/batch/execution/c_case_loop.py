@@ -54,7 +54,7 @@ class Reduced:
     why: np.ndarray | None = None
 
 
-def join(a: Reduced, b: Reduced, seconds: float) -> Reduced:
+def join_results(a: Reduced, b: Reduced, seconds: float) -> Reduced:
     """The joined results of two sets of cases without stored rows."""
     both = [np.concatenate([x, y]) for x, y in ((a.index, b.index), (a.numbers, b.numbers), (a.steps, b.steps))]
     return Reduced(both[0], both[1], [*a.outcomes, *b.outcomes], [*a.audits, *b.audits], both[2], seconds)
@@ -79,7 +79,7 @@ class Loop(CaseBlocks):
         if stopped or not len(again):
             return got
         rest = self._alone(rows.some(again), tick and (lambda done: tick(len(whole) + done)))
-        return join(got, rest, spent + rest.seconds)
+        return join_results(got, rest, spent + rest.seconds)
 
     def _begin(self, rows: Rows, tick: Tick | None) -> np.ndarray:
         """Pass a set of cases to C. Returns the records into which C writes their results."""

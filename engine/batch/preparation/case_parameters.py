@@ -30,7 +30,7 @@ from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.simulation.execution.missing_inertia import bodies_lack_inertia
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.settings.realtime_steps import bounds_of
-from trunnion.simulation.settings.realtime_steps import problems as bounded
+from trunnion.simulation.settings.realtime_steps import step_problems as bounded
 from trunnion.simulation.settings.run_settings import Run
 from trunnion.system.construction.start_values_and_scales import turning
 from trunnion.system.construction.system_builder import Built

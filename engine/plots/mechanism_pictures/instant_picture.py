@@ -61,7 +61,7 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
     _springs_and_rods(axes, view, scene, moved, row, seen)
     scale = arrow_scale(result, scene)
     states = _contacts(axes, view, scene, moved, result, row, seen)
-    frame_of(axes, np.concatenate(seen))
+    set_limits(axes, np.concatenate(seen))
     _grid(axes, view, scene, np.concatenate(seen))
     if labels:
         label(axes, view, scene, moved, row)
@@ -112,7 +112,7 @@ def needed(scene: Scene) -> list[str]:
     return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:4] if touches else ()), *(NEEDED[4:] if rubbing else ())]
 
 
-def frame_of(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:
+def set_limits(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:
     """Set limits around all points, with equal scales and the picture's proportions."""
     low, high = spots.min(axis=0), spots.max(axis=0)
     middle = (low + high) / 2

@@ -61,7 +61,7 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
     joints = [((view @ (p + r @ j.points[1]))[:2], j.name) for j in scene.joints for p, r in (moved.pose(j.parts[1], row),)]
     bodies = [((view @ moved.pose(i, row)[0])[:2], part.name) for i, part in enumerate(scene.parts)]
     points = 72.0 / axes.figure.dpi
-    names = placed(
+    names = place_labels(
         [_name(points * axes.transData.transform(at), words, "body") for at, words in _gathered(axes, bodies)]
         + [_name(points * axes.transData.transform(at), words, "joint") for at, words in _gathered(axes, joints)],
         points * np.array(axes.bbox.extents),
@@ -77,7 +77,7 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
         axes.annotate(name.text, (x, y), xytext=middle - name.at, size=SIZES[name.kind], color=color, arrowprops=line, **look)
 
 
-def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
+def place_labels(names: list[Name], frame: np.ndarray) -> list[Name]:
     """The names, each with its box at the place of lowest cost; the boxes of earlier names count in the cost. frame: left, bottom,
     right and top of the picture, points."""
     spots = np.array([n.at for n in names])

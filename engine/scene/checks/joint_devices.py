@@ -76,4 +76,4 @@ def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
         if key in SIGNALS:
             yield from SIGNALS[key].findings((*path, key), getattr(s, key), drive)
     if isinstance(s, Signal) and s.limit is not None and kinds:
-        yield from limit.findings((*path, "limit"), s.limit, SIGNALS[kinds[0]], getattr(s, kinds[0]))
+        yield from limit.limit_findings((*path, "limit"), s.limit, SIGNALS[kinds[0]], getattr(s, kinds[0]))

@@ -72,7 +72,7 @@ def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list
 
 
 def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: Level, copy: Copy, offered: Points) -> None:
-    """Add one copy of an assembly to its level, after numbering, motion and renaming."""
+    """Add one copy of an assembly to its level, after numbering, transformation and renaming."""
     prefix = f"{name}{copy.suffix}"
     try:
         data = _number_names(copy_of(part.data), copy.number)

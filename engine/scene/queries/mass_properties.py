@@ -19,7 +19,7 @@ def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
         if body.mass is None:
             raise ValueError("an explicit inertia needs a mass")
         return float(body.mass), center, matrix(body.inertia)
-    volume, gyration = solid(body)
+    volume, gyration = volume_and_moments(body)
     if body.mass is None and body.density is None:
         raise ValueError("a shape needs a density or a mass")
     m = float(body.mass) if body.mass is not None else float(body.density or 0.0) * volume
@@ -39,7 +39,7 @@ def matrix(inertia: Inertias) -> Matrix:
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
-def solid(body: Body) -> tuple[float, Triple]:
+def volume_and_moments(body: Body) -> tuple[float, Triple]:
     """(volume, m³; moments of inertia xx, yy, zz about the centre divided by the mass, m²) of the body's shape."""
     if body.box is not None:
         a, b, c = (float(v) for v in body.box)

@@ -33,7 +33,7 @@ class Limit:
         return max(high, -math.inf if self.lower is None else float(self.lower))
 
 
-def findings(path: Path, limit: Limit, kind: SignalKind, data: Any) -> Iterator[Finding]:
+def limit_findings(path: Path, limit: Limit, kind: SignalKind, data: Any) -> Iterator[Finding]:
     """Mistakes in the limits of a signal. path: path of the limits. kind, data: kind and keys of the signal."""
     if not limit.levels:
         yield Finding(path, "limits need lower, upper or both", about=((*path, "lower"), (*path, "upper")))

@@ -47,7 +47,7 @@ def companion(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, f
     return replace(settings, rtol=rtol), 1.0 / (1.0 - 1.0 / factor)
 
 
-def order_of(settings: Settings, steps: Mapping[str, int]) -> int:
+def dominant_order(settings: Settings, steps: Mapping[str, int]) -> int:
     """The order of the method that most steps of a run with these settings will use. steps: number of steps by method, counted in
     another run."""
     if settings.method in ORDERS:

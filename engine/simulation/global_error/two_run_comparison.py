@@ -14,7 +14,7 @@ from trunnion.simulation.execution.runnable_model import Model
 from trunnion.simulation.global_error.additional_step_ends import offset_step_ends
 from trunnion.simulation.global_error.cost_control import CountedRun, PacedRun
 from trunnion.simulation.global_error.error_estimate import certainty
-from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, companion, higher, order_of, tightest
+from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, companion, dominant_order, higher, tightest
 from trunnion.simulation.results.error_statement import Certainty, Promise
 from trunnion.simulation.results.outcome import CANCELLED
 from trunnion.simulation.results.result import Result
@@ -120,7 +120,7 @@ class _TighterRun:
         first = self.run.stats.rhs_evaluations
         limit = LIMIT * max(first, SMALL) - spent if self.limited else np.inf
         most = (max(MOST * first - spent, LEAST * first), limit)
-        pace = self.first.pace(self.run, most, order_of(chosen, self.run.stats.counters), tolerances)
+        pace = self.first.pace(self.run, most, dominant_order(chosen, self.run.stats.counters), tolerances)
         return PacedRun(self.model, self.until, self.every, chosen, self.progress, pace=pace, trial=trial)
 
 

@@ -49,7 +49,7 @@ def stiff_laws(scene: Scene) -> list[str]:
     return sorted({law for j in scene.joints.values() if j.friction if not LAWS[law := scene.law_of(j.friction)].steps})
 
 
-def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
+def step_problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
     """Contradictions between a scene's bounded steps and a request. every: spacing of rows, s; 0: a row at each step. step:
     requested step, s, or 0."""
     asked = scene.simulation.realtime

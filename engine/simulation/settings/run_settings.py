@@ -67,7 +67,7 @@ def describe_setting(setting: Setting, who: str) -> str:
     return setting.told(who).format_map({k: ", ".join(v) for k, v in known_words().items()})
 
 
-def described(who: str) -> Callable[[F], F]:
+def with_setting_docs(who: str) -> Callable[[F], F]:
     """A decorator that appends the descriptions of an interface's settings to the function's docstring. who: name of the
     interface."""
 
