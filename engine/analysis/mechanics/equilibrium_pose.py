@@ -203,7 +203,7 @@ def hold_signals(scene: sm.Scene) -> sm.Scene:
 
 
 def _held_fields(owner: Any) -> dict[str, Any]:
-    """Those fields of a data class that contain signals, with each signal replaced by its value at t = 0."""
+    """The fields of a data class that contain signals, with each signal replaced by its value at t = 0."""
     values = {f.name: getattr(owner, f.name) for f in fields(owner) if f.init}
     return {n: held for n, v in values.items() if (held := _held(v)) is not v}
 

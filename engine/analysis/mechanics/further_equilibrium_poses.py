@@ -13,8 +13,8 @@ from trunnion.basics.problems import SimulationError
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 ONE_FREEDOM, SEVERAL = tuple(np.linspace(-1.0, 1.0, 17)), (-0.5, 0.5, 1.0)
-"""Starts of Newton's method: changes of one coordinate, in half turns or lengths of the scene. The first tuple is for mechanisms
-with one coordinate, the second for those with several."""
+"""Starts of Newton's method: changes of one coordinate, in half turns or lengths of the scene. ONE_FREEDOM is for mechanisms with
+one coordinate, SEVERAL for all others."""
 MOST = 8
 """Largest number of further poses of rest; a chain of n pendulums has 2ⁿ."""
 SAME = 1e-7

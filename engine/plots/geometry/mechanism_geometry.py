@@ -33,7 +33,8 @@ ON_GROUND = -1
 RUBBER = 0.05
 """Radius of a drawn bushing, divided by the mechanism's length."""
 CAGE, THIN = 0.07, 0.008
-"""Radius of the circles that show the place of a load, and thickness of their lines, divided by the mechanism's length."""
+"""CAGE: radius of the circles that show the place of a load. THIN: thickness of their lines. Both are divided by the mechanism's
+length."""
 STOUT = 12.0
 """Largest drawn length of a pin without sizes, in thicknesses of the thinner body."""
 

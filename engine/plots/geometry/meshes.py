@@ -26,7 +26,7 @@ class Grain:
 
 
 SORTED, FINE = Grain(), Grain(around=48, pieces=1)
-"""Grain for drawing from back to front, and for drawing with a depth buffer, where long faces are harmless."""
+"""SORTED: grain for drawing from back to front. FINE: grain for drawing with a depth buffer, where long faces are harmless."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ STATIONS = 8
 PIN = 0.03
 """Radius of a drawn pin, divided by the extent of its curve."""
 WALL, DEEP = 0.6, 5.0
-"""Thickness and depth of a wall, divided by the radius of a drawn pin."""
+"""WALL: thickness of a wall. DEEP: depth of a wall. Both are divided by the radius of a drawn pin."""
 
 
 def slots(scene: sm.Scene) -> list[Wheel]:

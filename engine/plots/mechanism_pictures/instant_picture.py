@@ -33,7 +33,7 @@ SIZE = (8.4, 6.0)
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
 COILS, WIDTH = 9, 0.05
-"""Count of corners of a spring's zigzag; half width of the zigzag, divided by its length."""
+"""COILS: number of corners of a spring's zigzag. WIDTH: half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
 """Durations, as fractions of the scene's end time, of the short runs for a picture at time 0 (START_TIME) and for the assembled
 start (ASSEMBLY_TIME)."""

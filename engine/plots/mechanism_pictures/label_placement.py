@@ -22,10 +22,10 @@ LONGEST = 30
 SIZES = {"joint": 7.0, "body": 8.0}
 """Font size of each kind of label, points."""
 SPACING, PAD = 1.45, 1.0
-"""Line height divided by font size; margin around a label, points. The margin is needed because a renderer rounds the sizes of
-letters to pixels."""
+"""SPACING: line height divided by font size. PAD: margin around a label, points. The margin is needed because a renderer rounds the
+sizes of letters to pixels."""
 RINGS, AROUND = 16, 16
-"""Candidate places around a named place: rings, and places on each ring."""
+"""Number of rings of candidate places around a named place, and number of places on each ring."""
 RING = 9.0
 """Distance between rings, points."""
 GAP = 8.0

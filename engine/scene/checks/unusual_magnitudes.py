@@ -16,7 +16,7 @@ from trunnion.scene.units.numbers_with_units import Computed, Quantity
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual magnitudes of numbers in the SI unit ``unit`` at some paths: 0, or between ``least`` and ``most``.
+    """The usual magnitudes of numbers at some paths, in the SI unit ``unit``: 0, or between ``least`` and ``most``.
 
     places: patterns of the paths; because: the reason for the bounds. meant: the unit that the user may have meant if the number is
     outside the bounds.

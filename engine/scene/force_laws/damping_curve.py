@@ -25,7 +25,7 @@ class DampingCurve:
 
 
 class DampingCurveLaw(ForceLaw):
-    """Leaves: rates, then efforts."""
+    """Leaves of the law: rates, then efforts."""
 
     key, data, text = "damping_curve", DampingCurve, "Damper whose effort is a curve over the rate."
     units, count, elastic = {"speed": "{x}/s", "effort": "{f}"}, 2 * KNOTS, False

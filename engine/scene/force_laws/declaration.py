@@ -17,7 +17,7 @@ class ForceLaw:
     key        the law's key in a scene; ``text`` describes it.
     data       type of the key's value; None if no key gives the law.
     units      unit of each number, by the last word of its path. In a unit, {x} and {f} stand for the units of x and of the force.
-    count      number of leaves.
+    count      number of leaves (numbers that are constants or parameters).
     elastic    whether the force depends on x alone. Its work is then stored, otherwise it is lost."""
 
     key: ClassVar[str]

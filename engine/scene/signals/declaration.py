@@ -25,7 +25,7 @@ class Corner(NamedTuple):
 class SignalKind:
     """A kind of signal. ``data`` is the class of its keys, and ``text`` the description of the key.
 
-    labels       kinds of ``system`` signals that this kind becomes, each with its number of leaves.
+    labels       kinds of ``system`` signals that this kind becomes, each with its number of leaves (constants or parameters).
     loads        "" if loads may have this kind, else the remedy.
     drives       "" if drives may have this kind, else the reason, then the remedy.
     rates        keys that are rates if the signal is that of a drive."""

@@ -35,7 +35,7 @@ class Expression:
 
 
 class ExpressionKind(SignalKind):
-    """Leaves: the constant parts of the formula. ``formula`` of the signal is the tree of the remaining parts."""
+    """Leaves of the signal: the constant parts of the formula. ``formula`` of the signal is the tree of the remaining parts."""
 
     key, data, text = "expression", Expression, "Smooth formula of the time t."
 

@@ -32,7 +32,7 @@ class Move:
 
 
 class MoveKind(SignalKind):
-    """Leaves: start, end, begin, duration. The label names the profile."""
+    """Leaves of the signal: start, end, begin, duration. The label names the profile."""
 
     key, data, text = "move", Move, "Motion from one coordinate to another, at rest before and after."
     labels = dict.fromkeys(MOVES, 4)

@@ -41,7 +41,7 @@ class Trapezoid:
 
 
 class TrapezoidKind(SignalKind):
-    """Leaves: base, peak, begin, rise, hold, fall, origin and, for "trapezoids", period."""
+    """Leaves of the signal: base, peak, begin, rise, hold, fall, origin and, for "trapezoids", period."""
 
     key, data = "trapezoid", Trapezoid
     text = "Rise, constant value and fall, once or with a period (drives: of the rate)."

@@ -39,8 +39,8 @@ log = logging.getLogger("trunnion.simulate")
 CHUNK_SECONDS = 0.03
 """Target duration of a call into C, s. Progress, Ctrl-C and time limits must be handled at least every 50 ms."""
 FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
-"""Smallest number of steps of the first call into C; smallest and largest number of steps of later calls. The number of steps of a
-later call follows from the duration of the previous call."""
+"""FIRST_STEPS: smallest number of steps of the first call into C. LEAST_STEPS, MOST_STEPS: smallest and largest number of steps of
+later calls. The number of steps of a later call follows from the duration of the previous call."""
 FIRST_NUMBERS = 4000
 """Size of the state × number of steps of the first call: the smaller the mechanism, the more steps the first call makes."""
 CHUNK_ROWS = 4096

@@ -101,8 +101,8 @@ def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]
 
 
 def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:
-    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: of the efforts
-    (directions × efforts), the largest being 1."""
+    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: changes of the
+    efforts (directions × efforts); the largest change is 1."""
     _, sizes, basis = np.linalg.svd(changes, full_matrices=True)
     rest = basis[int(np.sum(sizes > SHARE)) :]
     out = []

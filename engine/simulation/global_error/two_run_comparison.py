@@ -30,8 +30,8 @@ MOST = 1.4
 LEAST = 1.15
 """Smallest target number of evaluations after an abandoned run, relative to the first run."""
 LIMIT, SMALL = 1.46, 2000
-"""The tighter run is stopped at this number of evaluations, relative to the first run's evaluations. The first run is counted with
-at least SMALL evaluations."""
+"""LIMIT: the tighter run is stopped at this number of evaluations, relative to the first run's evaluations. SMALL: the first run is
+counted with at least this number of evaluations."""
 OVERSHOOT = 1.05
 """End time of the tighter run, relative to the end time of a first run that ended early."""
 STATE = ("*.q[*]", "*.qd[*]")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
 """Default limit of Newton iterations in a step: a constant, plus a number for each freedom with friction. In examples 8.1 to 8.3 of
-the paper, a step with an event takes 40 to 50 iterations with one such freedom. With three freedoms it takes 45 to 60, with four 60
-to 75."""
+the paper, a step with an event takes 40 to 50 iterations if one freedom has friction, 45 to 60 for three freedoms, and 60 to 75 for
+four."""
 STEPPED = " or ".join(name for name, law in LAWS.items() if law.steps)
 """The friction laws that fixed steps resolve."""
 WHOLE = 1e-9
