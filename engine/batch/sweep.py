@@ -55,9 +55,9 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    A failed case has a row with its outcome, too. Reductions are computed from the same rows that ``simulate`` gives with the same
-    settings. After Ctrl-C, the result holds the finished cases, and ``cancelled`` is set. If no case has finished,
-    KeyboardInterrupt is raised.
+    Give exactly one of ``vary``, ``cases`` and ``sample``. A failed case has a row with its outcome, too. Reductions are computed
+    from the same rows that ``simulate`` gives with the same settings. After Ctrl-C, the result holds the finished cases, and
+    ``cancelled`` is set. If no case has finished, KeyboardInterrupt is raised.
 
     Args:
         scene: as for ``simulate``.
@@ -77,7 +77,7 @@ def sweep(
         progress: called with (number of finished cases, number of all cases).
 
     Returns:
-        The sweep with a row for each case. Exactly one of vary, cases and sample must be given.
+        The sweep with a row for each case.
 
     Raises:
         SceneError: for wrong input.

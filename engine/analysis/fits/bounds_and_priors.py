@@ -135,7 +135,8 @@ def _read_prior(text: str, name: str, unit: str, read: Amounts) -> Prior | None:
     before = len(read.problems)
     mean, deviation = (read.number(x, where, unit) for x in numbers)
     if len(read.problems) == before and (deviation <= 0.0 or (written[1] == "lognormal" and mean <= 0.0)):
-        read.problems.append(Problem(where, f"{text}: the standard deviation must be positive, a log-normal mean too", PRIOR_FORMS))
+        what = f"{text}: the standard deviation, and the mean of a log-normal prior, must be positive"
+        read.problems.append(Problem(where, what, PRIOR_FORMS))
     return Prior(written[1], mean, deviation) if len(read.problems) == before else None
 
 

@@ -127,7 +127,7 @@ class MechanismAtRest:
 
     def settle(self, rounds: int = 40) -> bool:
         """Find a pose without accelerations and with closed loops by Newton's method, with the contacts that are closed now.
-        Returns whether it converged to a pose in which the closed contacts press, and the open ones have gaps."""
+        Returns whether the method converged to a pose in which the closed contacts press, and the open ones have gaps."""
         numbers, nq = self.model.built.numbers, self.system.nq
         scale = numbers.rate**2
         last = np.inf

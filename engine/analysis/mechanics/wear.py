@@ -215,8 +215,8 @@ def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, floa
 
 
 def _around(r: Result, name: str, i: int, volume: np.ndarray, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(centre angles of the sectors around a pin, rad; worn depth of the pin in each; worn depth of the bearing in each). volume:
-    worn volume up to each row, m³."""
+    """(centre angles of the sectors around a pin, rad; worn depth of the pin in each sector; worn depth of the bearing in each
+    sector). volume: worn volume up to each row, m³."""
     joint = r.scene.joints[name]
     kind = REGISTRY[joint.type]
     spin = next(x for x in range(kind.nv) if kind.turns(x)) if kind.second_axis < 0 else (i - 1) // 2

@@ -23,7 +23,7 @@ REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
 OPENING = 1e-3
-"""Newton's method converges relative to the size of the multipliers or, if larger, to this multiple of the run's largest
+"""A step of Newton's method is compared with the size of the multipliers or, if larger, with this multiple of the run's largest
 multiplier. Where contacts open, all multipliers may be 0."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""

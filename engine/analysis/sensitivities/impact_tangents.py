@@ -61,8 +61,8 @@ class ImpactTangents:
         self.before = step.impact[1 : 1 + len(step.y1)]
 
     def cross(self, z: np.ndarray, x0: np.ndarray, x1: np.ndarray) -> Crossing:
-        """Compute the derivatives after the impact. z: multipliers before the impact; x0, x1: external values before and after
-        it."""
+        """Compute the derivatives after the impact. z: multipliers before the impact; x0, x1: external values before and after the
+        impact."""
         u, n = self.unit, self.n
         f, _ = u.solve(x0, self.before[: u.ny], z)
         df, _ = u.total_derivatives(self.S, self.dp)

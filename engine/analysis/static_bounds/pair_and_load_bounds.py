@@ -212,7 +212,7 @@ def _lower_bound(a: AdmissibleStates, pair: Pair, c: Capacity) -> Row | None:
 
 
 def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, Row, AdmissibleStates]]:
-    """As ``_states_by_sense``, with the capacities of a pair at its limit of friction."""
+    """The result of ``_states_by_sense`` with the capacities of a pair at its limit of friction."""
     pair, V, one = a.space.pairs[i], a.program.terms[a.sizes[i]][0], np.append(np.zeros(a.space.open), 1.0 / a.space.scale)
     out = []
     for at in pair.limits:

@@ -60,7 +60,7 @@ class StudyRequest:
 def make_study(
     scene: Scene, wanted: StudyRequest, keep: Sequence[str], run: Run, wrong: Sequence[Problem] = ()
 ) -> tuple[Study, Plan]:
-    """The study, and the plan of its cases. ``set_values`` later supplies the parameter values of the cases.
+    """The study, and the plan of its cases. ``with_case_values`` later supplies the parameter values of the cases.
 
     keep: further reductions; wrong: problems found before. SceneError lists every problem.
     """

@@ -93,7 +93,7 @@ class LaneBatch:
 
 
 def lane_batch_of(loop: CaseBlocks) -> LaneBatch | None:
-    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if lanes do not serve the scene."""
+    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if the scene does not support lanes."""
     if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel):
         return None
     return LaneBatch(loop)

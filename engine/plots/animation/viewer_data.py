@@ -47,8 +47,9 @@ class _Channels:
         self.places: dict[str, int] = {}
 
     def add(self, *values: np.ndarray, sources: Sequence[str] = ()) -> int:
-        """Append columns. sources: the columns of the result from which a host of the scene's C library can fill them: a name, "0",
-        or once for three columns ``rotation:`` and the name of a quaternion. Returns the index of the first appended column."""
+        """Append columns. sources: where a host of the scene's C library finds the values: the name of a column of the result, or
+        "0". Three columns of a rotation have one source, ``rotation:`` with the name of a quaternion. Returns the index of the
+        first appended column."""
         self.columns += values
         self.sources += [*sources, *[""] * (len(values) - len(sources))]
         return len(self.columns) - len(values)

@@ -84,7 +84,8 @@ class Bushing:
     type: Literal["bushing"]
     """Kind of load: a bushing."""
     between: tuple[str, str]
-    """The two parts: "body.point", or "body" for its frame origin; between placed bodies, as the sides of a joint."""
+    """The two parts: "body.point", or "body" for its frame origin; between placed bodies, the rules for the sides of a joint
+    apply."""
     axis: Direction | None = None
     """e1, in both bodies' frames; between placed bodies, in the world. Default: x, y, z."""
     reference: Direction | None = None

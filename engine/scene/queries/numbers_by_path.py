@@ -105,7 +105,7 @@ def bound_of(path: Path) -> Bound:
 
 
 def order_of(path: Path) -> Order | None:
-    """The required order of two numbers of which the upper is at this path; None if there is none."""
+    """The required order of two numbers, if the upper number is at this path; otherwise None."""
     owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
     return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
 

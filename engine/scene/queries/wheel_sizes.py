@@ -18,8 +18,8 @@ CLOSE = 1e-12
 
 
 def whole_number_ratio(radii: tuple[float, ...]) -> tuple[int, ...] | None:
-    """Whole numbers, at most ``FINEST``, whose ratio is that of the two radii; None if there are no such numbers. One radius
-    gives (1,)."""
+    """Whole numbers, at most ``FINEST``, whose ratio equals the ratio of the two radii; None if there are no such numbers. One
+    radius gives (1,)."""
     if len(radii) == 1:
         return (1,)
     ratio = Fraction(radii[0] / radii[1]).limit_denominator(FINEST)

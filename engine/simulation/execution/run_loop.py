@@ -175,7 +175,7 @@ class OneRun:
         return first_steps(self.model.block.ny)
 
     def _next_steps(self, steps: int, seconds: float) -> int:
-        """Number of steps of the next call into C. steps, seconds: of the last call."""
+        """Number of steps of the next call into C. steps, seconds: length and duration of the last call."""
         return next_steps(steps, seconds)
 
     def _attach_jacobian(self, interrupt: Held) -> None:
@@ -196,6 +196,6 @@ def first_steps(numbers: int) -> int:
 
 
 def next_steps(steps: int, seconds: float) -> int:
-    """Number of steps of the next call into C. steps, seconds: of the last call."""
+    """Number of steps of the next call into C. steps, seconds: length and duration of the last call."""
     wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
     return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))

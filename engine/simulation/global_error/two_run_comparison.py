@@ -51,7 +51,8 @@ def compare_runs(
 ) -> Result:
     """Execute a run and a tighter run. Returns the result of the first run, with its ``certainty``.
 
-    model: from ``model_with_state``. limited: whether the tighter run stops if it costs more than 1.5 times the first run."""
+    model: a result of ``model_with_state``. limited: whether the tighter run stops if it costs more than 1.5 times the first
+    run."""
     first = CountedRun(model, until, every, settings, _part(progress, 0.0))
     run = first.result()
     if run.outcome.name == CANCELLED or len(run) == 0 or run.stats.steps == 0:

@@ -40,7 +40,7 @@ def bounds_of(scene: Scene) -> dict[str, Any]:
 
 
 def method_of(scene: Scene, method: str) -> str:
-    """The method of a run. If the scene has bounded steps and ``method`` is "auto", the default method of bounded steps."""
+    """The method of a run. If the scene has bounded steps and ``method`` is "auto", this is the default method of bounded steps."""
     return AUTO.loose.name if scene.simulation.realtime is not None and method == METHODS[0] else method
 
 
