@@ -14,7 +14,7 @@ from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, make_fit_plan
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_comparison import Candidate
 from trunnion.analysis.fits.model_curves import MOST_CACHED
-from trunnion.analysis.fits.request import FitRequest, request_problems
+from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amounts, names_given

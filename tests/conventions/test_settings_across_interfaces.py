@@ -19,7 +19,7 @@ from trunnion.cli.command_registry import function_of
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import JobRequest, document_of, plan_of_document, plan_of_request
 from trunnion.service.request_models.sensitivity_and_fmu_requests import SensitivityRequest, plain
-from trunnion.simulation.settings.run_settings import settings_read, told
+from trunnion.simulation.settings.run_settings import describe_setting, settings_read
 
 PYTHON: dict[str, Any] = {f"trunnion.{f.__name__}": f for f in (trunnion.simulate, trunnion.sweep, trunnion.sensitivity)}
 REST = {"POST /v1/jobs": JobRequest, "POST /v1/sensitivities": SensitivityRequest}
@@ -51,7 +51,7 @@ def words(who: str) -> dict[str, str]:
 
 @pytest.mark.parametrize("who", [*COMMANDS, *PYTHON, *REST])
 def test_whoever_offers_settings_offers_those_of_the_table_in_its_words(who: str) -> None:
-    expected = {s.name: told(s, who) for s in offered(who)}
+    expected = {s.name: describe_setting(s, who) for s in offered(who)}
     if who in COMMANDS:  # a command gives in brackets what others give in sentences
         several = {s.name: "repeatable; " if who in s.several else "" for s in offered(who)}
         sentence = re.compile(r"(?: Repeatable\.)? Default: (.*)\.$", re.DOTALL)

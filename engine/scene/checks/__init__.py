@@ -46,8 +46,8 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then one that gives the
-    number of the others."""
+    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then a problem that counts
+    the others."""
     return list(error_of(findings(scene), {}).problems)
 
 

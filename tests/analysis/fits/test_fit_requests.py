@@ -13,9 +13,9 @@ import pytest
 import trunnion
 from tests.analysis.fits.closed_form_motions import FORCE, GLIDER, QD, SLIDER, TIME, Q, X, noisy
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner, combine_rows, make_fit_plan
+from trunnion.analysis.fits.fits_from_plain_data import read_comparison, read_fit, read_ranking
 from trunnion.analysis.fits.identifiability import slope_spectrum
-from trunnion.analysis.fits.request import FitRequest, request_problems
-from trunnion.analysis.fits.result_reader import read_comparison, read_fit, read_ranking
+from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
 from trunnion.basics.interrupts import watched
 from trunnion.cli.output.fit_report import evidence_lines, lines, proposal_lines
 from trunnion.scene.scene_loader import scene_from_dict

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import trunnion
 from trunnion import SceneError, knocks, simulate
-from trunnion.analysis.mechanics.joint_clearances import free_mobility, plays_of, restricted, rotation_at
+from trunnion.analysis.mechanics.joint_clearances import clearances_of, free_mobility, restrict_mobility, rotation_at
 from trunnion.cli import main
 from trunnion.scene.data_classes import scene as sm
 
@@ -147,7 +147,7 @@ def test_without_clearance_it_is_the_ideal_joint() -> None:
 def mobility_of_pin(scene: sm.Scene) -> np.ndarray:
     """The mobility of the joint "pin" at the start, in the directions of its clearance (3×3)."""
     r = simulate(scene, until=0.01, every=0.01)
-    return restricted(free_mobility(r, "pin")(0), plays_of(r.scene.joints["pin"])[0], rotation_at(r, "pin", 0))
+    return restrict_mobility(free_mobility(r, "pin")(0), clearances_of(r.scene.joints["pin"])[0], rotation_at(r, "pin", 0))
 
 
 def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:

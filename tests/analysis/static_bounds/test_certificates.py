@@ -12,7 +12,7 @@ from trunnion import hold, scene_from_dict
 from trunnion.analysis.static_bounds.branch_and_bound import Search
 from trunnion.analysis.static_bounds.hold_check import CELLS
 from trunnion.analysis.static_bounds.linear_relaxation import Answer, Cell
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 
@@ -88,7 +88,7 @@ def test_a_cell_is_examined_again_only_for_cuts_that_it_lacks(components: int, a
     """The linear program may miss the norm of one component by its tolerance, which no cut changes. A scissor lift examined such
     cells a thousand times in each search."""
     V, X, cell = np.eye(components, 3), np.array([3.0, 2.0, 1.0]), Cell()
-    search = Search(Program((V,), (), Row(np.array([1.0, 0.0, 0.0]))), Effort(CELLS))
+    search = Search(Program((V,), (), Row(np.array([1.0, 0.0, 0.0]))), SearchBudget(CELLS))
     norms = np.array([np.linalg.norm(V @ X)])
     assert search._parts(cell, Answer(3.0, X, norms)) == []
     assert search._parts(cell, Answer(3.0, X, norms - 1e-6)) == ([cell] if again else [])

@@ -13,11 +13,11 @@ import pytest
 import trunnion
 from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.bounds_results import LoadBounds
+from trunnion.analysis.static_bounds.elementary_motions import motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.hold_check import CELLS
-from trunnion.analysis.static_bounds.minimal_sliding_motions import motions
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states, load_bounds
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
@@ -33,7 +33,7 @@ def load_alone(scene: dict[str, Any], name: str, cells: int = CELLS, self_stress
     st = statics(scene_given(scene))
     drive = name in [load.name for load in st.drives]
     k = [load.name for load in (st.drives if drive else st.loads)].index(name)
-    return load_bounds(st, tuple(st.pairs()), self_stress, Effort(cells), k, drive)
+    return load_bounds(st, tuple(st.pairs()), self_stress, SearchBudget(cells), k, drive)
 
 
 @pytest.mark.slow
@@ -142,7 +142,7 @@ def test_what_does_not_hold_as_it_is_is_sure_of_nothing() -> None:
 
 def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
     """Random states in equilibrium that the kernel's laws admit: (capacities, friction over capacity, signed friction)."""
-    a = admissible_states(st, tuple(st.pairs()), None, Effort(5))
+    a = admissible_states(st, tuple(st.pairs()), None, SearchBudget(5))
     caps, shares, sizes = [], [], []
     for _ in range(n):
         X = np.append(rng.normal(0.0, 10.0 ** rng.uniform(-3, 0), a.space.open), 1.0)

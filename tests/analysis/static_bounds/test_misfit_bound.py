@@ -11,8 +11,8 @@ from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.branch_and_bound import minimise
 from trunnion.analysis.static_bounds.equilibrium_equations import statics
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states
-from trunnion.analysis.static_bounds.search_budget import Effort
-from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
+from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress
 from trunnion.analysis.static_bounds.sum_of_norms_program import Row
 from trunnion.scene.overrides import scene_given
 
@@ -28,9 +28,9 @@ def weightless() -> dict[str, Any]:
 def torque(stress: Stress, cells: int) -> tuple[float, float]:
     """The largest torque on the weightless door that some state holds: (attained, certified)."""
     st = statics(scene_given(weightless()))
-    a = admissible_states(st, tuple(st.pairs()), stress, Effort(cells), 0)
+    a = admissible_states(st, tuple(st.pairs()), stress, SearchBudget(cells), 0)
     amount = a.space.amount(len(a.space.origin) - 1)
-    found = minimise(a.program.with_objective(Row(-amount)), a.effort, root=a.root)
+    found = minimise(a.program.with_objective(Row(-amount)), a.budget, root=a.root)
     return -found.value * a.space.scale, -found.bound * a.space.scale
 
 

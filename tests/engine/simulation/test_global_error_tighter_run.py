@@ -10,8 +10,8 @@ from trunnion.runtime.integrators import REGISTRY, Impulses
 from trunnion.scene import scene_from_text
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.execution.runnable_model import Model
+from trunnion.simulation.global_error.additional_step_ends import offset_step_ends
 from trunnion.simulation.global_error.cost_control import CountedRun, PacedRun
-from trunnion.simulation.global_error.step_end_offsets import offset_step_ends
 from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, DEARER, FINER, USUAL, companion, higher
 from trunnion.simulation.run import simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings

@@ -13,7 +13,7 @@ import trunnion
 from tests.scene.valid_scene import problems_in, problems_of
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene import load_scene, scene_from_dict, scene_from_text, scene_to_dict, scene_to_yaml
-from trunnion.scene.composition import source_lines
+from trunnion.scene.composition import data_with_source_lines
 from trunnion.scene.file_format.yaml_reader import MOST
 from trunnion.scene.overrides import apply
 
@@ -234,7 +234,7 @@ def test_a_point_that_an_assembly_does_not_offer_is_told_once(folder: Path) -> N
 
 
 def test_copies_of_copies_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source_lines, "MOST", 10_000)  # building the scene would take seconds
+    monkeypatch.setattr(data_with_source_lines, "MOST", 10_000)  # building the scene would take seconds
     inner = "{use: {bodies: {b: {sphere: 1, mass: 1, position: [0, 0, 0]}}}, copies: {line: {times: 1000, step: [1, 0, 0]}}}"
     outer = f"{{use: {{assemblies: {{a: {inner}}}}}, copies: {{line: {{times: 1000, step: [0, 1, 0]}}}}}}"
     found = problems_in(f"assemblies: {{c: {outer}}}")
