@@ -100,7 +100,7 @@ FOLLOW: dict[str, dict[str, tuple[float, float]]] = {
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", FOLLOW)
-def test_what_follows_a_formula_has_the_bits_of_scenes_without_building_them(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numbers_that_follow_a_formula_equal_those_of_built_scenes_bit_for_bit(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_from_dict(yaml.safe_load(SHAPES))
     cases = sampled(scene, FOLLOW[which], 300, seed=2)
     built = []

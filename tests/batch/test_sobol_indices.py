@@ -131,7 +131,7 @@ def test_cases_that_fail_are_told_and_widen_the_intervals_and_failing_has_indice
     assert "no index can be estimated" in most[0].notes[0]
 
 
-def test_what_does_not_vary_and_what_is_no_crossed_sample_has_no_indices() -> None:
+def test_constant_results_and_samples_that_are_not_crossed_have_no_indices() -> None:
     cases = sampled(scene(), dict.fromkeys(THREE, (0, 1)), 64, 0, "saltelli")
     (flat,) = indices_of(cases, [OF], table(cases, lambda x: np.full(len(x), 7.0)))
     assert (flat.first[0].value, flat.notes) == (None, ("the result does not vary",))

@@ -46,7 +46,7 @@ def test_a_joint_without_friction_holds_nothing(capsys: pytest.CaptureFixture[st
     assert "nothing holds pivot, which starts to move" in capsys.readouterr().out
 
 
-def test_what_cannot_be_assembled_is_told_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_scene_is_reported_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "no_such_scene", "--hold"]) == 2
     assert "no_such_scene" in capsys.readouterr().err
 

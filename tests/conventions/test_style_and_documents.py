@@ -44,7 +44,7 @@ def finds_nothing(folder: Path, *words: str) -> None:
 
 
 @pytest.mark.parametrize("check", CHECKS)
-def test_it_finds_nothing(check: str, as_installed: Path) -> None:
+def test_static_checks_find_nothing(check: str, as_installed: Path) -> None:
     finds_nothing(as_installed, *CHECKS[check])
 
 

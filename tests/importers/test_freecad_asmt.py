@@ -186,7 +186,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: Path) -> None:
+def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path) -> None:
     lines, words = REFUSED[what]
     file = written(tmp_path, [part("p", E, {"m": E})], [lines], {"o": E})
     with pytest.raises(SceneError, match=words) as e:

@@ -178,7 +178,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: Path) -> None:
+def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path) -> None:
     text, words = REFUSED[what]
     with pytest.raises(SceneError, match=words) as e:
         read(tmp_path, f'\n<worldbody><body name="b"><joint name="j"/>{BALL}</body></worldbody>\n{text}')

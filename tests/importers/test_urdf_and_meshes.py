@@ -118,7 +118,7 @@ def test_inertia_is_turned_into_the_links_axes(urdf: Path) -> None:
     assert body.center == pytest.approx((0.5, 0, 0))
 
 
-def test_what_cannot_be_represented_is_told_all_at_once(tmp_path: Path) -> None:
+def test_all_unsupported_content_is_reported_at_once(tmp_path: Path) -> None:
     file = tmp_path / "bad.urdf"
     file.write_text("""<robot name="bad"><link name="a"/><link name="b"/><link name="c"/>
       <joint name="one" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>

@@ -147,7 +147,7 @@ def test_a_picture_of_the_mechanism_shows_contacts_and_states_the_scale(slider: 
     save_figure(picture, tmp_path / "m.png")
 
 
-def test_what_acts_along_freedoms_and_between_points_is_drawn() -> None:
+def test_efforts_of_joints_and_springs_between_points_are_drawn() -> None:
     titles = {p.title: {c.label for c in p.curves} for s in sections(simulate("andrews", until=0.002)) for p in s.panels}
     assert titles["Torques along the joints' freedoms"] == {"beta.effort[1]"}
     assert titles["Forces along the joints' freedoms and of springs"] == {"spring.force"}

@@ -63,7 +63,7 @@ def test_a_ball_covers_the_pixels_of_its_circle() -> None:
     assert np.pi * 19.5**2 < covered < np.pi * 21.5**2
 
 
-def test_what_is_hidden_shows_faintly_and_what_is_not_in_full() -> None:
+def test_a_hidden_body_shows_faintly_and_a_visible_body_fully() -> None:
     below, above = Sheet(80, 80), Sheet(80, 80)
     below.solid(BLOCK, BLOCK.vertices * [1, -1, 1] + [40, 40, 0], np.eye(3), BLUE)
     above.solid(Solid.made(sphere(4.0)), Solid.made(sphere(4.0)).vertices * [1, -1, 1] + [40, 40, -20], np.eye(3), RED)

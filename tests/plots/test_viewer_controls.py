@@ -79,7 +79,7 @@ def test_views_along_axes_are_right_handed_and_level(shown: Opened, which: str) 
     assert abs(axes[0] @ shown.ask("run.up")) < 1e-12
 
 
-def test_it_is_turned_by_a_finger_and_zoomed_by_two(chrome: Any, press: Path) -> None:
+def test_one_finger_turns_the_view_and_two_fingers_zoom_it(chrome: Any, press: Path) -> None:
     page = opened(chrome, press, "", PHONE, has_touch=True, is_mobile=True)
     touch = page.page.context.new_cdp_session(page.page)
 

@@ -212,7 +212,7 @@ def test_offered_start_rates_are_taken_only_where_the_scene_leaves_rates_open() 
     assert start(model, {"pa": 2.0, "pb": 6.0, "pc": -4.0})[model.frames.at["w"]][2::3] == pytest.approx([3.0, 1.5, -1.0])
 
 
-def test_what_it_does_not_take_it_says() -> None:
+def test_the_compliant_model_names_the_law_that_it_refuses() -> None:
     with pytest.raises(NotJudged, match="lugre"):
         judged(slider(friction={"law": "lugre", "mu": 0.1, "force": 1.0, "bristle_stiffness": 1e3}))
 

@@ -62,6 +62,6 @@ def test_numbers_that_are_none_are_refused_by_name() -> None:
         apply(massive(1.0), {"bodies.b.mass": math.nan})
 
 
-def test_there_are_all_forty() -> None:
+def test_the_gallery_has_all_forty_rows() -> None:
     assert [r.number for r in ROWS] == list(range(1, 41))
     assert len(list(FOLDER.glob("*.yaml"))) == 40

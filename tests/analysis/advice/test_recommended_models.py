@@ -52,7 +52,7 @@ def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) 
 
 
 @pytest.mark.slow
-def test_what_integration_alone_adds_is_part_of_the_error_and_falls_with_the_error_wanted() -> None:
+def test_the_integration_error_is_part_of_the_error_and_falls_with_the_requested_error() -> None:
     parts = []
     for wanted in (1e-3, 1e-6):
         a = advise(load_scene("spherical_pendulum"), wanted, ("pendulum.position[1]",), **QUICK)  # type: ignore[arg-type]
@@ -79,7 +79,7 @@ def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice
 
 
 @pytest.mark.slow
-def test_what_the_wanted_error_rules_out_is_not_run() -> None:
+def test_a_model_that_the_requested_error_excludes_is_not_run() -> None:
     """Without friction, the model of 8.1 is entirely wrong. Sensitivities show this, so the advice does not run that model."""
     a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)
     assert a.rungs[0].predicted

@@ -137,7 +137,7 @@ def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> No
         ({"level": 95}, "not a probability"),
     ],
 )
-def test_what_cannot_be_meant_is_told(asked: dict[str, Any], said: str) -> None:
+def test_invalid_priors_bounds_noise_and_levels_are_reported(asked: dict[str, Any], said: str) -> None:
     with pytest.raises(trunnion.SceneError, match=said):
         trunnion.fit(GLIDER, [Q, QD], TIME, {X: noisy(1)}, **asked)
 

@@ -37,7 +37,7 @@ def document(said: Said) -> dict[str, Any]:
     return json.loads(said.readouterr().out)
 
 
-def test_it_finds_what_the_function_finds(files: Path, capsys: Said) -> None:
+def test_the_command_finds_the_values_of_the_function(files: Path, capsys: Said) -> None:
     assert main(asked("--data", "a.csv", "--vary", QD, "--vary", f"{Q}=normal(100 mm, 50 mm)", "--noise", "20 mm", "--json")) == 0
     told = document(capsys)
     found = trunnion.fit(GLIDER, [QD, Q], TIME, {X: noisy(1)}, noise=0.02, priors={Q: "normal(0.1, 0.05)"})

@@ -80,7 +80,7 @@ def test_fits_are_the_same_to_the_bit_whenever_they_are_made_again(whole: FitPla
     assert [again.chunk(i, i + 1).to_pylist()[0] for i in (1, 0)] == rows[::-1]
 
 
-def test_what_there_is_of_a_comparison_is_told_before_it_is_over(whole: FitPlan, rows: list[dict[str, Any]]) -> None:
+def test_an_unfinished_comparison_reports_its_finished_candidates(whole: FitPlan, rows: list[dict[str, Any]]) -> None:
     first = combine_rows(whole, rows[:1])
     assert [c["name"] for c in first["compared"]["candidates"]] == ["free"]
     assert first["compared"]["candidates"][0]["weight"] == 1.0
@@ -147,7 +147,7 @@ def test_a_fit_whose_end_is_wanted_ends(whole: FitPlan) -> None:
         FitRunner(whole).chunk(0, 2)
 
 
-def test_what_many_values_tell_apart_takes_no_memory_of_their_square() -> None:
+def test_memory_of_a_slope_spectrum_grows_with_the_number_of_values_not_its_square() -> None:
     slopes = np.column_stack([np.ones(50_000), np.linspace(0.0, 1.0, 50_000)])
     tracemalloc.start()
     try:

@@ -41,7 +41,7 @@ def test_friction_and_radius_of_a_journal_are_named(found: trunnion.Fit) -> None
     assert "fix the value of one parameter" in told
 
 
-def test_what_only_a_prior_says_is_the_priors(found: trunnion.Fit) -> None:
+def test_a_number_that_only_a_prior_determines_has_the_priors_interval(found: trunnion.Fit) -> None:
     """The data contain no information about the radius alone: its interval is that of the log-normal prior."""
     spread = math.sqrt(math.log(1.0 + 0.2**2))
     middle = math.log(0.03) - 0.5 * spread**2
@@ -85,7 +85,7 @@ def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> Non
         np.column_stack([x, y]), z, rcond=None)[0]))  # fmt: skip
 
 
-def test_what_the_noise_hides_is_named_and_its_profiles_decide() -> None:
+def test_numbers_that_noise_makes_inseparable_are_named_until_profiles_decide() -> None:
     """Two slopes differ by a thousandth, and the measurement is no more precise. The numbers are inseparable with this noise, but
     separable with less noise."""
     random = np.random.default_rng(3)

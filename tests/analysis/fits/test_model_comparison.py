@@ -82,7 +82,7 @@ def test_laws_that_do_the_same_are_told_to_be_alike() -> None:
     assert any(n.startswith("the data do not decide") and "regularized" in n for n in told.notes)
 
 
-def test_what_is_wrong_with_candidates_is_told_together() -> None:
+def test_mistakes_in_all_candidates_are_reported_together() -> None:
     candidates = {"colomb": [FORCE], "stribeck": [FORCE], "coulomb": ["joints.rail.nothing"]}
     with pytest.raises(trunnion.SceneError) as told:
         trunnion.compare(SLIDER, candidates, [QD], TIME, {X: TIME})
@@ -149,7 +149,7 @@ def test_a_start_that_has_to_be_found_too_takes_its_share() -> None:
     assert again.deviation[QD] == pytest.approx(alone / math.sqrt(2.0), rel=1e-2)  # the reference prior adds 0.1 %
 
 
-def test_what_is_wrong_with_trials_is_told_together(line: trunnion.Fit) -> None:
+def test_mistakes_in_all_trials_are_reported_together(line: trunnion.Fit) -> None:
     trials = {
         "a": {"joints.rial.start.q": 1.0},
         "b": trunnion.Experiment(outputs="rail.qd[1]"),

@@ -50,7 +50,7 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: floa
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
-def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str) -> None:
+def test_the_impact_is_at_the_contact_of_the_ideal_joint_after_the_reversal(kind: str, pin: str) -> None:
     """Its normal and its angle are those of the ideal joint's contact just after the force has reversed."""
     rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
     axis = "y" if kind == "revolute" else None
@@ -119,7 +119,7 @@ def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind
         assert np.exp(1j * (own[0].angle - r[f"{contact}.angle"][row])) == pytest.approx(1.0, abs=1e-9)
 
 
-def test_it_is_what_a_gap_does_that_is_simulated() -> None:
+def test_time_and_speed_of_an_impact_equal_those_of_a_simulated_gap() -> None:
     """The hub on a rail between two hard stops. The hub rests on one of the stops until the force reverses."""
     stops = sm.EndStops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
     back = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ, phase=np.pi))
@@ -171,7 +171,7 @@ def test_pins_of_a_loop_are_told_too() -> None:
     assert {k.joint for k in found} <= set(trunnion.load_scene(LOOP).joints)
 
 
-def test_what_cannot_be_told_is_said() -> None:
+def test_invalid_clearances_and_missing_columns_are_reported() -> None:
     r = simulate(shaken(), until=0.1, every=1e-3)
     with pytest.raises(SceneError, match="is not a joint of this scene"):
         knocks(r, {"rail": 1e-5})

@@ -146,7 +146,7 @@ def test_friction_does_not_hold_a_pose_in_which_a_frictionless_joint_falls() -> 
     assert found.bands[0].low is None
 
 
-def test_what_falls_has_no_rest() -> None:
+def test_a_falling_body_has_no_pose_of_rest() -> None:
     free = sm.Scene({"b": sm.Body(sphere=0.1, mass=1.0)}, {"j": sm.Joint("free", "ground", "b")}, "falls")
     with pytest.raises(SimulationError, match="no pose of rest"):
         equilibrium(free)

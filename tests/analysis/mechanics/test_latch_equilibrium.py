@@ -41,7 +41,7 @@ def rests(at: float, stiff: float, torque: float = 0.0) -> float:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
-def test_what_comes_down_on_a_hook_rests_and_swings_on_it(seed: int) -> None:
+def test_an_arm_on_its_hook_rests_and_oscillates_there(seed: int) -> None:
     at, stiff, scene = raised(seed)
     q = rests(at, stiff)
     found = modes(scene)

@@ -70,7 +70,7 @@ def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
-def test_what_comes_off_is_somewhere_around_the_pin_and_its_bearing(name: str) -> None:
+def test_wear_around_the_pin_and_its_bearing_sums_to_the_worn_volume(name: str) -> None:
     w = wear(simulate(name, until=0.5), K)
     for c in (c for c in w.contacts if c.angles.size):
         joint = load_scene(name).joints[c.joint].friction
@@ -111,7 +111,7 @@ def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_di
     assert integral(grid, values, [0.71, 0.3, 0.3, 5.0]) == pytest.approx(expected, abs=1e-11)
 
 
-def test_what_has_few_rows_or_none_between_two_events_takes_what_there_is() -> None:
+def test_a_span_with_few_rows_is_integrated_from_the_rows_that_it_has() -> None:
     time, events = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), [1.5, 1.6, 2.5, 3.5, 3.75]
     found = integral(time, np.array([[2.0, 4.0, 7.0, 1.0, 5.0]]), events)[0]
     before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0  # a line through two rows; between 1.5 and 1.6 there are none, so the row before counts

@@ -52,7 +52,7 @@ SCENES = {
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("what", SCENES)
-def test_what_acts_from_outside_has_derivatives_too(what: str) -> None:
+def test_runs_with_external_actions_have_derivatives(what: str) -> None:
     scene, names = SCENES[what]
     outputs = ["lower.end.position[1]", "shoulder.qd[1]", "elbow.reaction.force[1]"]
     assert off(scene, names, outputs, 0.35) < (ACROSS if what == "all at once" else SMOOTH)  # a stop engages during the run

@@ -37,7 +37,7 @@ def test_no_admissible_state_has_a_norm_beyond_what_friction_can_move_it_to() ->
         assert seen > 30
 
 
-def test_what_self_stress_leaves_open_has_no_reach_until_it_is_bounded() -> None:
+def test_forces_that_self_stress_leaves_open_are_unbounded_until_it_is_limited() -> None:
     st = statics(scene_given(scenes.door()))
     s = space(st, tuple(st.pairs()))
     program, sizes, holds = holding_program(s)

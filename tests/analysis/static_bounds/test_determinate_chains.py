@@ -126,7 +126,7 @@ def test_a_load_that_presses_a_pin_without_limit_has_no_largest_possible_amount(
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])
-def test_what_nothing_pushes_holds(kind: str) -> None:
+def test_a_chain_without_load_holds(kind: str) -> None:
     """The pairs carry no load and could not resist any. Earlier, the result was "possible", with shares from inf to -inf."""
     scene = chain(3, kind, gravity=0.0)
     scene = replace(scene, joints={n: replace(j, friction=scene.joints["j0"].friction) for n, j in list(scene.joints.items())[:1]},

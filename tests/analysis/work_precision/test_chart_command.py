@@ -13,7 +13,7 @@ from trunnion.cli import main
 FEW = ["--method", "rk8", "--rtol", "1e-6", "--until", "0.5", "--repeat", "1", "--samples", "10", "--no-fixed", "--no-solvers"]
 
 
-def test_it_writes_four_files_and_says_what_is_fastest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_four_files_and_names_the_fastest_settings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["chart", "simple_pendulum", "-o", str(tmp_path / "c"), *FEW]) == 0
     out = capsys.readouterr().out
     assert {p.name for p in (tmp_path / "c").iterdir()} == {"chart.svg", "chart.png", "chart.html", "chart.csv"}

@@ -114,7 +114,7 @@ WITHOUT_DERIVATIVE = ("events.last.time", "events.count", "audit.constraint", "b
 
 
 @pytest.mark.parametrize("name", WITHOUT_DERIVATIVE)
-def test_what_counts_or_audits_has_no_derivative(name: str) -> None:
+def test_counters_and_audit_columns_have_no_derivative(name: str) -> None:
     scene = load_scene("spherical_pendulum")
     with pytest.raises(SceneError, match=r"has no derivative"):
         check_request(scene, ["joints.ball.friction.mu"], [name], 1.0, None, 1e-9)

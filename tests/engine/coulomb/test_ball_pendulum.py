@@ -30,7 +30,7 @@ def stops(r: Result) -> list[float]:
     return [e.time for e in r.events if e.kind in ("reversal", "stick")]
 
 
-def test_it_stops_eleven_times_when_it_should_and_then_stays() -> None:
+def test_the_pendulum_stops_eleven_times_at_the_known_times_and_then_rests() -> None:
     r = swing()
     assert stops(r) == pytest.approx([t for t, _ in STOPS], abs=1e-6)  # required: 1e-5 s
     assert [e.kind for e in r.events] == ["reversal"] * 10 + ["stick"]
@@ -41,7 +41,7 @@ def test_it_stops_eleven_times_when_it_should_and_then_stays() -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(11))
-def test_it_stops_where_it_should(stop: int) -> None:
+def test_the_pendulum_stops_at_the_known_angles(stop: int) -> None:
     time, angle = STOPS[stop]
     r = run("spherical_pendulum", stops(swing())[stop], 0.0, 1e-9)
     assert pendulum_angle(r)[-1] == pytest.approx(angle, abs=1e-6)  # required: 1e-5 degrees; STOPS is exact to 5e-7

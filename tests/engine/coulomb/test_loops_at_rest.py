@@ -67,7 +67,7 @@ needs."""
 
 
 @pytest.mark.parametrize("extra", [0.3, 0.8])
-def test_what_a_loop_shares_does_not_hang_on_a_pair_that_rests_beside_it(extra: float) -> None:
+def test_load_sharing_in_a_loop_does_not_depend_on_a_resting_pair_beside_the_loop(extra: float) -> None:
     """A light arm on the coupler holds a different share of its capacity than the loop's joints hold of theirs."""
     alone = FOUR_BAR.scene(extra * most("four-bar", 1.0))
     d, reach = FOUR_BAR.link(1), FOUR_BAR.reach()[0]

@@ -61,7 +61,7 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
     derivatives_agree(scene)
 
 
-def test_it_gives_by_the_load_over_its_stiffness() -> None:
+def test_a_bushing_yields_by_load_over_stiffness() -> None:
     """At rest under a force through its point and a torque about one axis, a bushing yields by m g/k along each axis, and by
     asin(T/k) about it."""
     push, twist = (30.0, -40.0, 0.0), 5.0
@@ -131,7 +131,7 @@ def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
     assert r["bush.offset[3]"][-1] == pytest.approx(12.0 / SIX["stiffness"][2], abs=CLOSE)
 
 
-def test_what_it_does_can_be_differentiated() -> None:
+def test_a_bushings_motion_has_derivatives() -> None:
     """x = (m g/k)(1 − cos t √(k/m)) on a rail; its derivative with respect to k."""
     k, rail = SIX["stiffness"][2], sm.Joint("prismatic", "ground", "b", axis="z")
     scene = sm.Scene({"b": sm.Body(mass=MASS, inertia=(1.0, 1.0, 1.0))}, {"rail": rail}, "down",

@@ -33,7 +33,7 @@ def kinds(r: Result) -> list[tuple[str, float]]:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(kernel: str) -> None:
+def test_the_hook_falls_without_force_as_the_body_passes_and_catches_its_return(kernel: str) -> None:
     """The body moves up and down freely, reaches the latch with its first speed, swings half a period on the latch's spring, and
     rises again."""
     r = simulate(thrown(sm.Latch(at=AT, stiffness=STIFF)), until=6.0, rtol=1e-10, kernel=kernel)
@@ -71,7 +71,7 @@ def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(ker
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_it_lets_go_of_what_is_too_heavy(kernel: str) -> None:
+def test_the_hook_releases_under_too_large_a_load(kernel: str) -> None:
     """A pull that grows by 1 N/s releases the hook at 10 N, apart from the oscillation on the hook: 1 N/s over √(k/m)."""
     grows = sm.Signal(ramp=sm.Ramp(0.0, -100.0, duration=100.0))
     scene = thrown(sm.Latch(AT, STIFF, damping=5.0, holds=10.0))

@@ -34,7 +34,7 @@ def times(r: Result, kind: str) -> list[float]:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_it_falls_behind_every_tooth_that_passes_and_catches_at_the_last(kernel: str) -> None:
+def test_the_pawl_falls_behind_every_tooth_that_passes_and_catches_the_last(kernel: str) -> None:
     """The body moves up freely, past a tooth at each pitch. It falls by less than a pitch, onto the last tooth, with the speed of
     this fall."""
     r = simulate(thrown(TEETH), until=2.0, every=1e-3, rtol=1e-10, kernel=kernel)
@@ -92,7 +92,7 @@ def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
     assert r["j.q[1]"][-1] == pytest.approx(AT + (tooth - 1) * PITCH - PULL / STIFF, abs=1e-7)
 
 
-def test_what_rests_on_a_tooth_rests_and_swings_there() -> None:
+def test_a_body_on_a_tooth_rests_and_oscillates_there() -> None:
     """An analysis of rest that restarts from this state has the same tooth. A start behind several teeth is behind the last of
     them."""
     scene = thrown(replace(TEETH, damping=1.0))

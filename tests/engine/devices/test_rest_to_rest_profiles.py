@@ -62,7 +62,7 @@ def test_a_way_is_that_of_its_profile(profile: str, kind: str, kernel: str) -> N
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-def test_what_the_drive_gives_is_what_friction_takes(profile: str) -> None:
+def test_the_drives_work_equals_the_work_of_friction(profile: str) -> None:
     """The motion is level and goes from rest to rest, so that the drive's work is that of friction, whose torque is given."""
     r = moved(profile)
     assert r["energy.dissipated"][-1] == pytest.approx(0.5 * abs(WAY), rel=1e-6)

@@ -276,7 +276,7 @@ def test_both_kernels_and_their_derivatives_agree_about_every_signal() -> None:
     ("effort", {"expression": "F*sin(1 rad/s*t)"}, 'no parameter "F"', "parameters"),
     ("effort", {"expression": "1 N*(t/1 s"}, "cannot read", ""),
 ])  # fmt: skip
-def test_what_the_step_control_or_a_drive_cannot_follow_is_refused_by_name(place: str, keys: dict, said: str, remedy: str) -> None:
+def test_a_signal_that_steps_or_drives_cannot_follow_is_refused_by_name(place: str, keys: dict, said: str, remedy: str) -> None:
     data = scene(0.0, 1.0)
     slide = data["joints"]["slide"]
     del slide["effort"]

@@ -165,7 +165,7 @@ def test_a_run_follows_twenty_thousand_samples() -> None:
     [({"interpolation": "linear"}, "rate would jump"), ({"end_rates": [0, 0]}, "clamped"), ({"interpolation": "cubic"}, "natural"),
      ({"interpolation": "clamped", "end_rates": ["1 m/s", 0]}, "angular velocity")],
 )  # fmt: skip
-def test_what_a_drive_cannot_follow_is_refused(fields: dict, said: str) -> None:
+def test_a_table_that_a_drive_cannot_follow_is_refused(fields: dict, said: str) -> None:
     with pytest.raises(trunnion.SceneError, match=said):
         driven({"table": table(**fields)})
 

@@ -142,7 +142,7 @@ def test_stiff_steps_follow_it_too() -> None:
     assert runs[1] == pytest.approx(runs[0], abs=1e-8)
 
 
-def test_what_it_does_is_known_to_derivatives() -> None:
+def test_linearizations_and_sensitivities_include_brakes_and_variable_friction() -> None:
     """Derivative of a sliding block's acceleration with respect to its brake: dv̇/du = −1/m. Derivative of a run with respect to
     the amplitude of its wave: dv/da = −g ∫ sin."""
     scene = braked(sm.FromInput("pedal"), 0.5 * PULL)

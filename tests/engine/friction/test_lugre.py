@@ -99,7 +99,7 @@ def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> No
 
 
 @pytest.mark.parametrize("amplitude", [1e-4, 1e-3])
-def test_what_friction_gives_back_is_no_more_than_the_bristles_hold(amplitude: float) -> None:
+def test_friction_returns_no_more_energy_than_the_bristles_store(amplitude: float) -> None:
     """At a constant normal force, work + N σ0 z²/2 never rises. The work itself rises while the bristles relax."""
     r = prescribed(amplitude)
     kept = r["guide.friction.work"] + WEIGHT * 1e3 * r["guide.friction.bristle[1]"] ** 2 / 2

@@ -120,7 +120,7 @@ def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(meth
                 replace(method, **{what: wrong}).check()
 
 
-def test_there_are_as_many_trees_as_the_books_say() -> None:
+def test_the_numbers_of_trees_are_those_of_the_textbooks() -> None:
     assert [len(trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
     # A term times 7! is the number of increasing labellings of its tree; of all trees there are 6!.
     assert sum(1 / (density(t) * symmetry(t)) for t in trees(7)) == pytest.approx(1 / 7, rel=1e-14)
@@ -274,7 +274,7 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])
-def test_what_a_stiff_damper_takes_is_found_at_a_loose_tolerance(method: str) -> None:
+def test_the_work_of_a_stiff_damper_is_precise_at_a_loose_tolerance(method: str) -> None:
     """The damper takes 0.003 J out of 169 J. The run measures this work by itself, not as a difference of the total energy."""
     taken = [simulate("governor", until=10.0, rtol=r, method=method)["energy.dissipated"][-1] for r in (1e-5, 1e-9)]
     assert taken[0] == pytest.approx(taken[1], rel=0.05)

@@ -229,7 +229,7 @@ def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> Non
 
 
 @pytest.mark.parametrize(("name", "until"), [("andrews", 0.002), ("cart_pole", 0.5)])
-def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float) -> None:
+def test_the_fast_acceleration_of_a_light_body_is_no_impact(name: str, until: float) -> None:
     """The engine shortens every step that changes a speed by more than the tolerance, however short the step is."""
     r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
@@ -256,7 +256,7 @@ def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rto
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
-def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
+def test_a_joint_of_a_loop_stops_once(rtol: float) -> None:
     """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 the search found no modes, and
     the next decision was compared with the modes that it tried last."""
     scene = worlds("loop_at_rest")["as it is"].scene

@@ -65,7 +65,7 @@ def test_random_balls_on_swings_stay_in_their_planes(seed: int) -> None:
         pytest.param("ratchets_in_loops", 1006, 0.45, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
-def test_what_slides_on_is_no_jam(family: str, seed: int, until: float) -> None:
+def test_joints_that_slide_on_are_no_jam(family: str, seed: int, until: float) -> None:
     """Earlier, cut joints slid backwards where a drive begins, releases and stops counted as impacts, and rates reversed while
     modes did not."""
     rtol = 1e-6 if family == "grippers" else 1e-4

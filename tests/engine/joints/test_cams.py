@@ -129,7 +129,7 @@ def test_a_follower_keeps_to_the_curve_and_presses_as_its_motion_asks(what: str,
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("what", "guide", "seed"), CASES)
-def test_what_slides_on_a_cam_is_dragged_along_by_its_friction(what: str, guide: str, seed: int) -> None:
+def test_a_follower_that_slides_on_a_cam_is_dragged_by_friction(what: str, guide: str, seed: int) -> None:
     mu = 0.15
     cam, scene = made(what, guide, seed, mu)
     r = simulate(scene, rtol=1e-10)

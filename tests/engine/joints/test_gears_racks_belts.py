@@ -71,7 +71,7 @@ def test_teeth_push_along_their_way_where_they_touch(seed: int) -> None:
 
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_what_flies_keeps_its_momentum_and_energy(seed: int) -> None:
+def test_a_flying_gear_unit_keeps_its_momentum_and_energy(seed: int) -> None:
     f = flying(seed)
     r = simulate(f.scene, rtol=1e-10)
     total = sum(m for m, _, _ in f.inertia.values())

@@ -142,7 +142,7 @@ def test_derivatives_follow_rotors() -> None:
     assert found.d("axle.q[1]", "joints.axle.rotor_inertia")[-1] == pytest.approx(expected, rel=1e-6)
 
 
-def test_what_cannot_be_is_told() -> None:
+def test_an_impossible_rotor_inertia_is_reported() -> None:
     """A loop of rotors alone cannot be cut; turns of a ball have one inertia; a negative inertia is refused."""
     scene = {
         "schema": 1, "bodies": {n: {"mass": 1, "inertia": [1, 1, 1]} for n in ("a", "b")},

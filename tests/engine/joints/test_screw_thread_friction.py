@@ -62,7 +62,7 @@ def test_a_screw_at_rest_holds_between_the_torques_that_raise_and_that_lower(pit
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("pitch", [0.002, 0.03])
-def test_it_speeds_up_by_its_closed_form(pitch: float, sense: int, kernel: str) -> None:
+def test_a_screw_with_friction_accelerates_by_its_closed_form(pitch: float, sense: int, kernel: str) -> None:
     """T − m (g + q̈ p/2π) r tan(λ ± φ) = J q̈, to 1e-9."""
     given = torque(pitch, sense) + sense * 0.5
     arm = torque(pitch, sense) / LOAD
@@ -73,7 +73,7 @@ def test_it_speeds_up_by_its_closed_form(pitch: float, sense: int, kernel: str) 
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_it_locks_itself_where_the_lead_is_flatter_than_friction_over_the_flank(side: int) -> None:
+def test_a_screw_is_self_locking_where_its_lead_is_flatter_than_friction_over_the_flank(side: int) -> None:
     """tan λ compared with μ/cos β, at 1e-6 on both sides."""
     pitch = 0.01
     edge = lead(pitch) * math.cos(FLANK)

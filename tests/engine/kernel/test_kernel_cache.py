@@ -71,7 +71,7 @@ def test_an_entry_is_made_once(home: Path) -> None:
     assert (first[0] / "x").read_text() == "1"
 
 
-def test_what_fails_half_way_leaves_nothing(home: Path) -> None:
+def test_a_failed_build_leaves_nothing_in_the_cache(home: Path) -> None:
     def make(folder: Path) -> None:
         (folder / "x").write_text("half")
         raise OSError("disk full")

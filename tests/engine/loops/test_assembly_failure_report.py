@@ -41,7 +41,7 @@ def test_a_pivot_out_of_reach_is_told_with_the_distance_that_is_left() -> None:
     assert "driven" not in outcome.advice
 
 
-def test_what_a_drive_keeps_open_is_told_with_the_drive() -> None:
+def test_the_report_of_an_open_loop_names_the_drive_that_keeps_it_open() -> None:
     drive = {"drive": {"constant": {"rate": 1, "start": "180 deg"}}}
     outcome = simulate(linkage(0.25, base=drive), until=0.01).outcome
     assert outcome.name == "open_loop"

@@ -67,7 +67,7 @@ def free_crank(**starts: sm.Start | None) -> Scene:
     return started(load_scene("crank_slider_free"), **{**none, **starts})
 
 
-def test_what_is_left_open_is_assembled_and_what_is_given_stays() -> None:
+def test_assembly_finds_coordinates_that_are_not_given_and_keeps_given_ones() -> None:
     r = simulate(free_crank(crank_pivot=sm.Start(q=0.7, qd=3.0)), until=1e-3, every=1e-3)
     closed = slider_crank(0.7, 3.0)
     assert r["crank_pivot.q[1]"][0] == 0.7

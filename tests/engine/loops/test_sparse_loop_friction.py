@@ -245,7 +245,7 @@ def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
         assert found == pytest.approx(force, rel=4e-11)
 
 
-def test_what_an_evaluation_is_made_of_grows_as_the_number_of_loops() -> None:
+def test_programs_with_friction_grow_as_the_number_of_loops() -> None:
     sizes = []
     for n in (16, 32):
         built = build(rubbing(n_four_bar(n)))

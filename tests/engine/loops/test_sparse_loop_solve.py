@@ -159,7 +159,7 @@ def test_rows_far_from_the_origin_are_not_corrected_for_round_off() -> None:
     assert r["audit.constraint"].max() <= 4e-13
 
 
-def test_what_a_scene_of_loops_is_made_of_grows_as_their_number() -> None:
+def test_programs_and_factor_grow_as_the_number_of_loops() -> None:
     """The test counts calls in an evaluation and entries of the factor. Earlier, S was written out entry by entry, and the number
     grew with the square."""
     sizes = []

@@ -135,7 +135,7 @@ def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
-def test_so_it_is_where_points_are_kept_on_lines_and_planes(seed: int) -> None:
+def test_joints_that_keep_points_on_lines_and_planes_equal_the_dense_reference(seed: int) -> None:
     compared(random_tree(f"points{seed}", t=TIME, types=(*LATER, "revolute")))
 
 

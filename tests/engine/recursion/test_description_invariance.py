@@ -142,7 +142,7 @@ def test_other_units_are_other_parameters_of_the_same_structure() -> None:
 
 
 @pytest.mark.parametrize("fast", ["prismatic", "revolute"])
-def test_what_tolerances_are_relative_to_is_in_the_units_of_the_scene(fast: str) -> None:
+def test_scales_of_tolerances_follow_the_units_of_the_scene(fast: str) -> None:
     """A start rate of a travel or an angle that is so large that it determines the scale of rates."""
     case = random_tree(1, 2, types=(fast,), friction=0.0, devices=0.0, drives=0.0)
     scene = replace(case.scene, joints={n: _started(j, case.q[n], 1e3 * case.qd[n]) for n, j in case.scene.joints.items()})

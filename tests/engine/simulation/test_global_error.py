@@ -247,7 +247,7 @@ def test_an_accuracy_that_cannot_be_met_is_named() -> None:
         ({"certify": True, "every": 0}, ["every"]),
     ],
 )
-def test_what_cannot_be_certified_is_refused_with_all_reasons(given: dict, told: list[str]) -> None:
+def test_settings_that_prevent_certification_are_refused_with_all_reasons(given: dict, told: list[str]) -> None:
     with pytest.raises(SceneError) as e:
         simulate("spherical_pendulum", **given)
     assert [p.where for p in e.value.problems] == told

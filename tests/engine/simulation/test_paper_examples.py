@@ -147,7 +147,7 @@ def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
 
 
 @pytest.mark.parametrize("half_length", [0.16, 0.17])
-def test_so_does_any_guide_below_the_threshold(half_length: float) -> None:
+def test_a_guide_shorter_than_the_threshold_jams_too(half_length: float) -> None:
     r = simulate("double_pendulum", until=0.01, overrides=PAPER | {"joints.guide.friction.half_length": half_length})
     assert r.outcome.name == "no_solution"
 

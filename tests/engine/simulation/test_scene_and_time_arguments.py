@@ -63,7 +63,7 @@ def test_an_fmu_takes_a_scene_in_every_form_and_times_with_units(forms: list, tm
 
 
 @pytest.mark.parametrize("scene", [3, None, ["simple_pendulum"], b"simple_pendulum", {"bodies": 3}, Path("no.yaml")])
-def test_what_is_no_scene_is_a_problem(scene: object, tmp_path: Path) -> None:
+def test_an_argument_that_is_not_a_scene_is_a_problem(scene: object, tmp_path: Path) -> None:
     for ask in (
         lambda: trunnion.simulate(scene),
         lambda: trunnion.sweep(scene, vary={"gravity[2]": [1]}),

@@ -124,7 +124,7 @@ def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, flo
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), ("rosenbrock", 1e-6)])
-def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tuple[str, float]) -> None:
+def test_loop_closure_gives_a_resting_joint_no_speed(setting: tuple[str, float]) -> None:
     """The light cross of loop 247 rests from 0.24 to 0.97 of the time, while all other bodies move fast. Loop closure after a step
     moved light bodies, and stopping the cross opened the loop again. The cross moved at up to 0.03 rad/s for half of that time."""
     case = rubbing("loop", 247)

@@ -111,7 +111,7 @@ def test_errors_follow_inputs_that_the_host_changes() -> None:
 
 
 @pytest.mark.parametrize("how", [{"flavour": "python"}, {"kind": "me"}])
-def test_what_tells_no_errors_is_refused_by_name(tmp_path: Path, how: dict) -> None:
+def test_kinds_of_fmu_that_cannot_report_errors_are_refused(tmp_path: Path, how: dict) -> None:
     with pytest.raises(SceneError, match="only native FMUs for co-simulation can report errors"):
         export("spherical_pendulum", tmp_path / "x.fmu", certify=True, **how)
 

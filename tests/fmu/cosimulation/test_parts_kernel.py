@@ -32,7 +32,7 @@ def of_parts(model: str, flavour: str = "native") -> Path:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", MODELS)
-def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
+def test_an_fmu_of_parts_equals_the_engines_run_to_the_last_bit(model: str) -> None:
     expected = engine_run(model, UNTIL, kernel="parts")
     names = [n for n in expected if n != "time"]
     for flavour in ("native", "python"):

@@ -138,7 +138,7 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
     assert b"fmi2DoStep" in made
 
 
-def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_parallel_compilation_covers_all_units_but_the_model_tables(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """``prepare`` compiles the units of a model side by side. ``library`` then compiles only the tables of the model."""
     compiled: list[str] = []
     run = c_compiler.run

@@ -87,7 +87,7 @@ def test_events_audit_and_structural_zeros_depend_on_no_input() -> None:
     assert said == {"shaft.qdd[1]", *efforts}
 
 
-def test_there_is_no_algebraic_loop_where_none_is() -> None:
+def test_declared_dependencies_of_motor_and_crank_form_no_algebraic_loop() -> None:
     """A motor whose angle the crank follows; the torque of the crank's drive acts on the motor. There is no algebraic loop, neither
     at the start nor at communication points."""
     links = {"angle": "shaft.q[1]", "load": motor_and_crank.LOAD}

@@ -86,7 +86,7 @@ def _renamed() -> Path:
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("what", OUT_OF_PLACE)
-def test_what_is_out_of_place_is_an_error_with_words_and_not_more(what: str) -> None:
+def test_an_invalid_call_returns_an_error_with_a_message(what: str) -> None:
     host = Host3(exported("arm", fmi=3))
     with pytest.raises(Exception, match=r"status 3|Failed to instantiate"):
         OUT_OF_PLACE[what](host)

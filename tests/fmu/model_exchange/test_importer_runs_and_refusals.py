@@ -198,7 +198,7 @@ def test_a_jam_is_an_error_in_the_words_of_the_engine() -> None:
     assert "jammed in joint guide" in its
 
 
-def test_what_is_for_one_use_refuses_the_other() -> None:
+def test_a_model_exchange_fmu_refuses_co_simulation_and_calls_out_of_their_mode() -> None:
     host = Importer(exchange("double_pendulum"))
     slave = FMU2Slave(guid=host.md.guid, unzipDirectory=host.folder, instanceName="i", modelIdentifier="double_pendulum")
     with contextlib.suppress(Exception):
@@ -228,7 +228,7 @@ def test_states_can_be_read_in_co_simulation_where_an_fmu_is_for_both() -> None:
         (arm, {"kind": "model"}, {"--type"}),
     ],
 )  # fmt: skip
-def test_what_is_not_a_function_of_time_and_state_is_refused_with_remedies(scene: Any, how: dict, places: set[str]) -> None:
+def test_options_that_model_exchange_cannot_follow_are_refused_with_remedies(scene: Any, how: dict, places: set[str]) -> None:
     with pytest.raises(SceneError) as refused:
         export(scene(), FOLDER / "never.fmu", **{"kind": "me", **how})
     assert {p.where for p in refused.value.problems} == places

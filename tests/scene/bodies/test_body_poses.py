@@ -159,7 +159,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_placed_is_told_at_its_place(case: str) -> None:
+def test_a_body_that_cannot_be_placed_is_reported_at_its_key(case: str) -> None:
     changes, where, says = WRONG[case]
     data = linkage()
     for path, value in changes.items():

@@ -142,7 +142,7 @@ DEEP = {"groups": lambda: nested(100_001), "lists": lambda: nested(100_000), "a 
 
 
 @pytest.mark.parametrize("kind", DEEP)
-def test_what_is_nested_without_end_is_a_problem(kind):
+def test_endless_nesting_is_a_problem(kind):
     deep = DEEP[kind]()
     for data in (deep, {"bodies": deep}, {**VALID, "extra": deep}):
         if isinstance(data, dict):

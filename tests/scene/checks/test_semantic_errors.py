@@ -50,7 +50,7 @@ LIMITS = {
 
 
 @pytest.mark.parametrize("case", LIMITS)
-def test_what_is_only_unusual_is_accepted(case):
+def test_an_unusual_scene_is_accepted(case):
     assert problems_of(edited(LIMITS[case])) == []
 
 

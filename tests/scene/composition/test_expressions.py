@@ -129,7 +129,7 @@ PLAIN = ["a/1 m", "a*pin/1 m^2", "sin(lift)", "sin(0.3)", "lift/1 rad", "cos(a/p
 
 
 @pytest.mark.parametrize("expression", PLAIN)
-def test_what_comes_out_as_a_plain_number_is_one(expression: str) -> None:
+def test_an_expression_without_a_unit_is_a_plain_number(expression: str) -> None:
     assert problems_in(TEXT.replace('mu: "{mu}"', f'mu: "{{abs({expression})}}"')) == []
 
 

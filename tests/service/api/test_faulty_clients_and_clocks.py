@@ -150,7 +150,7 @@ def test_the_page_is_framed_by_nobody_and_the_rest_by_the_page_only(server: InPr
     assert other.headers["content-security-policy"] == "frame-ancestors 'self'"
 
 
-def test_what_cannot_be_done_says_what_can_and_head_is_answered(server: InProcess) -> None:
+def test_a_refused_method_names_the_allowed_ones_and_head_is_answered(server: InProcess) -> None:
     answer = server.client.put("/v1/jobs")
     assert (answer.status_code, answer.headers["allow"]) == (405, "GET, HEAD, POST")
     for path in ("/", "/v1/models", "/healthz", "/readyz", "/openapi.json", "/v1/jobs"):

@@ -105,7 +105,7 @@ def test_who_did_what_is_known_to_administrators(guarded: tuple[InProcess, dict[
     assert s.get("/v1/audit", **with_key(keys["mine"])).status_code == 403
 
 
-def test_what_is_too_old_goes_and_what_was_left_behind_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_expired_jobs_and_leftover_parts_are_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store, parts = WorkStore(f"sqlite:///{tmp_path / 'store.db'}"), Parts(str(tmp_path / "parts"))
     store.upgrade()
     jobs = [taken(store), taken(store), submitted(store)]

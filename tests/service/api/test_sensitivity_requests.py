@@ -35,7 +35,7 @@ def problems(answer: Any) -> list[str]:
     return [p["where"] for p in answer.json()["problems"]]
 
 
-def test_it_gives_the_numbers_of_the_engine_to_the_last_bit(server: InProcess) -> None:
+def test_a_request_returns_the_engines_numbers_to_the_last_bit(server: InProcess) -> None:
     answer = server.post("/v1/sensitivities", ASKED)
     assert answer.status_code == 200, answer.text
     s, got = trunnion.sensitivity(**ASKED), answer.json()
@@ -119,7 +119,7 @@ def test_a_run_that_ends_early_says_why(server: InProcess) -> None:
     assert "the run ends early" in answer.text or "cannot start" in answer.text
 
 
-def test_what_takes_longer_than_its_budget_is_ended_and_its_worker_free(server: InProcess) -> None:
+def test_a_request_beyond_its_budget_is_ended_and_frees_its_worker(server: InProcess) -> None:
     server.post("/v1/sensitivities", ASKED)
     answer = server.post("/v1/sensitivities", LONG | {"budget": 0.5})
     assert answer.status_code == 422

@@ -93,7 +93,7 @@ def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypat
     assert "the job continues: trunnion jobs watch " in err
 
 
-def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(
+def test_mistakes_are_reported_with_the_exit_codes_of_the_command_line(
     told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code, _, err = told("submit", "spherical_pendulum", "--vary", "joints.ball.friction.nu=1", "--reduce", "max:nothing")

@@ -111,7 +111,7 @@ def test_a_budget_of_time_ends_a_build(parts: Parts, monkeypatch: pytest.MonkeyP
     assert left(library_cache.cache_folder()) == []
 
 
-def test_what_one_job_has_given_up_another_builds(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_job_builds_a_kernel_whose_build_another_job_has_cancelled(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
     """The other job runs in the same worker, with the same kernel."""
     monkeypatch.setenv("TRUNNION_QUICK_BUILD", "1")
     parts.write(parts.marker("a"), b"")

@@ -45,7 +45,7 @@ def test_a_small_job_is_cut_as_before_for_few_workers_and_into_no_more_than_pays
     assert pieces < 4 * math.sqrt(100_000 * CASE / PIECE), "P pieces end after P·cost + work/P"
 
 
-def test_what_commits_and_pieces_cost_is_learnt_and_no_outage_counts_as_that() -> None:
+def test_the_cost_of_commits_and_pieces_is_learnt_and_an_outage_does_not_count() -> None:
     dispatch_cost, fixed, each = DispatchCost(), 0.01, 0.0004
     dispatch_cost.record(1, fixed + each)
     assert dispatch_cost.cost(1) == pytest.approx(2 * (fixed + each))

@@ -155,7 +155,7 @@ def test_pieces_that_no_cluster_takes_wait_and_are_handed_out_when_it_is_back(di
     assert {c.attempts for c in store.running(job.id)} == {1}, "no attempt counts that was none"
 
 
-def test_what_came_back_while_the_database_was_away_is_recorded_when_it_is_there(
+def test_results_that_arrive_during_a_database_outage_are_recorded_after_it(
     dispatcher: Dispatcher, store: Counted, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cluster: Any = dispatcher.cluster

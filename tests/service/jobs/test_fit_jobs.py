@@ -78,7 +78,7 @@ def test_the_answer_is_what_the_document_of_the_interface_says(job: Job, served:
     assert StudyAnswer.model_validate(told).model_dump(exclude_unset=True) == told
 
 
-def test_what_was_asked_can_be_asked_again(there: Connection, job: Job) -> None:
+def test_a_repeated_fit_request_has_the_same_answer(there: Connection, job: Job) -> None:
     again = there.submit(**{n: v for n, v in job.request.items() if n != "scene"}, scene=job.request["scene"])
     assert again.wait(timeout=PATIENCE).answer == job.answer
     keyed = [there.fit(GLIDER, QD, TIME, {X: noisy(1)}, idempotency_key="one fit").id for _ in range(2)]
@@ -134,7 +134,7 @@ def test_every_mistake_is_told_at_once_with_its_place(served: Served) -> None:
         ({}, Limits(output_bytes=500), "fit.runs"),
     ],
 )  # fmt: skip
-def test_what_is_more_than_a_server_allows_is_refused(more: dict[str, Any], limits: Limits, where: str) -> None:
+def test_a_fit_beyond_the_servers_limits_is_refused(more: dict[str, Any], limits: Limits, where: str) -> None:
     with pytest.raises(SceneError) as e:
         stored_fields(validate_request(JobRequest, {"scene": GLIDER, "fit": ONE | more}), limits)
     assert where in [p.where for p in e.value.problems]
@@ -146,7 +146,7 @@ def test_the_document_that_is_kept_means_the_same_for_ever() -> None:
     assert (plan.request.rtol, plan.cases.count, kept["cases"]) == (1e-7, 1, 1)  # type: ignore[attr-defined]
 
 
-def test_what_has_no_meaning_for_a_fit_is_refused(job: Job, served: Served) -> None:
+def test_operations_without_meaning_for_a_fit_are_refused(job: Job, served: Served) -> None:
     for what in (lambda: job.rerun(["done"]), lambda: job.extend({QD: [0.1]})):
         with pytest.raises(SceneError, match="is a fit"):
             what()

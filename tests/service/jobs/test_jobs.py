@@ -48,7 +48,7 @@ def test_the_same_idempotency_key_makes_no_second_job(server: InProcess, small: 
     assert other.headers["content-type"] == "application/problem+json"
 
 
-def test_what_was_submitted_can_be_had_and_sent_again(server: InProcess, small: str) -> None:
+def test_a_jobs_request_can_be_read_and_submitted_again(server: InProcess, small: str) -> None:
     asked = server.get(f"/v1/jobs/{small}/request").json()
     assert (asked["vary"], asked["until"]) == (SMALL["vary"], SMALL["until"])
     again = server.submit(asked)
@@ -195,7 +195,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_told_as_a_problem_document(server: InProcess, name: str) -> None:
+def test_mistakes_in_a_request_are_reported_as_a_problem_document(server: InProcess, name: str) -> None:
     body, where = WRONG[name]
     answer = server.post("/v1/jobs", body)
     assert answer.status_code == 422

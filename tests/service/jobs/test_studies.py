@@ -84,7 +84,7 @@ def test_single_cases_of_a_study_are_run_again_with_their_own_numbers(best: Job)
     assert best.trajectory(17, "guide.q[1]")["guide.q[1]"].to_pylist() == run["guide.q[1]"].tolist()
 
 
-def test_what_cannot_be_asked_of_a_study_is_refused(there: Connection, served: Served, best: Job) -> None:
+def test_requests_that_a_study_cannot_fulfil_are_refused(there: Connection, served: Served, best: Job) -> None:
     with pytest.raises(SceneError, match="depend on each other"):
         best.rerun(["done"])
     with pytest.raises(SceneError, match="depend on each other"):

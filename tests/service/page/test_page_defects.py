@@ -18,7 +18,7 @@ DATA = "document.getElementById('{}').data"
 
 
 @pytest.mark.slow
-def test_what_is_drawn_takes_the_other_colours_when_it_gets_dark(page: Any, three: Job) -> None:
+def test_drawings_change_to_the_dark_colours_with_the_page(page: Any, three: Job) -> None:
     show(page, f"/jobs/{three.id}")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
     first = "getComputedStyle(document.documentElement).getPropertyValue('--c0').trim()"

@@ -120,7 +120,7 @@ def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanis
 
 
 @pytest.mark.slow  # two minutes
-def test_what_the_page_proposes_for_each_bundled_model_finishes(page: Any, served: Served) -> None:
+def test_the_proposed_job_of_each_bundled_model_finishes(page: Any, served: Served) -> None:
     def checked() -> None:
         page.wait_for_timeout(700)
         page.wait_for_selector("#jobverdict.good")

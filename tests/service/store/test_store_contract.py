@@ -50,7 +50,7 @@ def taken(s: WorkStore, cases: int = 100, server: str = ME) -> Job:
     return job
 
 
-def test_what_is_submitted_is_kept_with_its_event(store: WorkStore) -> None:
+def test_a_submitted_job_is_stored_with_its_event(store: WorkStore) -> None:
     job = submitted(store, label="ünïcode ☃")
     again = store.job(job.id)
     assert again == job
