@@ -117,7 +117,7 @@ def test_bounded_steps_differ_and_rows_between_them_are_refused_case_by_case() -
     """Without this test, the claim above would also hold if all cases ignored their settings."""
     free = plan(scene("spherical_pendulum"), {MU: [0.2]}, keep=["final:ball.qd[2]"], run=Run(1.0, 0.02, 1e-4))
     steps = [r["steps"] for r in Runner(made("bounded steps")).chunk(0, 4).to_pylist()]
-    assert min(steps[::2]) >= 1000  # an event divides one
+    assert min(steps[::2]) >= 1000  # an event divides one of the steps
     assert 1000 > min(steps[1::2]) >= 500 > Runner(free).chunk(0, 1).to_pylist()[0]["steps"]
     spacings = [0.02 * k for k in range(1, 51)] + [0.0205]
     p = plan(scene("bounded"), {"simulation.every": spacings}, keep=["final:ball.qd[2]"], run=Run(0.1))

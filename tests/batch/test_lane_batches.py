@@ -96,8 +96,9 @@ def test_neighbours_change_no_bit(which: str) -> None:
 
 
 @pytest.mark.parametrize("which", SWEPT)
-def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> None:
-    """No step is refused and repeated, neither in lanes nor of cases that are stepped alone."""
+def test_the_check_of_solutions_refuses_no_step_of_the_lanes(which: str) -> None:
+    """The check reads data that the lanes leave behind. It refuses no step, neither of cases in lanes nor of cases that are stepped
+    alone."""
     r = runner(which, "lanes")
     r.chunk(0, 8)
     assert r.loops[0].together is not None

@@ -59,7 +59,7 @@ def test_the_integration_error_is_part_of_the_error_and_falls_with_the_requested
         assert a.chosen is not None
         setting = a.chosen.setting
         assert setting is not None
-        assert 0.0 < setting.integration < 2.0 * wanted  # stated with a factor of safety
+        assert 0.0 < setting.integration < 2.0 * wanted  # the stated error includes a factor of safety
         parts.append(setting.integration)
     assert parts[1] < 0.1 * parts[0]
 
@@ -75,7 +75,7 @@ def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) 
 def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice) -> None:
     own = [r for r in torque.rungs if r.joints and not r.flat]
     assert [r.form for r in own] == friction_forms(load_scene("crank_slider"))
-    assert own[-1].model_error < 1e-12  # the scene itself
+    assert own[-1].model_error < 1e-12  # the last rung is the scene itself
 
 
 @pytest.mark.slow
@@ -128,7 +128,7 @@ def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pyt
     full = trunnion.simulate("crank_slider", 0.65, 0.013, rtol=1e-10)
     name = "crank_pivot.drive.effort[1]"
     off = np.sqrt(((mine[name] - full[name]) ** 2).mean()) / np.abs(full[name]).max()
-    assert off < 2e-4  # at other sample times than in the advice
+    assert off < 2e-4  # this run has other sample times than the advice
 
 
 def test_planar_mechanisms_are_found_and_spatial_ones_are_not() -> None:
@@ -166,5 +166,5 @@ def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     model = document["rungs"][document["chosen"]]["model"]
-    assert model.startswith("all joints ideal")  # possibly with planar joints, if they are faster
+    assert model.startswith("all joints ideal")  # the advice may choose planar joints if they are faster
     assert document["scene"]["name"] == "crank_slider"

@@ -1,5 +1,5 @@
-"""A complete request for a fit, as in a batch. It gives the results of the functions, to the bit, for any division into pieces. It
-reports all mistakes at once."""
+"""A fit requested as one document, as in a batch, has the results of the functions to the bit, for any division into pieces. All
+mistakes in the document are reported at once."""
 
 from __future__ import annotations
 

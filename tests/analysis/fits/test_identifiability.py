@@ -65,7 +65,7 @@ def test_without_a_prior_both_are_open() -> None:
     assert np.isnan(found.correlation[0, 1])
     i = found.intervals[force]
     assert (i.low, i.low_end, i.high, i.high_end) == (pytest.approx(1.5), "bound", pytest.approx(2.5), "bound")
-    other = found.intervals[mu]  # limited by the bounds of the first
+    other = found.intervals[mu]  # the bounds of the force limit the interval of μ
     product = found.values[force] * found.values[mu]
     assert (other.low, other.high) == pytest.approx((product / 2.5, product / 1.5), rel=0.05)
 

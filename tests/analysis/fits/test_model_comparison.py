@@ -102,7 +102,7 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunni
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
     """Slopes of smooth but stiff laws are differences; across the stop of the block they are right up to the square of the step."""
     scene = trunnion.scene.overrides.scene_given(SLIDER, None)
-    time = np.linspace(0.0, 1.0, 12)  # no time at the stop itself, where the second derivative is one-sided
+    time = np.linspace(0.0, 1.0, 12)  # without the time of the stop itself, where the second derivative is one-sided
     curves = ModelCurves(scene, [FORCE, QD], (), [trunnion.MeasuredRun(time, {X: time}, name="run")], 1e-10)
     at = np.array([2.0, 1.0])
     for found in (curves._differences(at), curves.slopes(at)):
@@ -140,8 +140,7 @@ def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit
 
 
 def test_a_start_that_has_to_be_found_too_takes_its_share() -> None:
-    """When each run has a start of its own, a further run gives only the information about the speed that remains when its start is
-    known."""
+    """The start of each run is unknown. A further run therefore adds less information about the speed than with a known start."""
     found = trunnion.fit(GLIDER, [QD], runs=[trunnion.MeasuredRun(TIME, {X: noisy(1)}, noise=0.02)], own=[Q], intervals=False)
     (again,) = trunnion.propose(found, {"again": {}})
     alone = 0.02 / math.sqrt(np.sum((TIME - TIME.mean()) ** 2))

@@ -51,7 +51,7 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: floa
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
 def test_the_impact_is_at_the_contact_of_the_ideal_joint_after_the_reversal(kind: str, pin: str) -> None:
-    """Its normal and its angle are those of the ideal joint's contact just after the force has reversed."""
+    """Normal and angle of the impact are those of the ideal joint's contact just after the force has reversed."""
     rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
     axis = "y" if kind == "revolute" else None
     joint = sm.Joint(kind, "ground", "hub", axis=axis, pin=pin, friction=rub)
@@ -75,7 +75,8 @@ def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]
     center, start = (0.0, 0.0, 0.0), None
     if kind == "prismatic":
         rub = sm.Friction(mu=0.05, half_width=0.01, half_height=0.015, half_length=0.02)
-        push[0], center = 0.0, (0.0, *(float(x) for x in rng.uniform(-0.05, 0.05, 2)))  # the sleeve does not tilt, nor slide
+        # the mass centre is where the sleeve neither tilts nor slides
+        push[0], center = 0.0, (0.0, *(float(x) for x in rng.uniform(-0.05, 0.05, 2)))
         sizes = [push @ e2, push @ e3]
     elif kind == "cylindrical":
         rub, push[0] = PIN, 0.0
@@ -97,7 +98,8 @@ def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]
 @pytest.mark.parametrize("kind", ["prismatic", "cylindrical", "universal"])
 @pytest.mark.parametrize("seed", range(36))
 def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind: str, seed: int) -> None:
-    """Each clearance sees its own part of the force. The impacts are at the contacts that carry from then on."""
+    """The component of the force across a clearance causes its impacts. An impact is at the contact that carries the load
+    afterwards."""
     scene, sizes = held_by(kind, np.random.default_rng(seed))
     r = simulate(scene, until=0.3, every=1e-3)
     found = knocks(r, CLEARANCE)

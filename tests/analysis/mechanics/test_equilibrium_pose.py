@@ -61,7 +61,7 @@ def test_friction_just_below_what_tips_a_pendulum_has_a_band_with_ends(below: fl
     """The band ends where m g l sin q equals the torque. Beyond it a pose can hold again, near the top."""
     (band,) = equilibrium(pinned(0.981 * (1.0 - below))).bands
     end = np.arcsin(1.0 - below)
-    near = 1e-12 / np.cos(end)  # round-off of the share, over its slope
+    near = 1e-12 / np.cos(end)  # round-off of the share, divided by its slope over the angle
     assert (band.low, band.high) == (pytest.approx(-end, abs=near), pytest.approx(end, abs=near))
 
 

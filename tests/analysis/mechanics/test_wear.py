@@ -114,19 +114,20 @@ def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_di
 def test_a_span_with_few_rows_is_integrated_from_the_rows_that_it_has() -> None:
     time, events = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), [1.5, 1.6, 2.5, 3.5, 3.75]
     found = integral(time, np.array([[2.0, 4.0, 7.0, 1.0, 5.0]]), events)[0]
-    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0  # a line through two rows; between 1.5 and 1.6 there are none, so the row before counts
+    # before: a line through the two rows up to 1.5; from 1.5 to 1.6 there is no row, and the row before counts
+    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0
     ends = before + 0.9 * 7.0 + 1.0 * 1.0 + 0.25 * 1.0 + 0.25 * 5.0
     assert found == pytest.approx([0.0, 3.0, before + 0.4 * 7.0, before + 0.9 * 7.0 + 0.5 * 1.0, ends])
 
 
 @pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
 def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
-    """A steady load on a part that turns steadily. Directions that the load passes once more than others receive one more share of
-    the wear. Part of such a direction lies at each end of the passed range."""
+    """A steady load on a part that turns steadily. Bins that the load passes once more than others receive one more share of the
+    wear. The bins at both ends of the passed range are passed in part."""
     still = spun("inboard")
     turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
     c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]
-    share = c.on_bearing / c.on_bearing.sum() * abs(rate) * 0.7 / (2 * np.pi) * BINS  # passes over each direction
+    share = c.on_bearing / c.on_bearing.sum() * abs(rate) * 0.7 / (2 * np.pi) * BINS  # number of passes over each bin
     most = np.floor(abs(rate) * 0.7 / (2 * np.pi))
     assert share.sum() == pytest.approx(abs(rate) * 0.7 / (2 * np.pi) * BINS)
     assert np.all((share > most - 1e-6) & (share < most + 1 + 1e-6))

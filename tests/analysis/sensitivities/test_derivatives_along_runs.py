@@ -135,7 +135,8 @@ class TestCoulomb:
             r = trunnion.simulate(scene, 2.0, rtol=1e-11, method="rk8", overrides={"joints.ball.friction.mu": 0.6 + sign * h})
             stops.append([e.time for e in r.events])
         for k, e in enumerate(s.events):
-            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)  # h² and the tolerance of events
+            # errors: h², and the tolerance of event times
+            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)
 
     def test_sliding_and_turning_at_once(self) -> None:
         scene = apply(load_scene("double_pendulum"), {"friction.law": "coulomb"})

@@ -1,5 +1,5 @@
-"""Bounds at rest: five hand-calculated mechanisms, sampled states that the kernel's own laws check, and today's single answer
-within the bounds."""
+"""Bounds at rest, compared with five hand-calculated mechanisms and with sampled states that the kernel's own laws admit. The
+single state of ``hold`` without bounds lies within the bounds."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def sine(mu: float) -> float:
 
 
 def load_alone(scene: dict[str, Any], name: str, cells: int = CELLS, self_stress: float | None = None) -> LoadBounds:
-    """One load of ``trunnion.hold``'s bounds, without the bounds of every joint, which take several times as long."""
+    """The bounds of one load by ``trunnion.hold``. Bounds of all joints would take several times as long."""
     st = statics(scene_given(scene))
     drive = name in [load.name for load in st.drives]
     k = [load.name for load in (st.drives if drive else st.loads)].index(name)
@@ -186,7 +186,7 @@ def test_capacities_of_pairs_equal_those_of_the_kernel_for_any_reaction(make: Ca
 
 
 @pytest.mark.slow
-def test_todays_one_answer_lies_inside_the_bounds() -> None:
+def test_the_single_state_lies_inside_the_bounds() -> None:
     rng = np.random.default_rng(5)
     held = 0
     for _ in range(2):

@@ -62,7 +62,7 @@ PLACES: dict[str, tuple[Optimisation, Of, list[float]]] = {
 
 @pytest.mark.parametrize("name", PLACES)
 def test_the_best_is_found_to_the_tolerance(name: str) -> None:
-    """The precision is twice the tolerance of the ranges (4); along a flat valley it is ten times that."""
+    """The ranges are 4 wide. The found point is within twice the tolerance of a range, or ten times along a flat valley."""
     study, of, true = PLACES[name]
     follow = followed(study, of)
     assert follow.answer["feasible"]

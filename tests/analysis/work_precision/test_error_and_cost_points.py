@@ -50,7 +50,7 @@ def test_the_reference_says_which_two_methods_made_it_and_they_differ(swing: Wor
     own = swing.references[FrictionVariant()]
     first, second = own.made_by.split(", ")
     assert first.split()[0] != second.split()[0]
-    assert 0 <= own.error < 1e-10  # both run at 1e-12 or less over less than half a period
+    assert 0 <= own.error < 1e-10  # both methods run at 1e-12 or tighter, over less than half a period
 
 
 def test_the_error_that_a_run_states_of_itself_is_the_true_one(swing: WorkPrecision) -> None:

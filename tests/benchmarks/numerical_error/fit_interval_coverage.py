@@ -106,8 +106,8 @@ def _scene(case: Case) -> trunnion.Scene:
 
 @dataclass
 class Tally:
-    """Counts of a case, or of all: intervals, those that hold the truth (local and by profile), and ends that are none. shares:
-    local and by profile, of each set's intervals."""
+    """Counts of a case, or of all: intervals, those that hold the truth (local and by profile), and missing ends. shares: local and
+    by profile, of each set's intervals."""
 
     sets: int = 0
     intervals: int = 0

@@ -56,7 +56,7 @@ class Tally:
 
 
 def scenes(random: int, seed: str, only: tuple[str, ...], models: bool) -> Iterator[tuple[str, str]]:
-    """(name, what makes it) of all scenes."""
+    """Name of every scene, and its file or the words from which ``scene`` makes it."""
     files = [f for p in ("*/scene.yaml", "designer/*/scene.yaml", "stability/*.yaml") for f in models_dir().glob(p)]
     found = [(f.parent.name if f.stem == "scene" else f.stem, str(f)) for f in sorted(files)] if models else []
     found += [(f"{kind}{k}", f"{kind}:{seed}{k}") for k in range(random // 2) for kind in ("tree", "loop")]

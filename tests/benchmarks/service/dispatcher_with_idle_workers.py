@@ -29,7 +29,7 @@ class Unlearning(DispatchCost):
 
 @dataclass
 class Later:
-    """The answer of a worker."""
+    """The result of a piece that a worker has not finished yet, as a future."""
 
     said: dict[str, Any]
     status: str = "pending"

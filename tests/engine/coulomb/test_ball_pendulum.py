@@ -32,7 +32,7 @@ def stops(r: Result) -> list[float]:
 
 def test_the_pendulum_stops_eleven_times_at_the_known_times_and_then_rests() -> None:
     r = swing()
-    assert stops(r) == pytest.approx([t for t, _ in STOPS], abs=1e-6)  # required: 1e-5 s
+    assert stops(r) == pytest.approx([t for t, _ in STOPS], abs=1e-6)  # the required accuracy is 1e-5 s
     assert [e.kind for e in r.events] == ["reversal"] * 10 + ["stick"]
     late = r.time > STOPS[-1][0]
     assert np.all(r["ball.qd[2]"][late] == 0.0)
@@ -44,7 +44,7 @@ def test_the_pendulum_stops_eleven_times_at_the_known_times_and_then_rests() -> 
 def test_the_pendulum_stops_at_the_known_angles(stop: int) -> None:
     time, angle = STOPS[stop]
     r = run("spherical_pendulum", stops(swing())[stop], 0.0, 1e-9)
-    assert pendulum_angle(r)[-1] == pytest.approx(angle, abs=1e-6)  # required: 1e-5 degrees; STOPS is exact to 5e-7
+    assert pendulum_angle(r)[-1] == pytest.approx(angle, abs=1e-6)  # the required accuracy is 1e-5 degrees; STOPS is exact to 5e-7
     assert r.time[-1] == pytest.approx(time, abs=1e-6)
 
 

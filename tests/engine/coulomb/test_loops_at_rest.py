@@ -94,7 +94,8 @@ def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_ru
     scene = replace(placed(-math.acos(part * LOCKS / LINK), 0.0, 0.0, load, 0.01), gravity=(0.0, 0.0, 0.0))
     assert holding(scene) == ("holds" if part < 1 else "slips")
     if part < 1:
-        assert 0 < hold(scene).margin <= 1 - part + EXACT  # the line between both circles, at the smallest possible ratio
+        # the smallest share of friction is that of a line of force between both friction circles
+        assert 0 < hold(scene).margin <= 1 - part + EXACT
 
 
 def test_numbers_of_a_trial_step_that_are_not_finite_end_no_process() -> None:

@@ -82,7 +82,8 @@ def test_a_drive_follows_its_data(joint: str) -> None:
     away = np.min(np.abs(np.subtract.outer(r.time, kinks)), axis=1) > 1e-6
     assert np.abs(r[f"{joint}.q[1]"] - q).max() <= 1e-13
     assert np.abs(r[f"{joint}.qd[1]"] - qd).max() <= 1e-12
-    assert np.abs(r[f"{joint}.qdd[1]"] - qdd)[away].max() <= 1e-11  # splines are divided by squares of short intervals
+    # the second derivative of the spline divides round-off by squares of short intervals
+    assert np.abs(r[f"{joint}.qdd[1]"] - qdd)[away].max() <= 1e-11
 
 
 def test_efforts_of_drives_are_what_changes_the_energy() -> None:

@@ -55,7 +55,7 @@ def test_a_way_is_that_of_its_profile(profile: str, kind: str, kernel: str) -> N
     r = moved(profile, kernel, kind)
     x, v, a = textbook(profile, r.time)
     twelfths = (r.time - BEGIN) / TIME * 12
-    apart = np.abs(twelfths - np.round(twelfths)) > 1e-6  # at a knot either side is right
+    apart = np.abs(twelfths - np.round(twelfths)) > 1e-6  # at a knot, the values of both sides are correct
     assert r["joint.q[1]"] == pytest.approx(START + WAY * x, abs=1e-9)
     assert r["joint.qd[1]"] == pytest.approx(WAY / TIME * v, abs=1e-9)
     assert r["joint.qdd[1]"][apart] == pytest.approx((WAY / TIME**2 * a)[apart], abs=1e-8)

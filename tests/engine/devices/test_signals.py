@@ -1,5 +1,5 @@
-"""Every kind of signal moves a mass, a damped mass and a rubbing block as an independent integration says, whatever the method and
-the kernel; steps end at corners and jumps, so that nothing is missed."""
+"""A mass, a damped mass and a rubbing block move under every kind of signal as an independent integration says, for every method
+and kernel. Steps end at corners and jumps of signals, so that none is missed."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def test_a_ball_that_spins_about_its_load_feels_no_torque(law: str, adams: bool,
     assert np.all(np.linalg.norm(friction, axis=0) <= 1e-6 * size)  # root of round-off over v_eps; a sliding ball has 1e-3 and more
     assert np.all(np.isfinite(derivative))
     assert np.all(np.isfinite(contacts))
-    assert contacts[0] == pytest.approx(size, rel=1e-6)  # all load on one normal
+    assert contacts[0] == pytest.approx(size, rel=1e-6)  # one normal carries the whole load
 
 
 def at_the_kink(s: States, pin: int) -> States:

@@ -1,5 +1,5 @@
-"""A joint with friction that carries no load stays at rest while no friction is needed. It also stays at rest when a load appears
-that needs none."""
+"""A joint with friction that carries no load stays at rest while no friction is needed, also when a load appears that needs no
+friction."""
 
 from __future__ import annotations
 

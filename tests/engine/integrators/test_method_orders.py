@@ -97,7 +97,8 @@ def test_a_wrong_coefficient_is_refused(method) -> None:
     for name in names:
         for row, value in enumerate(getattr(method, name)):
             for column, x in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-                if x and (name, column) != ("H", method.stages - 1):  # it multiplies the error and does not affect the order
+                # the last coefficient of H multiplies the error and does not affect the order
+                if x and (name, column) != ("H", method.stages - 1):
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
                         spoiled(method, name, row, column).check()

@@ -208,7 +208,7 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
         r = simulate(ratchet(duty), until=50.0, every=50.0, method="moreau", rtol=rtol)
         slips = [e.time for e in r.events if e.kind == "slip"]
         assert len(slips) in (49, 50), rtol  # the first and the last period may contain no slip
-        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: no step is longer while something is held
+        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: while the block is held, no step is longer
 
 
 @pytest.mark.slow
@@ -257,8 +257,8 @@ def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rto
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
 def test_a_joint_of_a_loop_stops_once(rtol: float) -> None:
-    """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 the search found no modes, and
-    the next decision was compared with the modes that it tried last."""
+    """Over a short step, round-off of rates that were set to zero is a large acceleration. Earlier, the search found no modes at
+    14e-10, and the next decision was compared with the modes that it tried last."""
     scene = worlds("loop_at_rest")["as it is"].scene
     r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
     assert sorted(e.joint for e in r.events if e.kind == "stick") == ["j0", "j1", "jc"]
@@ -319,7 +319,7 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
     for rtol in (1e-3, 1e-4, 1e-6):
         r = simulate(scene, method="moreau", rtol=rtol, max_steps=1000)
         assert r.outcome.ok
-        assert r.stats.steps <= 200  # 60 at 1e-4
+        assert r.stats.steps <= 200  # at 1e-4 it takes 60
         for column in ("bearing.q[1]", "pivot.q[1]", "thread.friction.torque[1]", "foot.friction.torque[1]"):
             moves = slice(None) if ".q" in column else r.time < 0.59  # at rest friction is not unique
             assert np.abs(r[column] - exact[column])[moves].max() <= 10.0 * rtol * np.abs(exact[column]).max(), column

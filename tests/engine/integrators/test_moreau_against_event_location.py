@@ -47,7 +47,7 @@ def off_located(scene: sm.Scene, until: float, rtol: float) -> float:
 @pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-6])
 def test_a_swing_that_reversals_repel_from_its_plane_stays_in_it(rtol: float) -> None:
     """At 6.95 s, round-off of the rates across the plane was divided by a step of 1e-6 s: the ball turned about its contact."""
-    assert off_located(apply(load_scene("spherical_pendulum"), COULOMB), 10.0, rtol) <= C * rtol  # found: 12 rtol
+    assert off_located(apply(load_scene("spherical_pendulum"), COULOMB), 10.0, rtol) <= C * rtol  # 12 rtol is measured
 
 
 @pytest.mark.default_cases(2)
@@ -98,7 +98,7 @@ def test_contacts_separate_as_in_located_runs() -> None:
     impulses, located = (simulate(scene, until=2.0, method=m, rtol=r, outputs=["o.q[1]"]) for m, r in methods)
     times = [[e.time for e in r.events if e.kind == "separation"] for r in (impulses, located)]
     assert len(times[1]) > 0
-    assert times[0] == pytest.approx(times[1], abs=1e-4)  # s; found: 1.3e-5
+    assert times[0] == pytest.approx(times[1], abs=1e-4)  # s; 1.3e-5 is measured
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])

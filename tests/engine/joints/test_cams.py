@@ -276,8 +276,8 @@ def test_cams_that_cannot_be_are_refused_with_why(says: str) -> None:
 
 
 def pushed(seed: int) -> tuple[sm.Scene, float | None]:
-    """A plate on a random cam that turns steadily, under a constant load; the instant from which the cam would have to pull, from
-    the curve: the plate's height is the support function h at the plate's normal, so its acceleration is ω² h''."""
+    """A plate on a random cam that turns steadily, under a constant load, and the instant from which the cam would have to pull.
+    The plate's height is the support function h of the curve at the plate's normal, so that its acceleration is ω² h''."""
     rng = np.random.default_rng([7, seed])
     angles = np.linspace(0, 2 * np.pi, int(rng.integers(30, 60)))
     radius = 0.05 + 0.004 * np.cos(angles - rng.uniform(0, 6)) + 0.001 * np.cos(2 * angles - rng.uniform(0, 6))

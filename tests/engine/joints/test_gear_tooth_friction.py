@@ -232,4 +232,4 @@ def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, me
     assert run.outcome.name == "done"
     assert abs(run[columns[0]][-1]) < 1e-9
     assert abs(run[columns[1]][-1]) == pytest.approx(abs(effort), rel=1e-9)
-    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # for a weight of 10 N
+    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # the weight of the load is 10 N

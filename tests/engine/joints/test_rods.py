@@ -86,7 +86,8 @@ def test_two_masses_on_two_rods_are_the_double_pendulum(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_mechanisms_with_rods_move_and_press_as_one_dense_solve_says(seed: int) -> None:
-    """Accelerations, reactions and friction, to 1e-10; the axial force by the reference's force on the inboard part."""
+    """Accelerations, reactions and friction agree to 1e-10. The axial force is compared with the reference's force on the inboard
+    part."""
     case = random_rods(seed, 1 + seed % 3)
     row = compared(case)
     state = case.state()

@@ -30,7 +30,7 @@ def test_a_worm_drives_and_is_driven_by_the_standard_formulas(seed: int) -> None
     """Torques and the three components of the tooth force to 1e-12."""
     w, load = random_worm(seed), float(np.random.default_rng(seed).uniform(1, 50))
     for drives in (True, False):
-        rate = (1 if drives else -1) * math.copysign(10.0, w.turns)  # of the worm; the load turns the wheel backward
+        rate = (1 if drives else -1) * math.copysign(10.0, w.turns)  # rate of the worm; the load turns the wheel backward
         scene = w.scene({"drive": {"constant": {"rate": rate}}}, {"effort": -load})
         r = simulate(scene, until=0.01, every=0.01, rtol=1e-10, kernel="compiled" if seed % 40 == 2 else "parts")
         wheel, worm, apart, torque = w.forces(load, drives)

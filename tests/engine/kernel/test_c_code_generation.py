@@ -114,7 +114,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> tuple[ctypes.CDLL, dict
 
 
 def call(lib: ctypes.CDLL, name: str, kept: list[int], p, x, z, sizes) -> tuple[np.ndarray, np.ndarray]:
-    """prepare, stage 1, stage 2."""
+    """The outputs of a case after prepare, stage 1 and stage 2."""
     c, w = np.full(kept[0] + 1, np.nan), np.full(kept[1] + 1, np.nan)
     a, b = np.full(sizes[0] + 1, np.nan), np.full(sizes[1], np.nan)
 

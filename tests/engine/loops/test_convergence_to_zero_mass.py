@@ -1,4 +1,4 @@
-"""Bodies that are much lighter than others on a loop, or without mass. As the mass falls, the motion converges in first order to
+"""Loops with bodies that are much lighter than others, or without mass. As the mass falls, the motion converges in first order to
 that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose the digits of the mass
 ratio."""
 
@@ -133,8 +133,8 @@ LIGHT = (1e-3, 1e-7, 1e-9, 1e-12, 0.0)
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_scenes_of_interacting_devices_converge_as_a_body_gets_lighter(family: str) -> None:
-    """Lists ends by name (``-rP``): those that a mass of 1e-3 has, too; those that mass 0 has, at a time to which lighter bodies
-    converge; and bodies whose motion nothing determines at mass 0."""
+    """Lists allowed ends by name (``-rP``): ends that a mass of 1e-3 has, too; ends that mass 0 has, at the time to which lighter
+    bodies converge; and ends of bodies whose motion nothing determines at mass 0."""
     named, wrong = [], []
     for seed in range(12):
         scene = crossed(family, seed)

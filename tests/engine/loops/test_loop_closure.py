@@ -174,7 +174,7 @@ def test_n_four_bar_passes_its_singular_configuration(n: int) -> None:
     assert [r["crank0.tip.position[1]"][-1], r["crank0.tip.position[2]"][-1]] == pytest.approx(tip(n, 2.0), abs=1e-8)
     assert r["audit.constraint"].max() <= CLOSURE
     spread = np.ptp([r[f"pivot{i}.q[1]"] for i in range(n + 1)], axis=0)
-    assert spread.max() <= 1e-7  # parallel: half the digits, since the loops close to second order where they are flat
+    assert spread.max() <= 1e-7  # cranks are parallel to half of the digits, because flat loops close to second order
 
 
 SOAKED = ("bricard", "crank_slider", "crank_slider_free", "n_four_bar")

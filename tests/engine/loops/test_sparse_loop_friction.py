@@ -84,7 +84,7 @@ class Equations:
         return dn, D
 
     def narrow(self, dn: np.ndarray) -> np.ndarray:
-        """All pivots with that derivative."""
+        """All pivots for the derivative ``dn``."""
         t = self.table
         pivots = np.zeros(t.nbodies + t.nelements + 2 * t.active + 8)
         called(t, "narrow", self.c, self.w, np.ones(t.neta + 8), dn, pivots)

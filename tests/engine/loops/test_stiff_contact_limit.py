@@ -108,7 +108,7 @@ def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(fami
         assert got == pytest.approx(acceleration[:3], rel=LIMIT, abs=LIMIT * np.abs(acceleration).max())
 
 
-def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_a_micrometre() -> None:
+def test_only_ratios_of_stiffness_count_and_the_default_is_a_hundred_newtons_a_micrometre() -> None:
     case = _carried(0, "door")
 
     def told(first: float | None, second: float | None) -> dict:

@@ -157,7 +157,7 @@ def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, m
     store.libraries([store.primitive(*asked)])
     met = store.primitive(*asked)
     assert met.library.startswith(str(tmp_path))
-    library_cache.prune(tmp_path, 0)  # too recent
+    library_cache.prune(tmp_path, 0)  # the part was used too recently to be pruned
     assert Path(met.library).exists()
     for entry in tmp_path.iterdir():
         os.utime(entry, (0, 0))

@@ -123,8 +123,8 @@ def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
 
 
 def test_locating_an_event_among_many_joints_takes_few_evaluations() -> None:
-    """Secants on the largest violation of all pairs, which has kinks, took 65 evaluations for each event. This number includes
-    those of two steps and of the points at which the second is searched."""
+    """Earlier, secants on the largest violation of all pairs, which has kinks, took 65 evaluations for each event. The limit
+    includes the evaluations of two steps and of the points inside the second step."""
     counters = simulate(chain(24), until=0.02, every=0.02, outputs=("*.q[*]",)).stats.counters
     assert counters["events"] > 40
     assert counters["rhs_evaluations"] <= 55 * counters["events"]

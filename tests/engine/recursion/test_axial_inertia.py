@@ -1,4 +1,5 @@
-"""Bodies with inertia about one axis only: steady precession in closed form, and the tensor beside a body that has it."""
+"""Bodies with inertia about one axis only: steady precession in closed form, and refusals of rotations and numbers that are
+impossible."""
 
 from __future__ import annotations
 
