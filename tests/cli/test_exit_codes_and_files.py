@@ -269,7 +269,7 @@ def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp
 
 
 @pytest.mark.slow
-def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
+def test_a_hundred_of_thousands_of_mistakes_are_reported_and_all_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "s.yaml").write_text("bodies: {}\njoints: {}\n" + "".join(f"wrong{i}: 1\n" for i in range(4000)))
@@ -279,3 +279,13 @@ def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
     assert len(document["problems"]) == 101
     assert main(["check", str(tmp_path / "s.yaml")]) == 2
     assert "and 3901 more: not listed" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_scene_is_reported_with_the_file_to_give(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", str(tmp_path)]) == 2
+    assert "the folder has no scene.yaml" in capsys.readouterr().err
+    (tmp_path / "crane.yaml").write_text("schema: 1\n")
+    assert main(["check", str(tmp_path)]) == 2
+    err = capsys.readouterr().err
+    assert "the folder has no scene.yaml" in err
+    assert f"give the file itself: {tmp_path / 'crane.yaml'}" in err

@@ -29,7 +29,7 @@ def test_a_pendulum_inside_its_friction_cone_holds_with_the_margin_of_statics(ca
     assert pair["margin"] == pytest.approx(1.0 - pair["share"], rel=1e-12)
 
 
-def test_one_outside_does_not_and_says_which_joint_lets_go(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pendulum_outside_its_friction_cone_slips_and_the_joint_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(asked(LIMIT * 1.1)) == 1
     out = capsys.readouterr().out
     assert "the mechanism does not hold: ball slips first" in out

@@ -1,6 +1,6 @@
 """The compliant model's answers against closed forms: it judges the engine, and the engine has no part in these tests.
 
-Tolerances: three levels of stiffness and of the speed of rest, extrapolated, leave less than 1e-5 of what is of order one.
+Tolerances: three levels of stiffness and of the speed of rest, extrapolated, leave errors below 1e-5 in quantities of order one.
 """
 
 from __future__ import annotations

@@ -86,7 +86,8 @@ def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: floa
 
 
 def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_hangs_straight() -> None:
-    """At a distance beside the pivot of the friction angle's sine times the radius the ball is held, slightly beyond it slides."""
+    """The ball holds a load that acts beside the pivot by less than the radius times the sine of the friction angle. Slightly
+    beyond, it slides."""
     radius, mu = 0.05, 0.6
     edge = radius * mu / math.sqrt(1 + mu**2)
     for share, answer in ((0.0, "sticks"), (0.999, "sticks"), (1.001, "slides")):

@@ -52,7 +52,7 @@ def asked(row: Row, telling: str, slow: bool) -> None:
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
-def test_its_scene_file_is_that_scene(row: Row) -> None:
+def test_the_scene_file_of_a_row_holds_its_scene(row: Row) -> None:
     file = FOLDER / f"{row.number:02d}_{row.name}.yaml"
     assert load_scene(str(file)).joints.keys() == row.edges[0].scene(EDGE).joints.keys()
 

@@ -161,7 +161,7 @@ def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> No
     assert len(e.value.problems) == 2
 
 
-def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_json_output_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["advise", "crank_slider", "--error", "1e-3", "--outputs", "slider.position[1]", "--until", "0.2"]
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

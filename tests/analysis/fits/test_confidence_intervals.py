@@ -100,7 +100,7 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
     assert (asked.low, asked.low_end, asked.high_end) == (pytest.approx(0.49), "bound", "found")
 
 
-def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
+def test_the_interval_of_a_larger_number_ends_at_the_smaller_one() -> None:
     """Data with one coefficient, fitted by a law with two coefficients. The fit finds the static coefficient at the lower end of
     its range, which is the sliding coefficient."""
     mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"

@@ -143,7 +143,7 @@ class TestCoulomb:
         names = ["joints.guide.friction.mu", "joints.cross.friction.mu", "joints.guide.start.qd[1]"]
         assert off(scene, names, ["guide.q*", "guide.friction.force"], 0.5) < ACROSS
 
-    def test_at_rest_nothing_moves_with_friction_any_more(self) -> None:
+    def test_the_place_of_rest_has_the_derivative_of_its_closed_form(self) -> None:
         """A block that slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)), and its derivative with respect to μ in closed
         form."""
         g, mu, v = 9.81, 0.3, 2.0

@@ -31,7 +31,7 @@ def test_the_process_may_use_all_its_cores_afterwards(after: str, tmp_path: Path
     assert os.sched_getaffinity(0) == allowed
 
 
-def test_its_json_is_one_document(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_json_output_is_one_document(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["chart", "simple_pendulum", "-o", str(tmp_path), "--json", *FEW]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["exit_code"] == 0

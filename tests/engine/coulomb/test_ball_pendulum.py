@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.coulomb_scenes import pendulum_angle, pendulum_at, run
+from tests.engine.mechanisms.ball_pendulum_and_arm import pendulum_angle, pendulum_at, run
 from trunnion.simulation.results.result import Result
 
 STOPS = (
@@ -48,21 +48,21 @@ def test_the_pendulum_stops_at_the_known_angles(stop: int) -> None:
     assert r.time[-1] == pytest.approx(time, abs=1e-6)
 
 
-def test_its_angle_is_that_of_the_event_exact_reference() -> None:
+def test_the_angle_is_that_of_the_reference_with_exact_events() -> None:
     """Angles in degrees. The reference at 7 s has nine decimals; the required accuracy is 1e-8."""
     angle = pendulum_angle(swing(1e-12))
     assert angle[2] == pytest.approx(57.500835748, abs=1e-8)
     assert angle[7] == pytest.approx(19.275178967, abs=1e-8)
 
 
-def test_its_error_falls_with_the_tolerance() -> None:
+def test_the_error_falls_with_the_tolerance() -> None:
     truth = pendulum_angle(swing(1e-12))[7]
     errors = [abs(math.radians(pendulum_angle(swing(r))[7] - truth)) for r in (1e-5, 1e-7, 1e-9)]
     assert all(e <= 10 * r for e, r in zip(errors, (1e-5, 1e-7, 1e-9), strict=True)), errors
 
 
 @pytest.mark.parametrize(("stop", "turn"), [(1, 58.8975), (5, 57.610)])
-def test_its_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
+def test_the_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
     """Angle, degrees, by which the normal turns: 2 atan μ less the turn of the reaction (theory, "Turns of normals"). Agreement to
     the printed digits."""
     (found,) = swing(1e-12).events[stop - 1].turn

@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.coulomb_scenes import run
+from tests.engine.mechanisms.ball_pendulum_and_arm import run
 from tests.reference.contact_and_friction.contact_roots import journal
 from tests.reference.contact_and_friction.friction_laws import Law
 from tests.reference.scenes.random_scenes import random_loop

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.engine.mechanisms.coulomb_scenes import run
+from tests.engine.mechanisms.ball_pendulum_and_arm import run
 from tests.engine.mechanisms.planar_friction_loops import FIVE_BAR, FOUR_BAR, PlaneLoop
 from tests.reference.contact_and_friction.sprung_toggle_press import CIRCLE, LINK
 from tests.reference.scenes.random_scenes import random_loop

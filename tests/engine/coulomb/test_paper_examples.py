@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.coulomb_scenes import run
+from tests.engine.mechanisms.ball_pendulum_and_arm import run
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 
@@ -85,7 +85,7 @@ def test_the_double_pendulum_starts_as_computed() -> None:
     assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822549, 4.71556293, 8.32814917], abs=2e-5)
 
 
-def test_its_events_converge_as_the_tolerance_falls() -> None:
+def test_events_of_the_double_pendulum_converge_as_the_tolerance_falls() -> None:
     """Times of the first stops compared with those at 1e-11. The motion is sensitive: the errors are up to 30 times the tolerance
     over two seconds."""
     every = {r: run("double_pendulum", 2.0, 1.0, r).events for r in (1e-6, 1e-8, 1e-11)}

@@ -96,7 +96,7 @@ def test_below_is_above_seen_in_a_mirror_and_a_lifted_hook_lets_pass() -> None:
 
 
 @pytest.mark.parametrize("method", ["rk5", "rosenbrock", "moreau"])
-def test_by_every_kind_of_method_it_ends_on_the_hook(method: str) -> None:
+def test_the_body_ends_on_the_hook_by_every_kind_of_method(method: str) -> None:
     r = simulate(thrown(sm.Latch(AT, STIFF, damping=5.0)), until=10.0, every=10.0, method=method)
     assert r["j.q[1]"][-1] == pytest.approx(AT - PULL / STIFF, abs=1e-6)
     assert [k for k, _ in kinds(r)] == ["latch"]

@@ -76,7 +76,7 @@ def test_below_is_above_seen_in_a_mirror() -> None:
 
 
 @pytest.mark.parametrize("method", ["rk5", "rosenbrock", "moreau"])
-def test_by_every_kind_of_method_it_ends_on_the_last_tooth(method: str) -> None:
+def test_the_body_ends_on_the_last_tooth_by_every_kind_of_method(method: str) -> None:
     r = simulate(thrown(replace(TEETH, damping=5.0)), until=10.0, every=10.0, method=method)
     assert r["j.q[1]"][-1] == pytest.approx(AT + 5 * PITCH - PULL / STIFF, abs=1e-6)
     assert r["j.latch.state[1]"][-1] == 6.0

@@ -117,7 +117,7 @@ def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_at_rest_such_friction_holds_what_its_first_coefficient_can(kernel: str) -> None:
+def test_friction_by_measured_speed_holds_at_rest_by_its_first_coefficient(kernel: str) -> None:
     push = WEIGHT * SPEEDS.value[0]
     for share, holds in ((1 - EDGE, True), (1 + EDGE, False)):
         scene = guided(SPEEDS)

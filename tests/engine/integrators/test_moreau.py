@@ -177,7 +177,7 @@ def errors(scene: sm.Scene, joint: str, until: float, way: Way) -> np.ndarray:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
-def test_its_error_is_proportional_to_the_tolerance(name: str) -> None:
+def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
     off = errors(*SCENES[name]())
     assert np.all(off <= C * TOLERANCES), off
     assert np.all(np.diff(off) < 0.0), off
@@ -265,7 +265,7 @@ def test_a_joint_of_a_loop_stops_once(rtol: float) -> None:
     assert {e.kind for e in r.events} == {"separation", "stick"}
 
 
-def test_its_fixed_steps_know_end_stops() -> None:
+def test_fixed_steps_act_on_end_stops() -> None:
     scene, _, until, way = ended(0)
     off = []
     for step in (1e-4, 1e-5):

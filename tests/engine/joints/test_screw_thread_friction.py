@@ -110,7 +110,7 @@ def flanks(load: float, sliding: float, pitch: float, flank: float, mu: float, p
 
 @pytest.mark.default_cases(6)
 @pytest.mark.parametrize("seed", range(20))
-def test_its_forms_are_those_of_many_small_flanks(seed: int) -> None:
+def test_the_closed_forms_are_those_of_many_small_flanks(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pitch, flank, mu = float(rng.uniform(-0.05, 0.05)), float(rng.uniform(0, 0.6)), float(rng.uniform(0.05, 0.3))
     pin, rate = str(rng.choice(["inboard", "outboard"])), float(rng.normal())

@@ -45,7 +45,7 @@ def test_ends_of_a_cut_joint_equal_those_of_one_dense_solve(kind: str) -> None:
     compared(with_ends(case))
 
 
-def test_they_are_the_same_where_parts_do_not_slide() -> None:
+def test_the_part_with_the_ends_does_not_matter_without_travel() -> None:
     made = [
         build(replace(c.scene, joints={n: replace(j, ends=e) for n, j in c.scene.joints.items()})).system
         for c in [random_tree("hinges", types=("revolute",), friction=1.0)]

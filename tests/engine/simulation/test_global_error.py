@@ -149,7 +149,7 @@ def test_a_fixed_step_has_its_error_too() -> None:
     assert stated[-1] < HIGH * true[-1]
 
 
-def test_to_certify_changes_nothing_of_the_run_and_shows_only_what_was_asked_for() -> None:
+def test_certification_does_not_change_the_run_and_shows_only_requested_columns() -> None:
     given = {"until": 2.0, "every": 0.01, "outputs": ["ball.friction*", "energy.kinetic"]}
     plain, r = simulate("spherical_pendulum", **given), simulate("spherical_pendulum", certify=True, **given)  # type: ignore[arg-type]
     assert plain.certainty is None

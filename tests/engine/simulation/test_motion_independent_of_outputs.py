@@ -111,7 +111,7 @@ def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("every", [0.0, 0.25])
-def test_nor_does_it_depend_on_where_rows_are_asked_for(every: float) -> None:
+def test_the_motion_does_not_depend_on_the_spacing_of_rows(every: float) -> None:
     scene = random_tree(22, laws=LAWS).scene
     one, other = (simulate(scene, until=0.5, every=e or None, outputs=["j2.q[1]"]) for e in (0.01, every))
     assert told(other) == told(one)

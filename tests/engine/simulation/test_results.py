@@ -186,7 +186,7 @@ def test_a_step_budget_ends_a_run_and_keeps_its_rows() -> None:
     assert np.array_equal(part.data, whole.data[: len(part)])
 
 
-def test_a_mechanism_at_the_end_of_its_reach_keeps_what_it_did() -> None:
+def test_a_run_to_the_end_of_reach_keeps_its_rows() -> None:
     r = simulate(out_of_reach(), until=1.0, every=0.001)
     assert not r.outcome.ok
     assert r.outcome.name == "open_loop"
@@ -197,7 +197,7 @@ def test_a_mechanism_at_the_end_of_its_reach_keeps_what_it_did() -> None:
     assert r["slider.position[1]"] == pytest.approx(x, abs=1e-9)
 
 
-def test_and_is_told_that_it_cannot_move_on() -> None:
+def test_the_end_of_reach_is_the_outcome_of_the_run() -> None:
     assert simulate(out_of_reach(), until=1.0).outcome.name in ("open_loop", "step_underflow")
 
 

@@ -1,4 +1,4 @@
-"""Bodies on feet that touch a plane at points: friction in two directions, and more feet than statics can tell apart."""
+"""Bodies on feet that touch a plane at points: friction in two directions, and feet whose loads statics does not determine."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
-def test_a_body_on_more_feet_than_statics_can_tell_apart_slides_and_spins_with_the_loads_of_equal_stiff_feet(seed: int) -> None:
+def test_a_body_on_statically_indeterminate_feet_slides_and_spins_with_the_loads_of_equally_stiff_feet(seed: int) -> None:
     """Feet lose their load and get it again without an event: their gap stays 0. Open contacts with gap 0 close at the start. With
     seeds 70 and 76, friction of all feet has no solution; the body slides on three."""
     for again in range(99):

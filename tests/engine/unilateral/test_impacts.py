@@ -1,12 +1,13 @@
-"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts."""
+"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts, sweeps over them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+import trunnion
 from tests.default_case_selection import crossed
-from tests.engine.unilateral.unilateral_scenes import G, body, corner, in_plane, rim, scene
+from tests.engine.unilateral.unilateral_scenes import G, body, box, corner, in_plane, rim, scene
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 
@@ -140,3 +141,14 @@ def test_a_block_on_a_rail_bounces_between_two_hard_walls() -> None:
     assert len(hits) >= 4
     assert [x.joint for x in r.events[:3]] == ["far", "near", "far"]
     assert r["rail.qd[1]"][-1] == pytest.approx((-e) ** len(hits) * v, abs=CLOSE)
+
+
+def test_a_sweep_over_restitution_counts_the_impacts_of_single_runs() -> None:
+    made = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.9, 0.0, 0.0), (0.0, 1.0, 0.0), restitution=0.5, starts="open")
+    path, values = "joints.left.unilateral.restitution", (0.3, 0.6)
+    reductions = ["final:fly.q[1]", "count:contact_closed"]
+    table = trunnion.sweep(made, {path: list(values)}, until=0.7, reductions=reductions).table
+    for k, value in enumerate(values):
+        r = trunnion.simulate(made, until=0.7, overrides={path: value})
+        assert table["final:fly.q[1]"][k].as_py() == pytest.approx(r["fly.q[1]"][-1], abs=1e-9)
+        assert table["count:contact_closed"][k].as_py() == sum(e.kind == "contact_closed" for e in r.events)

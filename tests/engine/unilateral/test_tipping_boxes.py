@@ -72,3 +72,13 @@ def test_a_box_that_falls_flat_lands_on_both_corners_at_once_and_comes_to_rest(r
     assert r["fly.q[1]"][-1] == pytest.approx(HEIGHT, abs=1e-12)
     assert np.abs([r[f"fly.qd[{k}]"][-1] for k in (1, 2, 3)]).max() < 1e-12
     assert r.audit.verdict == "within"
+
+
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
+def test_a_falling_box_has_a_gap_until_it_lands_and_a_force_afterwards(kernel: str) -> None:
+    made = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.9, 0.0, 0.0), (0.0, 0.0, 0.0), starts="open")
+    r = simulate(made, until=0.6, every=0.01, kernel=kernel)
+    fall = np.sqrt(0.8 / G)
+    assert r["left.gap"] == pytest.approx(np.where(r.time < fall, 0.4 - G * r.time**2 / 2, 0.0), abs=1e-12)
+    force = np.abs(r["left.reaction.force[2]"])
+    assert force == pytest.approx(np.where(r.time < fall, 0.0, 0.5 * G), rel=1e-9, abs=1e-12)

@@ -49,7 +49,7 @@ def test_parts_compiled_without_optimisation_move_alike_up_to_round_off() -> Non
 
 
 @pytest.mark.slow
-def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
+def test_a_stored_state_continues_in_a_library_at_another_address() -> None:
     here, there = Host(of_parts("arm")), Host(of_parts("arm"))
     assert here.unzipped != there.unzipped
     columns = here.all_outputs()
@@ -61,7 +61,7 @@ def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
     assert there.run(0.2, 20, 0.01, *columns) == expected
 
 
-def test_of_fmi_3_it_stops_at_the_same_events_and_goes_on_as_in_fmi_2(tmp_path: Path) -> None:
+def test_an_fmu_of_fmi_3_stops_at_the_same_events_as_one_of_fmi_2(tmp_path: Path) -> None:
     file = tmp_path / "three.fmu"
     export("spherical_pendulum", file, kernel="parts", fmi=3)
     three, two = Host3(file), Host(of_parts("spherical_pendulum"))

@@ -36,7 +36,7 @@ def test_states_of_contacts_are_discrete() -> None:
     assert {v.variability for v in states} == {"discrete"}
 
 
-def test_one_number_for_several_is_one_parameter() -> None:
+def test_a_number_that_stands_for_two_axes_is_one_parameter() -> None:
     """Radius and half length of a universal joint apply to both its axes, as with --set."""
     paths = ["joints.cross.friction.radius", "joints.cross.friction.half_length"]
     names = {v.name for v in read_model_description(exported("double_pendulum")).modelVariables}
@@ -49,7 +49,7 @@ def test_one_number_for_several_is_one_parameter() -> None:
     assert host.run(0.0, 20, 0.01, "cross.q[1]", "cross.q[2]") == Host(file).run(0.0, 20, 0.01, "cross.q[1]", "cross.q[2]")
 
 
-def test_two_numbers_for_several_stay_two() -> None:
+def test_two_numbers_for_two_axes_are_two_parameters() -> None:
     listed = variables(Model(apply_radii()), 0.0, 1e-6)
     names = {v.name: v.start for v in listed}
     assert (names["joints.cross.friction.radius[1]"], names["joints.cross.friction.radius[2]"]) == (0.01, 0.02)

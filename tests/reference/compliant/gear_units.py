@@ -178,8 +178,8 @@ class Worms:
         self.law = Laws(scene, f, self.r1[self.at] * level.rate)
 
     def _touch(self, m: Motion) -> tuple[np.ndarray, ...]:
-        """(normal of the flanks, thread, direction to the wheel, point on the worm, on the wheel, velocity of the latter seen from
-        the former)."""
+        """(normal of the flanks, thread, direction to the wheel, point on the worm, point on the wheel, velocity of the point on
+        the wheel relative to the worm)."""
         s = self.sides.seen(m)
         a, b, across = s.A[..., 0], s.B[..., 0], s.q - s.p
         u = cross(a, b)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames, parts
-from tests.reference.mechanics.loop_sizes import arms
+from tests.reference.mechanics.frictionless_contact_arms import arms
 
 AHEAD, BACK = [1, 2, 0], [2, 0, 1]
 

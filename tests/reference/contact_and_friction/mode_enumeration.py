@@ -9,7 +9,7 @@ least squares and solved from many starts:
     +, - (one freedom)  η is the friction of sliding that way, and the pair accelerates that way
     slides (several)    η is the friction of sliding along the acceleration; a ball whose acceleration lies within its friction cone
                         turns about its contact then (``contact_roots.ball``)
-    moves               the pair is in motion: η is the friction of that
+    moves               the pair is in motion: η is the friction of this sliding
 
 Where sticking pairs are redundant, many values of friction solve a choice. The found solution then shows only that one exists. """
 
@@ -53,7 +53,7 @@ class Answer:
 
 
 class Decision:
-    """All choices at a state. ``rest``: names of the pairs that are at rest there; left out, those slower than STILL."""
+    """All choices at a state. ``rest``: names of the pairs that are at rest there; by default, those slower than STILL."""
 
     def __init__(self, state: State, rest: set[str] | None = None, starts: int = 6, seed: int = 0):
         self.state, self.eq = state, Equations(state)

@@ -1,12 +1,12 @@
 """Rigid bodies connected by contacts that are stiff springs with friction. Where rigid joints do not determine their reactions, the
 reactions are the limit of these contact forces for large stiffness.
 
-Every body is given a small displacement (three translations of its mass centre, three turns). A contact is pressed with the
-stiffness times the displacement of the pin there against its bearing; its normal is the direction of that displacement, its
-friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
+Every body is given a small displacement (three translations of its mass centre, three turns). The normal force of a contact is its
+stiffness times the displacement of the pin against its bearing at the contact. The normal has the direction of this displacement,
+and friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
 Displacements do not change the geometry, so the solution is the limit itself. The unknowns are the displacements across the
 mechanism's possible motions, and the accelerations along these motions. A universal joint is two journals on a cross without mass,
-which has a displacement of its own. """
+which has a displacement of its own."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from tests.reference.contact_and_friction.contact_roots import E1, E2, E3, pin_f
 from tests.reference.contact_and_friction.friction_laws import Law, law_of
 from tests.reference.contact_and_friction.joint_friction import ends_of, pair, pin_of, rates_of
 from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames
+from tests.reference.mechanics.frictionless_contact_arms import arms
 from tests.reference.mechanics.joint_constraints import directions
 from tests.reference.mechanics.kinematics import State
-from tests.reference.mechanics.loop_sizes import arms
 from tests.reference.mechanics.newton_euler_equations import Equations, typical_length
 from tests.reference.mechanics.rotation import cross
 from trunnion.scene.data_classes.scene import Friction

@@ -110,7 +110,7 @@ class Draft:
         often = {"period": 1.1 * (rise + hold + fall)} if self.chance(0.3) else {}
         return {"rise": rise, "hold": hold, "fall": fall, "begin": self.of(0.0, 0.25) * until, **often}
 
-    # -- springs and dampers by curves -----------------------------------------------------------------------------------
+    # -- nonlinear springs and dampers -----------------------------------------------------------------------------------
 
     def curved(self, reach: float, stiffness: float, damping: float, rest: float = 0.0) -> dict[str, Any]:
         """A spring that hardens, or snaps through within its reach about its rest, and a damper that is different each way, or

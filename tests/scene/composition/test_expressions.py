@@ -44,7 +44,7 @@ def test_random_expressions_have_the_value_python_gives_and_the_slope_of_a_compl
     found, by = slope(root, at, {n: {n: 1.0} for n in at})
     assert found == value(root, at)
     for name in at:
-        step = 1e-30  # no difference is taken, so that it can be as small as one likes
+        step = 1e-30  # a complex step takes no difference, so that it may be this small
         moved = {f: getattr(cmath, f) for f in SMOOTH} | at | {name: at[name] + step * 1j}
         exact = complex(eval(python, moved)).imag / step
         assert by.get(name, 0.0) == pytest.approx(exact, rel=ACCURACY, abs=ACCURACY)

@@ -109,3 +109,9 @@ def test_notes_are_the_first_hundred():
     notes = magnitude_notes(scene_from_dict(many))
     assert len(notes) == 101
     assert notes[-1] == "and 200 more numbers of this kind"
+
+
+def test_a_folder_with_the_name_of_a_bundled_model_does_not_hide_it(tmp_path, monkeypatch):
+    (tmp_path / "crank_slider").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_scene("crank_slider").name == "crank_slider"

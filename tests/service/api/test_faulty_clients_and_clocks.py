@@ -58,7 +58,7 @@ def test_a_clock_that_is_set_strands_no_job_after_a_crash(store: WorkStore, monk
     assert [j.id for j in store.claim(OTHER, 60.0)] == [job.id]
 
 
-def test_whoever_renews_keeps_a_lease_whatever_the_clock_says(
+def test_a_server_that_renews_keeps_its_lease_for_any_clock(
     store: WorkStore, database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job, clock, steady, other = taken(store), store.now, [0.0], WorkStore(database_url)  # each server has its own record of leases

@@ -88,7 +88,7 @@ def test_cases_of_a_day_are_not_given_back_by_deleting_their_job(guarded: tuple[
     assert s.get("/v1/usage", **with_key(keys["mine"])).json()["cases"] == before + 7
 
 
-def test_who_did_what_is_known_to_administrators(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_administrators_see_actions_with_their_keys(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     job = s.submit(SMALL | {"vary": {MU: [0.1]}}, **with_key(keys["admin"]))
     s.client.delete(f"/v1/jobs/{job}", **with_key(keys["admin"]))

@@ -74,7 +74,7 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, Listener]]:
-    """A server of one worker with permission to report to a listener, who does not answer properly the first two times."""
+    """A server of one worker that may report to a listener. The listener's first two answers are errors."""
     listener = Listener(500, 302, 200)
     patch = pytest.MonkeyPatch()
     patch.setattr(webhooks, "FIRST_DELAY", 0.05)

@@ -82,7 +82,7 @@ def test_rows_of_all_cases_are_kept_and_fetched(told: Told, tmp_path: Path) -> N
     assert told("results", "0" * 24, "--rows", "--case", "1", "-o", str(file))[0] == 2
 
 
-def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_user_who_stops_following_a_job_is_told_that_it_continues(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(seconds: float) -> None:
         raise KeyboardInterrupt
 

@@ -32,7 +32,7 @@ def test_pieces_last_as_long_as_it_takes_to_serve_all_workers(slots: int) -> Non
     seconds = CASE * active(10**9).size(longest, slots, dispatch_cost)
     assert PIECE * slots <= seconds <= longest * (1 + 1e-9)
     if slots <= 2.0 * BUSY / PIECE:
-        assert longest == 2.0, "few workers have the pieces they had"
+        assert longest == 2.0, "few workers have pieces of the size as before"
 
 
 def test_a_small_job_is_cut_as_before_for_few_workers_and_into_no_more_than_pays_for_many() -> None:

@@ -190,7 +190,7 @@ def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: P
 
 
 @pytest.mark.slow
-def test_of_two_servers_on_one_database_the_second_continues_the_jobs_of_the_first(
+def test_a_second_server_on_the_same_database_continues_the_jobs_of_the_first(
     tmp_path: Path, postgres: str, expected: list[list[Any]]
 ) -> None:
     options = ("--workers", "1", "--database", postgres, "--results", str(tmp_path / "results"), *QUICK)

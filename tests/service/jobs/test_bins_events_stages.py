@@ -129,7 +129,7 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
         tell("deriving")  # no work fails because of it
 
 
-def test_that_a_kernel_is_compiled_is_told_while_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compilation_of_a_kernel_is_reported_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from trunnion.kernel.compilation import c_compiler
 
     monkeypatch.setattr(c_compiler, "_zig", lambda *_: (0, ""))

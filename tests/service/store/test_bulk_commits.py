@@ -71,7 +71,7 @@ def test_many_chunks_recorded_at_once_come_to_what_they_come_to_one_by_one(store
         store.record_outcomes(OTHER, many.id, done, lost)
 
 
-def test_of_many_chunks_recorded_at_once_all_are_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_chunks_recorded_at_once_are_all_stored_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
     job = taken(store, 30)
     store.cut_chunks(ME, job.id, [10] * 3)
 

@@ -21,8 +21,8 @@ BLOCK, MU_TABLE, SPRING = 2.0, 0.3, 500.0
 
 
 def friction_of_door(spacing: float) -> float:
-    """N m. The weight's couple W a loads four equal contacts in line, at z = ±s/2 ± c, in proportion to z: Σ|F| = W a 2s/(s² +
-    4c²) where c ≤ s/2. The end faces carry W. One journal of half length c (s = 0): W a/c."""
+    """Friction torque of the door, N m. The weight's couple W a loads four equal contacts in line, at z = ±s/2 ± c, in proportion
+    to z: Σ|F| = W a 2s/(s² + 4c²) where c ≤ s/2. The end faces carry W. One journal of half length c (s = 0): W a/c."""
     weight = DOOR * G
     pressed = REACH * weight * (2 * spacing / (spacing**2 + 4 * HALF**2) if spacing else 2 / SPACING)
     return MU / math.hypot(1, MU) * RADIUS * pressed + MU * weight * THRUST

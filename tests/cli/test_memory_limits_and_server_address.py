@@ -1,4 +1,4 @@
-"""Reports before a start: more rows than memory or time allow, a port that is in use, a folder without a scene."""
+"""Runs with more rows than memory allows are refused or end. A server at an unavailable port or address is refused at once."""
 
 from __future__ import annotations
 
@@ -125,19 +125,3 @@ def test_a_port_in_use_is_told_before_anything_is_started(host: str, tmp_path: P
 def test_a_host_that_is_not_ours_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["serve", "--host", "203.0.113.7", "--port", "0", "--data", str(tmp_path / "data")]) == 2
     assert "--host: '203.0.113.7' is not an address of this machine" in capsys.readouterr().err
-
-
-def test_a_folder_without_a_scene_is_told_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", str(tmp_path)]) == 2
-    assert "the folder has no scene.yaml" in capsys.readouterr().err
-    (tmp_path / "crane.yaml").write_text("schema: 1\n")
-    assert main(["check", str(tmp_path)]) == 2
-    err = capsys.readouterr().err
-    assert "the folder has no scene.yaml" in err
-    assert f"give the file itself: {tmp_path / 'crane.yaml'}" in err
-
-
-def test_a_folder_beside_us_does_not_hide_a_bundled_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "crank_slider").mkdir()
-    monkeypatch.chdir(tmp_path)
-    assert trunnion.load_scene("crank_slider").name == "crank_slider"
