@@ -121,7 +121,7 @@ def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
 
 def test_an_ensemble_that_is_told_to_stop_gives_the_cases_that_have_ended() -> None:
     with pytest.raises(Stopped) as stop:
-        Runner(planned("loop", "lanes")).chunk(0, 97, lambda done: False)  # the first call is short
+        Runner(planned("loop", "lanes")).chunk(0, 97, lambda done: False)  # the first call into C is short
     table = stop.value.table
     assert len(table) < 97
     rows = [table.column("case").to_pylist().index(i) for i in table.column("case").to_pylist()]

@@ -66,7 +66,7 @@ def test_a_piece_of_a_thousand_million_cases_takes_the_memory_of_its_rows(method
 def test_sobol_points_by_their_numbers_are_those_of_the_sequence_to_the_bit(axes: int) -> None:
     chance = np.random.default_rng(axes)
     starts = [0, 1, 1023, 1024, *chance.integers(0, 1 << 20, 12)]
-    starts += [(1 << 26) - 700] if axes < 3 else []  # SciPy needs a second to get there
+    starts += [(1 << 26) - 700] if axes < 3 else []  # SciPy's sequence needs a second to reach this point
     for start in sorted(map(int, starts)):
         stop = start + int(chance.choice([1, 2, 1024, 2500]))
         sequence = qmc.Sobol(axes, scramble=False, bits=BITS)

@@ -124,7 +124,7 @@ def test_cases_that_fail_are_told_and_widen_the_intervals_and_failing_has_indice
         assert ((b[:, 1] <= c[:, 1] + 1e-12) & (c[:, 2] - 1e-12 <= b[:, 2])).all()
     failing = numbers(some[1])
     assert some[1].of == "failed"
-    assert failing[[1, 4], 0] == pytest.approx(1.0, abs=1e-9)  # the second number alone decides
+    assert failing[[1, 4], 0] == pytest.approx(1.0, abs=1e-9)  # the second number alone decides whether a case fails
     assert failing[:, 0][[0, 2, 3, 5]] == pytest.approx(0.0, abs=1e-9)
     most = indices_of(cases, [OF], table(cases, ishigami, lambda x: x[:, 1] > -3.1))
     assert most[0].first[0].value is None

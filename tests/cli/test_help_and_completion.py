@@ -94,7 +94,8 @@ def test_deprecated_options_work_are_reported_once_and_are_in_no_help(capsys: py
         assert main(words) == 0
         assert capsys.readouterr().err == f"option {old} is deprecated: write {OPTIONS[old]}\n"
     shown = {n for _, o in options() for n in (*o.opts, *o.secondary_opts)}
-    assert shown & OPTIONS.keys() == {"--outputs"}  # which columns; earlier, in ``check`` it was the list of columns
+    # the word is also an old name: in ``check`` it was the list of columns, elsewhere it selects columns
+    assert shown & OPTIONS.keys() == {"--outputs"}
     assert set(OPTIONS.values()) <= shown
 
 

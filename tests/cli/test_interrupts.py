@@ -154,7 +154,8 @@ def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: s
         assert f"cancelled: {n} of 100000 cases finished" in done.stdout
     assert 5 <= n < 100000
     assert list(columns["case"]) == list(range(n))
-    again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}  # as a batch of this size runs
+    # a batch of the size of the interrupted one uses the compiled kernel
+    again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}
     same = trunnion.sweep("spherical_pendulum", {MU: list(columns[MU])}, **again)
     assert list(columns["final:ball.qd[2]"]) == same.table["final:ball.qd[2]"].to_pylist()
 

@@ -49,7 +49,7 @@ def test_the_command_is_refused_with_memory_and_writes_nothing(tmp_path: Path, c
     file = tmp_path / "r.csv"
     assert main(["simulate", "spherical_pendulum", "--until", "5", "--every", "1e-9", "-o", str(file), "--json"]) == 2
     (problem,) = json.loads(capsys.readouterr().out)["problems"]
-    numbers = 1 + len(trunnion.simulate("spherical_pendulum", until=0.1).columns)  # a row: the time, then the columns
+    numbers = 1 + len(trunnion.simulate("spherical_pendulum", until=0.1).columns)  # a row holds the time and the columns
     assert f"5e+09 rows of {numbers} numbers, which need {5e9 * numbers * 8 * 2 / 1e12:.3g} TB" in problem["what"]
     assert "1 GB" in problem["what"]
     assert not file.exists()
@@ -76,7 +76,7 @@ def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeyp
 
 def test_events_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, asked = str(trunnion.models_dir() / "stability" / "21_ratchet.yaml"), {"until": 20.0, "every": 0.1}
-    monkeypatch.setattr(run_loop, "first_steps", lambda numbers: 20)  # many calls
+    monkeypatch.setattr(run_loop, "first_steps", lambda numbers: 20)  # short calls into C make many calls
     monkeypatch.setattr(run_loop, "next_steps", lambda steps, seconds: steps)
     whole = trunnion.simulate(scene, **asked)
     assert whole.outcome.ok

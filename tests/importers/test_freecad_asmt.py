@@ -130,7 +130,7 @@ KINDS = {
 def test_every_joint_keeps_its_markers_as_it_should(kind: str, tmp_path: Path) -> None:
     """While the part falls and tumbles, the quantities that a joint of this kind keeps fixed do not change. They are computed from
     markers I and J in the world."""
-    turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # axes of a universal joint cross
+    turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # the axes of a universal joint are perpendicular
     pitch = block("pitch", "50") if kind == "ScrewJoint" else block("offset", "20") if kind == "PlanarJoint" else []
     base, J = at(100, 0, 0, 0.3, 0.2, 0.1), at(10, 20, 30, 0.5, -0.4, 0.2)
     shift = at(0, 0, -20) if kind == "PlanarJoint" else E

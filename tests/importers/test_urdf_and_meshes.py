@@ -49,7 +49,7 @@ def box(file: Path, size: tuple[float, float, float], shift: tuple[float, float,
 
 def test_a_boxs_mass_properties_are_its_closed_form(tmp_path: Path, needs: Callable[[str], None]) -> None:
     needs("trimesh")
-    file = box(tmp_path / "block.stl", (1000, 100, 100), (500, 0, 0))  # millimetres
+    file = box(tmp_path / "block.stl", (1000, 100, 100), (500, 0, 0))  # lengths in millimetres
     body = body_of_mesh(file, 7800.0, "mm")
     assert body["mass"] == pytest.approx(78.0, rel=1e-6)  # STL has single precision
     assert body["center"] == pytest.approx([0.5, 0, 0], abs=1e-7)
@@ -182,7 +182,7 @@ def test_massless_frames_in_chains_of_fixed_joints_are_points_of_bodies(seed: in
         for frame in frames:
             at = add("fixed", parent, frame, at)
             parent = frame
-        behind = rng.integers(0, 3)  # frames that the hinge moves, and that carry the link
+        behind = rng.integers(0, 3)  # number of frames that the hinge moves, and that carry the link
         links = [*(f"a{k}{n}" for n in range(behind)), f"link{k}"]
         for n, link in enumerate(links):
             at = add("fixed" if n else "continuous", parent, link, at, mass if link == links[-1] else "")

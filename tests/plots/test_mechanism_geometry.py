@@ -88,7 +88,7 @@ def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> 
 @pytest.mark.parametrize("run", ["swing", "slider", "double"])
 def test_drawn_bodies_meet_in_their_joints(run: str, request: pytest.FixtureRequest) -> None:
     result = request.getfixturevalue(run)
-    assert max(joint_gap(result, row) for row in (0, 40, 60)) < 1e-6  # loops are closed to the tolerance of the run
+    assert max(joint_gap(result, row) for row in (0, 40, 60)) < 1e-6  # the run closes loops to its tolerance
 
 
 @pytest.mark.parametrize(("run", "count"), [("swing", 1), ("slider", 2), ("double", 6)])

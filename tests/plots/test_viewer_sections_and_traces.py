@@ -25,7 +25,7 @@ def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
     def seen(cut: float) -> np.ndarray:
         shown.do(f"look.cutAt = {cut}")
         picture = shown.pixels()[..., :3]
-        return np.asarray(np.ptp(picture, axis=2) > 25)  # coloured: a body
+        return np.asarray(np.ptp(picture, axis=2) > 25)  # coloured pixels show a body
 
     none, half, whole = (seen(c) for c in (0.0, 0.5, 1.0))
     shown.do("look.cut = ''")
@@ -57,7 +57,7 @@ def test_traces_pass_through_the_places_of_their_points(shown: Opened) -> None:
     assert {t["part"] for t in found} == {"carriage", "knee", "ram", "upper", "lower"}
     carriage = next(t for t in found if t["part"] == "carriage")
     x = [p[0] for p in carriage["path"]]
-    np.testing.assert_allclose(np.diff(x), -0.02 * 0.01, atol=1e-7)  # its drive: 20 mm/s, rows every 10 ms
+    np.testing.assert_allclose(np.diff(x), -0.02 * 0.01, atol=1e-7)  # the drive moves the point at 20 mm/s; rows are 10 ms apart
     assert carriage["past"] == 12
 
 

@@ -99,7 +99,7 @@ def test_a_hook_that_falls_behind_a_block_holds_it() -> None:
     hook = {"at": 0.1, "stiffness": 2000.0}
     case = slider(gravity=(0, 0, 0), start={"qd": 1.0}, latch=hook, effort=-4.0)
     speed = np.sqrt(1 - 2 * 2 * 0.1)
-    down = (1 - speed) / 2 + speed  # time to the hook, then up and back
+    down = (1 - speed) / 2 + speed  # time to the hook, and time up and back
     w, t = np.sqrt(1000.0), 0.02
     swing = -4 / 2000 * (1 - np.cos(w * t)) - speed / w * np.sin(w * t)
     assert last(case, down + t, "p.q[1]") == pytest.approx(0.1 + swing, abs=NEAR)
@@ -110,7 +110,7 @@ def test_a_hook_that_is_lifted_lets_go() -> None:
     hook = {"at": 0.0, "stiffness": 1e4, "keeps": "below", "down": True, "release": lift}
     case = wheel(effort=2.0, friction={"torque": 0.5}, latch=hook)
     out = judged(case, 0.25, ["r.q*"], instants=5)
-    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # friction holds it anywhere within its band
+    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # within its band, friction holds the block anywhere
     assert out.values["r.qd[1]"][-1] == pytest.approx(1.5 / 0.02 * 0.05, rel=1e-3)
 
 

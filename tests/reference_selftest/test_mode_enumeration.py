@@ -110,7 +110,7 @@ def test_a_crank_that_passes_its_dead_centre_has_one_answer() -> None:
     scene = load_scene(str(CASES / "universal_at_dead_centre.yaml"))
     drive = sm.Drive(constant=sm.Constant(10.0, math.pi))
     scene = replace(scene, joints=scene.joints | {"p": replace(scene.joints["p"], drive=drive)})
-    q = {"p": [math.pi], "s": [0.0, 0.0, 1.0, 0.0], "k": [0.0, 0.0]}  # the crank points back, the rod along the guide
+    q = {"p": [math.pi], "s": [0.0, 0.0, 1.0, 0.0], "k": [0.0, 0.0]}  # the crank points backwards, and the rod lies along the guide
     state = forward(scene, q, {"p": [10.0], "s": [0.0, 5.0, 0.0], "k": [-5.0, 0.0]})
     assert np.abs(np.concatenate(closure(state, "g"))).max() < 1e-14
     assert [a.modes for a in Decision(state).answers()] == [{"k.2": "sticks", "g.1": "slides"}]

@@ -86,8 +86,8 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
     best = np.array([np.min(np.sum((slid(f, v[:, None], time) - data) ** 2, axis=1)) for f in force])
     inside = force[(best - best.min()) / noise**2 <= stats.chi2.ppf(0.9, 1)]
     i = found.intervals[FORCE]
-    assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the grid's steps are 1 %
-    assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval differs
+    assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the forces of the grid differ by 1 %
+    assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval has another end
 
 
 def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:

@@ -38,7 +38,7 @@ def test_the_truth_lies_within_three_deviations(script: ModuleType, found: trunn
 
 
 def test_the_misfit_is_the_noise(script: ModuleType, found: trunnion.Fit) -> None:
-    assert found.misfit == pytest.approx(script.NOISE, rel=0.05)  # 601 samples: 3 %
+    assert found.misfit == pytest.approx(script.NOISE, rel=0.05)  # the misfit of 601 samples varies by 3 %
 
 
 def test_the_readme_tells_what_was_found(found: trunnion.Fit) -> None:

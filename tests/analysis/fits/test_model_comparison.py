@@ -102,7 +102,7 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunni
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
     """Slopes of smooth but stiff laws are differences; across the stop of the block they are right up to the square of the step."""
     scene = trunnion.scene.overrides.scene_given(SLIDER, None)
-    time = np.linspace(0.0, 1.0, 12)  # without the time of the stop itself, where the second derivative is one-sided
+    time = np.linspace(0.0, 1.0, 12)  # the times leave out the stop itself, where the second derivative is one-sided
     curves = ModelCurves(scene, [FORCE, QD], (), [trunnion.MeasuredRun(time, {X: time}, name="run")], 1e-10)
     at = np.array([2.0, 1.0])
     for found in (curves._differences(at), curves.slopes(at)):
@@ -145,7 +145,8 @@ def test_a_start_that_has_to_be_found_too_takes_its_share() -> None:
     (again,) = trunnion.propose(found, {"again": {}})
     alone = 0.02 / math.sqrt(np.sum((TIME - TIME.mean()) ** 2))
     assert found.deviation[QD] == pytest.approx(alone, rel=1e-4)
-    assert again.deviation[QD] == pytest.approx(alone / math.sqrt(2.0), rel=1e-2)  # the reference prior adds 0.1 %
+    # the reference prior changes the deviation by 0.1 %
+    assert again.deviation[QD] == pytest.approx(alone / math.sqrt(2.0), rel=1e-2)
 
 
 def test_mistakes_in_all_trials_are_reported_together(line: trunnion.Fit) -> None:

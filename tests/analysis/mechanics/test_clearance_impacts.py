@@ -142,8 +142,8 @@ def test_without_clearance_it_is_the_ideal_joint() -> None:
     for c in (1e-6, 1e-8, 1e-9):
         [k, *_] = knocks(r, c)
         t = (12 * c * MASS / slope) ** (1 / 3)
-        assert k.flight == pytest.approx(t, rel=3 * (RATE * t) ** 2 + 1e-5)  # rows 0.5 ms apart
-        assert k.speed == pytest.approx(slope * t**2 / (2 * MASS), rel=3 * (RATE * t) ** 2 + 1e-5)  # rows 0.5 ms apart
+        assert k.flight == pytest.approx(t, rel=3 * (RATE * t) ** 2 + 1e-5)  # rows are 0.5 ms apart
+        assert k.speed == pytest.approx(slope * t**2 / (2 * MASS), rel=3 * (RATE * t) ** 2 + 1e-5)  # rows are 0.5 ms apart
 
 
 def mobility_of_pin(scene: sm.Scene) -> np.ndarray:

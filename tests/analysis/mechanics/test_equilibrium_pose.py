@@ -108,7 +108,7 @@ def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
         return float(2.0 * GRAVITY * heights.sum() + 0.5 * np.array(stiff) @ (q - 0.5) ** 2)
 
     best = minimize(energy, np.zeros(n), method="BFGS", options={"gtol": 1e-11})
-    assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the minimiser's own accuracy
+    assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the precision of the minimiser
 
 
 @pytest.mark.default_cases(2)

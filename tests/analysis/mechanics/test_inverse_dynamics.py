@@ -124,7 +124,7 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     assert main(["inverse", "double_pendulum", "--motion", str(source), "-o", str(out)]) == 0
     with out.open() as file:
         rows = list(csv.DictReader(file))
-    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # no drive acted
+    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # no drive acted in the run
     plain = tmp_path / "plain.csv"
     times = np.linspace(0.0, 0.5, 20)
     body = "\n".join(f"{t},{0.1 * t**2}" for t in times)

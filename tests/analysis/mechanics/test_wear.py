@@ -86,7 +86,7 @@ def test_a_load_that_stands_still_wears_one_side_of_what_stands_and_all_around_w
     for c in w.contacts:
         standing, turning = (c.on_pin, c.on_bearing) if pin == "inboard" else (c.on_bearing, c.on_pin)
         assert np.count_nonzero(standing > 1e-6 * standing.max()) == 1
-        assert turning == pytest.approx(np.full(BINS, turning.mean()), rel=0.02)  # bins are 5°, rows 0.36°
+        assert turning == pytest.approx(np.full(BINS, turning.mean()), rel=0.02)  # bins are 5° wide; rows are 0.36° apart
         assert c.load == pytest.approx(3.0 * GRAVITY / np.hypot(1.0, 0.2) / 2 * 0.01 * 2 * np.pi * 3.0, rel=1e-9)
 
 

@@ -43,7 +43,7 @@ def off(scene: Scene | str, names: list[str], outputs: list[str], until: float, 
     for k, name in enumerate(names):
         d = differences(loaded, name, outputs, until, until / rows)
         scale = np.abs(d).max(axis=0)
-        still = scale <= 1e-9 * scale.max()  # columns that do not depend on the parameter: differences give noise
+        still = scale <= 1e-9 * scale.max()  # differences of columns that do not depend on the parameter are noise
         error = np.abs(s.derivatives[:, :, k] - d).max(axis=0)
         worst = max(worst, float((error / np.where(still, scale.max(), scale)).max()))
     return worst

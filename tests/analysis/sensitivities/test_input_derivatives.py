@@ -61,7 +61,7 @@ def test_runs_with_external_actions_have_derivatives(what: str) -> None:
 def test_how_fast_a_motion_follows_an_input_that_stays_does_not_matter() -> None:
     scene, _ = SCENES["an input is a motion"]
     s = trunnion.sensitivity(scene, ["inputs.angle.bandwidth"], ["*.q[*", "*.qd[*"], 0.2)
-    assert np.abs(s.derivatives).max() < 1e-15  # round-off of the difference formula's weights
+    assert np.abs(s.derivatives).max() < 1e-15  # the weights of the difference formula add up to round-off
 
 
 def test_the_kink_of_a_ramp_is_no_event_beside_an_input() -> None:

@@ -80,7 +80,7 @@ def test_the_reference_asks_a_method_of_first_order_only_where_it_must(monkeypat
 
     def watched(settings: Settings) -> tuple[Result | None, str]:
         asked.append(settings.method)
-        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # to save time
+        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # a loose tolerance saves time
         return (None, "failed") if settings.method in failing else once(quick)
 
     monkeypatch.setattr(ready, "once", watched)

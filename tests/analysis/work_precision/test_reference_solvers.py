@@ -85,7 +85,7 @@ def test_closed_forms_are_our_motion(name: str) -> None:
 @pytest.mark.parametrize("name", ["crank_slider_free", "spherical_pendulum"])
 def test_sundials_solves_our_equations(name: str) -> None:
     law = FrictionVariant("regularized", 1e-2) if name == "spherical_pendulum" else FrictionVariant()
-    assert off(Sundials, load_scene(name), Setting("IDAS", 1e-9), 0.6, law) < 1e-5  # errors of BDF: 100 to 1000 tolerances
+    assert off(Sundials, load_scene(name), Setting("IDAS", 1e-9), 0.6, law) < 1e-5  # errors of BDF are 100 to 1000 tolerances
 
 
 def test_pinocchio_moves_an_open_chain_and_a_loop_as_we_do(spatial: Scene, needs: Callable[[str], None]) -> None:
@@ -99,14 +99,14 @@ def test_mujoco_moves_an_open_chain_as_we_do_and_a_loop_nearly(
 ) -> None:
     needs("mujoco")
     monkeypatch.chdir(tmp_path)  # MuJoCo writes a log into the current folder
-    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # the error of order 4 in a thousand steps
-    assert off(Mujoco, load_scene("crank_slider_free"), Setting("RK4", step=5e-4), 0.5) < 1e-3  # soft constraints
+    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # a method of order 4 has this error in a thousand steps
+    assert off(Mujoco, load_scene("crank_slider_free"), Setting("RK4", step=5e-4), 0.5) < 1e-3  # MuJoCo's constraints are soft
     assert os.listdir(tmp_path) == []
 
 
 def test_exudyn_moves_chain_and_loop_as_we_do(spatial: Scene, needs: Callable[[str], None]) -> None:
     needs("exudyn")
-    assert off(Exudyn, spatial, Setting("trapezoidal, index 2", step=1e-3)) < 1e-3  # order 2
+    assert off(Exudyn, spatial, Setting("trapezoidal, index 2", step=1e-3)) < 1e-3  # the method is of order 2
     assert off(Exudyn, load_scene("crank_slider_free"), Setting("trapezoidal, index 2", step=1e-3), 0.5) < 1e-2
 
 

@@ -31,7 +31,7 @@ def every_column() -> list[Column]:
 
 
 def test_every_quantity_is_a_column_of_some_model() -> None:
-    # LuGre's law, a joint that follows another, a gearbox, a band, a contact that opens, bounded steps
+    # No model has LuGre's law, a joint that follows another, a gearbox, a band, a contact that opens, or bounded steps.
     units = {"input_torque", "output_torque", "tension"}
     no_model = {"bristle", "tie", "gap", "extra.overrun", "extra.overruns", *units}
     assert {c.quantity.name for c in every_column()} == {q.name for k in REGISTRY.values() for q in k.quantities} - no_model

@@ -51,7 +51,7 @@ def test_a_sticking_loop_is_let_go_when_a_growing_torque_reaches_that(which: str
     still = r.time < 5.0
     for i in range(LOOPS[which].count):
         assert np.all(r[f"p{i}.qd[1]"][still] == 0.0)
-        assert np.ptp(r[f"p{i}.q[1]"][still]) <= 1e-14  # the cut joint's angle is measured
+        assert np.ptp(r[f"p{i}.q[1]"][still]) <= 1e-14  # the angle of the cut joint is measured, with round-off
     assert any(("not" in n and "unique" in n) or "not (smallest" in n for n in r.notes)
 
 

@@ -104,7 +104,7 @@ def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -
     assert motion.status == 0
     before, behind = motion.sol(turned - 5e-4)[2], motion.sol(turned + 5e-4)[2]
     assert before < 0.0 < behind
-    # the engine's value; it does not contain the energy that the spring's oscillation loses
+    # the engine's value, without the energy that the spring's oscillation loses
     assert motion.sol(0.46)[2] == pytest.approx(-0.41692, abs=0.01)
 
 

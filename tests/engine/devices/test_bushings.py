@@ -114,7 +114,8 @@ def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
     stored = r["energy.potential"] - MASS * G * r["b.position[3]"]
     lost = r["energy.dissipated"] - r["energy.dissipated"][0]
     given = make_interp_spline(r.time, r["bush.power"], k=5).integrate(0.0, r.time[-1])
-    assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)  # splines of degree 5, rows 2 ms apart
+    # splines of degree 5 through rows 2 ms apart have this precision
+    assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)
 
 
 def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
@@ -139,7 +140,7 @@ def test_a_bushings_motion_has_derivatives() -> None:
     s = trunnion.sensitivity(scene, ["forces.bush.stiffness[3]"], ["rail.q[1]"], 1.0, 0.1)
     w, t = np.sqrt(k / MASS), s.time
     exact = MASS * G / k**2 * (1 - np.cos(w * t)) - MASS * G / k * np.sin(w * t) * t / (2 * np.sqrt(k * MASS))
-    assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())  # runs at the scene's rtol
+    assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())  # both runs have the scene's rtol
 
 
 def test_both_ends_on_one_part_are_refused() -> None:

@@ -82,7 +82,7 @@ def test_a_spring_between_points_tells_its_length_force_and_power() -> None:
     length = np.linalg.norm(tip, axis=0)
     rate = make_interp_spline(r.time, length, k=5).derivative()(r.time)
     assert r["rubber.length"] == pytest.approx(length, rel=1e-12)
-    inside = slice(10, -10)  # a spline's rate is good to 1e-9 away from its ends
+    inside = slice(10, -10)  # away from its ends, the rate of a spline is precise to 1e-9
     assert r["rubber.force"][inside] == pytest.approx((200.0 * (length - 0.5) + 3.0 * rate)[inside], abs=1e-6)
     assert r["rubber.power"][inside] == pytest.approx((-r["rubber.force"] * rate)[inside], abs=1e-5)
 

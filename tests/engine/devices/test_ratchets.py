@@ -101,7 +101,7 @@ def test_a_body_on_a_tooth_rests_and_oscillates_there() -> None:
     assert simulate(hung, until=0.1)["j.latch.state[1]"].tolist()[:2] == [4.0, 4.0]
     found = modes(hung)
     assert found.q["j"][0] == pytest.approx(AT + 3 * PITCH - PULL / STIFF, abs=1e-9)
-    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # under the load PULL, 1 s/m damps with PULL N s/m
+    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # a damping of 1 s/m under the load PULL is PULL N s/m
     assert [m.frequency for m in found.modes] == pytest.approx([swing / (2 * np.pi)], rel=1e-7)
     assert equilibrium(hung).kind == "stable"
 
@@ -139,7 +139,8 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
     past = way * (r[f"{name}.q[1]"] - latch.at)
     tooth = np.where(np.maximum.accumulate(past) < 0, 0, 1 + np.floor(np.maximum.accumulate(past) / pitch) if pitch else 1)
     state = r[f"{name}.latch.state[1]"]
-    assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)  # a top between rows may pass a further tooth
+    # between two rows, the body may pass a further tooth at its highest point
+    assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)
     assert state.max() >= 1.0
     on = way * (r[f"{name}.q[1]"] - latch.at) - np.maximum(state - 1, 0) * (pitch or 0.0)
     force = np.where((state > 0) & (on < 0), -latch.stiffness * on, 0.0)

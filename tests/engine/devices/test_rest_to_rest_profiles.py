@@ -28,10 +28,11 @@ def first_half(profile: str, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
     """Share of the distance, its rate and acceleration up to u = 1/2, written out for each phase."""
     if profile == "polynomial":
         return u**3 * (10 - 15 * u + 6 * u**2), 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
-    if profile == "trapezoid":  # peak speed 3/2, acceleration 9/2
+    if profile == "trapezoid":  # the peak speed is 3/2, the acceleration 9/2
         early = u < 1 / 3
         return np.where(early, 2.25 * u**2, 0.25 + 1.5 * (u - 1 / 3)), np.where(early, 4.5 * u, 1.5), np.where(early, 4.5, 0.0)
-    corners, accelerations = np.array([0, 1 / 12, 1 / 4, 1 / 3, 1.0]), [0, 6, 6, 0, 0]  # speeds up to 6 · 1/4 = 3/2
+    # the area of the accelerations, 6 · 1/4, is the peak speed of 3/2
+    corners, accelerations = np.array([0, 1 / 12, 1 / 4, 1 / 3, 1.0]), [0, 6, 6, 0, 0]
     fine = np.linspace(0.0, 0.5, 600_001)
     a = np.interp(fine, corners, accelerations)
     v = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2 * np.diff(fine))])

@@ -186,7 +186,7 @@ def test_a_rubbing_block_answers_every_signal_as_integrals_between_events_say(ki
 def test_a_pulse_of_a_microsecond_in_a_run_of_hours_acts_with_its_whole_impulse() -> None:
     mass, force, begin, duration = 2.0, 5e6, 4321.0, 1e-6
     keys = {"pulse": {"peak": force, "begin": begin, "duration": duration}}
-    lasted = (begin + duration) - begin  # to the precision of the time values
+    lasted = (begin + duration) - begin  # the duration, as precise as the two times
     for method in METHODS:
         r = simulate(scene(keys, mass), until=1e4, every=1e4, method=method)
         assert r["slide.qd[1]"][-1] == pytest.approx(force * lasted / mass, rel=1e-9)

@@ -72,7 +72,7 @@ def test_a_brake_on_a_turning_joint_and_one_that_is_pressed_beside_the_load() ->
     wheel = sm.Joint("revolute", "ground", "wheel", axis="y", friction=rub, start=sm.Start(qd=30.0))
     inputs = {"calliper": sm.Input(start=100.0, unit="N")}
     r = simulate(sm.Scene({"wheel": body}, {"joint": wheel}, "disc", inputs=inputs), until=0.01)
-    # friction over load: μ/√(1 + μ²) for the weight on a pin; μ for the preload, which presses all around
+    # friction over load is μ/√(1 + μ²) for the weight on a pin, and μ for the preload, which presses all around
     share = 0.2 / np.hypot(1.0, 0.2)
     assert r["joint.friction.torque[1]"][1:] == pytest.approx(0.05 * (share * WEIGHT + 0.2 * 100.0), rel=1e-9)
 

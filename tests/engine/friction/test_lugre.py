@@ -145,7 +145,7 @@ def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> 
     state = np.zeros((count, len(settles)))
     for _ in range(60):
         drift, friction, slopes = map(np.array, step(*given, state))
-        slope = slopes.reshape(count, -1, count).swapaxes(0, 1)  # states × count × count
+        slope = slopes.reshape(count, -1, count).swapaxes(0, 1)  # the array has the shape states × count × count
         h = 1e3 / np.abs(np.linalg.eigvals(slope)).max(axis=1)
         taken = np.linalg.solve(np.eye(count) - h[:, None, None] * slope, (h * drift).T[:, :, None])
         state = state + taken[:, :, 0].T

@@ -140,7 +140,8 @@ def test_no_c_file_names_a_method() -> None:
     for file in sorted(RUNTIME.rglob("*.[ch]")):
         text = re.sub(r"/\*.*?\*/", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
         found = re.findall(rf"(?i)\b(?:tr_)?(?:{names})\b(?!\.c)", text)
-        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # these are also names of kinds
+        # these words are also names of kinds
+        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name
 
 
 def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> None:
@@ -259,7 +260,7 @@ def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) ->
     assert r.outcome.joint in r.scene.joints
     assert "step" in r.outcome.advice
     assert np.isfinite(r.data).all()
-    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to the end exist
+    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # no row before the end is missing
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
@@ -271,7 +272,7 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
     fine = work(1e-12)
     for rtol in (1e-6, 1e-8):
-        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # the errors of some 60 steps add up, unevenly
+        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # errors of some 60 steps add up unevenly
 
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])

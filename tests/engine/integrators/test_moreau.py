@@ -54,7 +54,7 @@ def test_the_pendulum_comes_to_rest_and_stays() -> None:
 def test_loops_stay_closed() -> None:
     r = simulate("crank_slider", until=1.0, every=0.01, method="moreau", step=1e-3, overrides=COULOMB)
     assert r.outcome.ok
-    assert r["audit.constraint"].max() <= 1e-13  # rounding errors of lengths of about 1 m
+    assert r["audit.constraint"].max() <= 1e-13  # lengths of about 1 m are rounded to this
 
 
 def test_two_component_sliding_follows_the_located_run() -> None:
@@ -102,7 +102,8 @@ def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
     scene = sm.Scene({"belt": lump, "block": lump}, joints, "belt", gravity=(0, 0, -10.0), ground=ground, forces={"spring": spring})
     middle, omega = mu * weight / stiffness, math.sqrt(stiffness / mass)
     a = more * middle
-    slip = 2 * (math.pi - math.atan(a * omega / speed)) / omega  # from release until the block is as fast as the belt again
+    # time from the release until the block is as fast as the belt again
+    slip = 2 * (math.pi - math.atan(a * omega / speed)) / omega
 
     def way(t: np.ndarray) -> np.ndarray:
         first, stick = (middle + a) / speed, 2 * a / speed
@@ -208,7 +209,7 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
         r = simulate(ratchet(duty), until=50.0, every=50.0, method="moreau", rtol=rtol)
         slips = [e.time for e in r.events if e.kind == "slip"]
         assert len(slips) in (49, 50), rtol  # the first and the last period may contain no slip
-        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: while the block is held, no step is longer
+        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s; while the block is held, no step is longer
 
 
 @pytest.mark.slow
@@ -271,7 +272,7 @@ def test_fixed_steps_act_on_end_stops() -> None:
     for step in (1e-4, 1e-5):
         r = simulate(scene, until=until, every=until / 50, method="moreau", step=step)
         off.append(float(np.abs(np.array([r["rub.q[1]"], r["rub.qd[1]"]]) - way(r.time)).max()))
-    assert off[1] <= 0.2 * off[0] <= 0.02  # of first order
+    assert off[1] <= 0.2 * off[0] <= 0.02  # the error is of first order
 
 
 def driven_jack(seed: int) -> sm.Scene:
@@ -319,7 +320,7 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
     for rtol in (1e-3, 1e-4, 1e-6):
         r = simulate(scene, method="moreau", rtol=rtol, max_steps=1000)
         assert r.outcome.ok
-        assert r.stats.steps <= 200  # at 1e-4 it takes 60
+        assert r.stats.steps <= 200  # at a tolerance of 1e-4, the run takes 60 steps
         for column in ("bearing.q[1]", "pivot.q[1]", "thread.friction.torque[1]", "foot.friction.torque[1]"):
             moves = slice(None) if ".q" in column else r.time < 0.59  # at rest friction is not unique
             assert np.abs(r[column] - exact[column])[moves].max() <= 10.0 * rtol * np.abs(exact[column]).max(), column

@@ -99,7 +99,7 @@ def test_the_torque_that_a_load_takes_is_that_of_its_efficiency(internal: bool, 
     efficiency = -load * r["on_b.qd[1]"] / (r["on_a.drive.effort[1]"] * r["on_a.qd[1]"])
     assert efficiency[1:] == pytest.approx(R1 / R2 * out / (R1 + ROLL), rel=1e-9)
     lost = 1 - np.pi * MU / 2 * (1 / 20 - 1 / 40 if internal else 1 / 20 + 1 / 40)
-    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # the textbooks' first order
+    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # the textbooks' formula of first order
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -131,7 +131,8 @@ simulation: {{until: 0.5 s, every: 0.05 s}}
     r = simulate(scene, rtol=1e-10)
     assert r["on_b.q[1]"] == pytest.approx(R1 * rate * r.time, rel=1e-12, abs=1e-13)
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx(weight * (R1 + (ROLL if lifts else -ROLL)), rel=1e-9)
-    push = np.abs(r["on_b.reaction.force[3]"][1:]) + np.abs(r["on_b.reaction.force[2]"][1:])  # one is along the wheel's axis
+    # one of the two components is along the wheel's axis, and zero
+    push = np.abs(r["on_b.reaction.force[3]"][1:]) + np.abs(r["on_b.reaction.force[2]"][1:])
     assert push == pytest.approx(weight * np.tan(ANGLE), rel=1e-9)
 
 
@@ -150,7 +151,8 @@ joints:
 simulation: {{until: 0.5 s, every: 0.05 s}}
 """)
     r = simulate(scene, rtol=1e-10)
-    one, two = R1 / np.cos(np.arctan(20 / 40)), R2 / np.cos(np.arctan(40 / 20))  # Tredgold: radii of spur gears that mesh alike
+    # Tredgold's radii of spur gears that mesh like the bevel gears
+    one, two = R1 / np.cos(np.arctan(20 / 40)), R2 / np.cos(np.arctan(40 / 20))
     wanted = R1 / R2 * (1 + ROLL / one) / (1 - ROLL / two) * load
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx(wanted, rel=1e-9)
 

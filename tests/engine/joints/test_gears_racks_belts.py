@@ -41,7 +41,7 @@ def test_surfaces_do_not_slide_where_they_touch(seed: int) -> None:
         row = Row(f, r, i)
         for k, one in enumerate(f.pairs):
             if one.what in ("belt", "crossed"):
-                continue  # a belt's surfaces touch no other
+                continue  # the pulleys of a belt do not touch each other
             place, way = row.touch(one)
             slip = (row.velocity(f"w{2 * k}", place) - row.velocity(f"w{2 * k + 1}", place)) @ way
             assert abs(slip) < 1e-11, one.what

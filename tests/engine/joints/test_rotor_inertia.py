@@ -184,7 +184,7 @@ def test_every_method_steps_rotors() -> None:
     runs = {m: trunnion.simulate(scene, 2.0, 2.0, rtol=1e-8, overrides={"simulation.method": m})["hinge.q[1]"][-1]
             for m in ("rk5", "rk8", "rosenbrock", "moreau")}  # fmt: skip
     for method, found in runs.items():
-        close = 3e-5 if method == "moreau" else 1e-6  # of order 2, its error follows the tolerance
+        close = 3e-5 if method == "moreau" else 1e-6  # time stepping is of order 2, and its error follows the tolerance
         assert found == pytest.approx(runs["rk8"], abs=close), method
 
 

@@ -133,14 +133,15 @@ def test_a_point_keeps_to_its_curve_and_presses_as_its_motion_asks(closed: bool,
         slides = float((np.conj(way) * moves).real)
         assert float(r["slot.qd[1]"][i]) == pytest.approx(slides, abs=1e-9)
         if mu and abs(slides) < 1e-6:
-            continue  # at rest, where this test has no value for friction
+            continue  # this test has no value for friction at rest
         qdd, normal, force = asked(s, (t, theta, u, slides), (moves, spin), mu)
         assert [r[f"plane.qdd[{k}]"][i] for k in (1, 2, 3)] == pytest.approx(qdd, rel=1e-8, abs=1e-8)
         assert r["slot.reaction.force[2]"][i] == pytest.approx(-normal, rel=1e-8, abs=1e-8)
         assert r["turn.drive.effort[1]"][i] == pytest.approx((np.conj(place) * force).imag, rel=1e-8, abs=1e-8)
         if mu:
             assert r["slot.contact[1].normal_force"][i] == pytest.approx(abs(normal), rel=1e-8, abs=1e-8)
-            assert abs(r["slot.contact[1].angle"][i]) == pytest.approx(0.0 if normal > 0 else np.pi)  # the side that presses
+            # the angle tells which side of the slot presses
+            assert abs(r["slot.contact[1].angle"][i]) == pytest.approx(0.0 if normal > 0 else np.pi)
     assert np.abs(r["energy.residual"]).max() < 1e-8
 
 
@@ -180,7 +181,7 @@ def test_a_pin_meets_the_end_of_its_slot_in_time_and_comes_back(kernel: str) -> 
     most = 0.4 * pull / stiff + np.sqrt((0.4 * pull / stiff) ** 2 + 2 * 0.4 * pull * 0.1 / stiff)
     assert deepest <= most
     assert np.abs(r["energy.residual"]).max() < 1e-8
-    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end on which it falls returns all energy
+    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end onto which the pin falls returns all energy
 
 
 def yoke(mu: float, drive: str, extra: str = "") -> sm.Scene:

@@ -72,7 +72,7 @@ def in_flight(seed: int, friction: sm.Friction | None) -> tuple[Scene, dict[str,
     f, rng, w = flying(seed, ("gear",)), np.random.default_rng([3, seed]), random_worm(seed)
     a, at = unit(rng.normal(size=3)), 0.3 * rng.normal(size=3)
     u = unit(np.cross(a, rng.normal(size=3)))
-    b = w.side * np.cross(u, a)  # so that side · (a × b) = u
+    b = w.side * np.cross(u, a)  # the sense of u, for which side · (a × b) = u
     away = at + (w.r1 + w.r2) * u + 0.01 * a + 0.02 * b
     scene = f.scene
     joints = {"fly": scene.joints["fly"]}

@@ -133,7 +133,8 @@ def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: P
     assert texts[0][0] == "True"  # neither process found the kernel in the cache
     here = simulate("crank_slider_free", until=0.1, every=0.1, kernel="compiled")
     assert float(texts[0][1]) == pytest.approx(here["guide.q[1]"][-1], abs=1e-12)
-    assert len(list(home.glob("kernel-*/complete"))) == 2  # the entry of the two processes, and the one above with all columns
+    # one entry is that of the two processes, the other that of the run with all columns above
+    assert len(list(home.glob("kernel-*/complete"))) == 2
     assert not [p for p in home.iterdir() if p.name.startswith(".")]
 
 
@@ -224,7 +225,7 @@ def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypa
         tries.append(folder)
         if len(tries) == 1:
             library_cache._remove(shared)
-            shared.write_text("")  # a file in its place prevents that the folder is made again
+            shared.write_text("")  # a file in place of the folder prevents that the folder is made again
         return run(arguments, folder, own)
 
     monkeypatch.setattr(c_compiler, "_zig", pruned_meanwhile)
@@ -395,4 +396,4 @@ def test_code_that_does_not_compile_is_reported_as_our_defect(home: Path) -> Non
         c_compiler.build_library([source], home / "kernel.so", [RUNTIME], library_cache.cache_folder())
     assert "kernel.c:1" in str(caught.value)
     assert not (home / "kernel.so").exists()
-    assert len(str(caught.value)) < 2500  # it quotes only the end of the compiler's message
+    assert len(str(caught.value)) < 2500  # the error quotes only the end of the compiler's message

@@ -45,7 +45,8 @@ def test_the_report_of_an_open_loop_names_the_drive_that_keeps_it_open() -> None
     drive = {"drive": {"constant": {"rate": 1, "start": "180 deg"}}}
     outcome = simulate(linkage(0.25, base=drive), until=0.01).outcome
     assert outcome.name == "open_loop"
-    assert outcome.numbers["distance"] == pytest.approx(0.15, rel=1e-6)  # 0.25 + 0.1 − 0.2
+    # the rod must span 0.25 + 0.1 m and is 0.2 m long
+    assert outcome.numbers["distance"] == pytest.approx(0.15, rel=1e-6)
     assert "driven: base" in outcome.advice
 
 
@@ -59,7 +60,8 @@ def test_axes_that_do_not_agree_are_told_as_an_angle() -> None:
 
 
 def test_rates_that_do_not_agree_are_told_as_rates() -> None:
-    scene = linkage(0.3, base={"drive": {"constant": {"rate": 1}}})  # stretched: its joints cannot turn at this rate
+    # the linkage is stretched, and its joints cannot turn at this rate
+    scene = linkage(0.3, base={"drive": {"constant": {"rate": 1}}})
     scene["joints"]["pin"]["drive"] = {"constant": {"rate": 2}}
     outcome = simulate(scene, until=0.01).outcome
     assert outcome.name == "open_loop"

@@ -204,7 +204,7 @@ def test_a_light_crank_jams_inside_its_friction_circle(method: str, share: float
     r = simulate(crank_slider(inertia), method=method, rtol=1e-9, every=0, outputs="pin.q*", kernel="parts")
     assert r.outcome.name == "jammed"
     assert r.outcome.joint == "pin"
-    low, high = 0.6 * CIRCLE / ARM, 1.0  # the factor has its minimum below
+    low, high = 0.6 * CIRCLE / ARM, 1.0  # the factor has its minimum below this interval
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if reflected_inertia(inertia, middle) > 0.0 else (middle, high)

@@ -30,9 +30,9 @@ def test_loops_stay_closed(name: str, until: float) -> None:
     r = simulate(name, until=until, every=until / 500, outputs=["audit.constraint", "energy.kinetic", "energy.potential"])
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= CLOSURE
-    if name != "crank_slider":  # the crank_slider is driven and does not keep its energy
+    if name != "crank_slider":  # crank_slider is driven and does not keep its energy
         energy = r["energy.kinetic"] + r["energy.potential"]
-        assert np.ptp(energy) <= 2e-3 * r["energy.kinetic"].max()  # a thousand swings at rtol 1e-6
+        assert np.ptp(energy) <= 2e-3 * r["energy.kinetic"].max()  # the run has a thousand swings at rtol 1e-6
 
 
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4])
@@ -142,7 +142,7 @@ def test_loops_that_cannot_close_give_an_outcome(start: float) -> None:
     joints = scene.joints | {"crank_pivot": replace(scene.joints["crank_pivot"], drive=drive)}
     r = simulate(replace(scene, bodies=bodies, joints=joints), until=0.1)
     assert (r.outcome.name, r.outcome.time, r.outcome.ok) == ("open_loop", 0.0, False)
-    assert r.outcome.joint == "crank_pin"  # the joint at which the loop is cut
+    assert r.outcome.joint == "crank_pin"  # the loop is cut at this joint
     assert "positions" in r.outcome.advice
     assert len(r) == 0
     assert r.time.shape == (0,)
@@ -163,7 +163,7 @@ def tip(n: int, t: float) -> np.ndarray:
     """Tip of the first crank of the N-four-bar: all cranks parallel, θ̈ = −((N+1)/2+N)/((N+1)/3+N) g cos θ."""
     k = ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * 9.81
     y = solve_ivp(lambda t, y: [y[1], -k * np.cos(y[0])], (0, t), [np.pi / 2, -1.0], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    assert y[0] < -np.pi / 2  # it passed the horizontal, where the number of freedoms jumps from 1 to N + 1
+    assert y[0] < -np.pi / 2  # the crank has passed the horizontal, where the number of freedoms jumps from 1 to N + 1
     return np.array([np.cos(y[0]), np.sin(y[0])])
 
 

@@ -40,8 +40,8 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
     for name in case.scene.joints:
         chosen = -(wrench[name] + loose[name] @ amounts)
         force, torque = reaction(eq.state, name, chosen)
-        assert np.abs(mine[name, "reaction.force"] - force).max() <= TOLERANCE * 30.0  # N
-        assert np.abs(mine[name, "reaction.torque"] - torque).max() <= TOLERANCE * 10.0  # N m
+        assert np.abs(mine[name, "reaction.force"] - force).max() <= TOLERANCE * 30.0  # tolerance in N
+        assert np.abs(mine[name, "reaction.torque"] - torque).max() <= TOLERANCE * 10.0  # tolerance in N m
         assert mine[name, "qdd"] == pytest.approx(eq.accelerations(name) @ [1.0], rel=TOLERANCE)
 
 

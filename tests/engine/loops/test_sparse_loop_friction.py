@@ -195,7 +195,8 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
             held.append(sum(r[c][-1] == PairState.STUCK.value for c in r.names if c.startswith("leg")))
             assert 0.0 <= debug.tr_gap_to_maps(ctypes.c_void_p(model.block.at)) <= SAME
     assert held == [2, 6]
-    assert r.stats.counters["newton_iterations"] <= 19_500  # earlier 22,800: maps at rest, searches below round-off of time
+    # earlier 22,800, with maps at rest and searches below round-off of the time
+    assert r.stats.counters["newton_iterations"] <= 19_500
 
 
 @pytest.mark.default_cases(1)

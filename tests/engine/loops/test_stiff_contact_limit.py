@@ -38,7 +38,7 @@ def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
         sizes["half_length"] = rng.uniform(0.02, 0.08)
     if kind == "universal":
         sizes |= {"radius": tuple(rng.uniform(0.005, 0.03, 2)), "half_length": tuple(rng.uniform(0.02, 0.08, 2))}
-    if kind == "prismatic":  # long enough not to wedge
+    if kind == "prismatic":  # the sleeve is long enough not to wedge
         sizes |= {"mu": rng.uniform(0.05, 0.3), "half_length": rng.uniform(0.15, 0.3)}
         sizes |= {"half_width": rng.uniform(0.01, 0.03), "half_height": rng.uniform(0.01, 0.03)}
         del sizes["radius"]

@@ -121,7 +121,7 @@ def compared(case: Case) -> dict[str, float]:
     assert row["audit.complement"] <= 1e-12  # Newton's last step squares an error of 1e-7: only round-off is left
     for name, friction in result.friction.items():
         mine = results(model, row)[name, "friction"]
-        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # the rounding error of the sum
+        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # round-off of the sum
         assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it takes energy out
         assert friction @ state.qd[name] >= floor, name
     return row

@@ -137,7 +137,7 @@ def test_other_units_are_other_parameters_of_the_same_structure() -> None:
     case = first(what, lambda c: holds(c) and "FromInput" not in repr(c.scene), lambda s: random_loop(s, loops=loops, t=TIME))
     base, moved = build(case.scene), build(rescaled(case, 1000.0, 1e-3, 2.0).case.scene)
     assert base.system == moved.system
-    assert repr(base.system) == repr(moved.system)  # the text from which the kernel's key is made
+    assert repr(base.system) == repr(moved.system)  # the key of the kernel is made from this text
     assert not np.allclose(base.parameters.values, moved.parameters.values)
 
 

@@ -93,7 +93,8 @@ def test_the_columns_asked_for_do_not_change_the_motion() -> None:
     one, most = (simulate("spherical_pendulum", until=1.0, every=0.3, outputs=o, overrides=PAPER) for o in columns)
     assert one["ball.qd[2]"] == pytest.approx(most["ball.qd[2]"], abs=1e-13)
     assert one.stats.steps == most.stats.steps
-    assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)  # rtol times the largest rate
+    # ten times rtol times the largest rate
+    assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)
 
 
 def test_a_pattern_that_matches_nothing_is_a_mistake() -> None:
@@ -110,7 +111,7 @@ def test_rows_lie_on_the_grid_and_the_last_at_the_end() -> None:
     assert pendulum().time == pytest.approx([0.0, 0.3, 0.6, 0.9, 1.0], abs=1e-15)
     assert len(pendulum()) == 5
     r = simulate("simple_pendulum", until=1.0, every=0.1)
-    assert r.time == pytest.approx(np.arange(11) / 10, abs=1e-15)  # no row twice where the grid meets the end
+    assert r.time == pytest.approx(np.arange(11) / 10, abs=1e-15)  # where the grid meets the end, there is one row
     every_step = simulate("simple_pendulum", until=1.0, every=0.0)
     assert len(every_step) == every_step.stats.steps + 1
     assert np.all(np.diff(every_step.time) > 0)

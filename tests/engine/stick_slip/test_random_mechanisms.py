@@ -46,10 +46,11 @@ def stiff(*case: object) -> object:
         stiff("tree", 199, ("auto", 1e-6)),  # the case above, by the default method
         # a ball that closes a loop is slow for a moment, at its own dead centre, but does not stop
         ("loop", 19, ("auto", 1e-4)),
-        ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: a sleeve slips there
-        ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: balls reach their cones there
+        ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: in this row, a sleeve slips
+        ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: in this row, balls reach their cones
         ("loop", 3, ("rk8", 1e-8)),  # in the row of its stop, a ball that stops with others has no direction of sliding
-        ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start; only random starts find its friction
+        # a ball turns about its contact at the start; only random starts of the search find its friction
+        ("loop", 116, ("rk5", 1e-5)),
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of both components of friction counts
         ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction of sliding before the stop, not that of round-off
         stiff("loop", 121, ("rosenbrock", 1e-6)),  # the case above, for a pair that was slow for a long time before
@@ -136,7 +137,8 @@ def test_loop_closure_gives_a_resting_joint_no_speed(setting: tuple[str, float])
     assert r.outcome.ok
     assert 0.23 * span < stopped < 0.25 * span
     assert not any(e.kind == "slip" for e in r.events if e.joint == "j3" and e.time > stopped)
-    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8  # rad/s: round-off of motion at 130
+    # rad/s; other bodies move at 130 rad/s, and this is their round-off
+    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8
     assert np.abs(r["energy.residual"]).max() < 10.0 * rtol * (np.ptp(r["energy.kinetic"]) + r["energy.dissipated"][-1])
 
 

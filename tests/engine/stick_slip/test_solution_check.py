@@ -100,7 +100,7 @@ def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: s
 def test_a_block_that_is_called_held_while_it_moves_is_not() -> None:
     block = begun(block_on_table(speed=1.0))
     modes(block)["flag"][0] = PairState.STUCK
-    solution(block)[-1] = 0.0  # no force along the table, so that it does not accelerate
+    solution(block)[-1] = 0.0  # without a force along the table, the block does not accelerate
     assert block.broken() == {Breaks.REST}
 
 
@@ -110,7 +110,7 @@ def test_a_held_block_that_carries_more_than_it_can_breaks_its_cone() -> None:
     assert block.broken() == set()
     where = [i for i, p in enumerate(block.parameters) if p == 0.5]
     for i in where:
-        block.parameters[i] = 0.4  # below tan(0.4)
+        block.parameters[i] = 0.4  # this coefficient is below tan(0.4)
     block.prepare()
     assert block.broken() == {Breaks.CONE}
 
@@ -149,7 +149,7 @@ def test_a_stop_that_presses_with_nothing_in_it_is_seen() -> None:
     slide = sm.Joint("prismatic", "ground", "block", axis="x", end_stops=sm.EndStops(upper=0.1, stiffness=1e4))
     block = begun(sm.Scene({"block": sm.Body(mass=2.0, inertia=(0.1, 0.1, 0.1))}, {"slide": slide}))
     assert block.broken() == set()
-    block.x[len(block.x) - 1] = 1.0  # no pair: the last number is the stop's flag
+    block.x[len(block.x) - 1] = 1.0  # the scene has no pair, so that the last number is the stop's flag
     assert block.broken() == {Breaks.STOP}
 
 

@@ -72,8 +72,8 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
     mass, inertia, length, angle = rng.uniform(0.5, 3), rng.uniform(0.01, 0.3), rng.uniform(0.2, 1), rng.uniform(-1.2, 1.2)
     mu, e, law = rng.uniform(0, 0.4), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
     point = (0.0, -length)
-    lever = np.array([-length * np.sin(angle), -length * np.cos(angle)])  # x, z of the point from the mass centre
-    v = np.array([-rng.uniform(0.5, 3), rng.uniform(-3, 3), rng.uniform(-1, 1)])  # z, x, angle about y
+    lever = np.array([-length * np.sin(angle), -length * np.cos(angle)])  # x and z of the point, from the mass centre
+    v = np.array([-rng.uniform(0.5, 3), rng.uniform(-3, 3), rng.uniform(-1, 1)])  # rates of z, x and the angle about y
     J = np.array([[1.0, 0.0, -lever[0]], [0.0, 1.0, lever[1]]])
     if (J @ v)[0] >= -0.1:
         v[0] -= (J @ v)[0] + 0.5
@@ -89,7 +89,7 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
         p = p + impulses(W, u + W @ p, mu, 0.0, e * p[0])
     after = v + Mi @ J.T @ p
     got = np.array([r[f"fly.qd[{k + 1}]"][-1] for k in range(3)])
-    assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # 1e-9 s of gravity follow the impact
+    assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # gravity acts for 1e-9 s after the impact
     assert r.audit.verdict == "within"
 
 

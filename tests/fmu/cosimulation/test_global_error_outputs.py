@@ -64,7 +64,7 @@ def test_where_decisions_fall_otherwise_no_error_is_told(tmp_path: Path) -> None
     lost = np.isnan(values).any(axis=0)
     assert lost[-1]
     assert not lost[:5].any()
-    assert np.all(np.diff(lost.astype(int)) >= 0)  # after a loss, no error is promised again
+    assert np.all(np.diff(lost.astype(int)) >= 0)  # once an error is no longer promised, none is promised later
 
 
 def test_without_the_parameter_the_numbers_are_those_of_an_fmu_that_has_none(tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def test_a_stored_state_continues_in_a_library_at_another_address() -> None:
     here.run(0.0, 20, 0.01)
     kept = here.fmu.serializeFMUState(here.fmu.getFMUState())
     expected = here.run(0.2, 20, 0.01, *columns)
-    here.fmu.freeInstance()  # also unloads the library with the tables
+    here.fmu.freeInstance()  # this also unloads the library with the tables
     there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
     assert there.run(0.2, 20, 0.01, *columns) == expected
 
@@ -84,7 +84,7 @@ def test_directional_derivatives_are_those_of_compiled_code() -> None:
         names = ["knee.qdd[1]", "hip.drive.effort[1]", "two.acceleration[1]"]
         known = [host.reference[n] for n in ("motor", "angle")]
         both.append([host.fmu.getDirectionalDerivative([host.reference[n] for n in names], [k], [1.0]) for k in known])
-    np.testing.assert_allclose(*both, rtol=1e-6)  # both at the end of runs of rtol 1e-6
+    np.testing.assert_allclose(*both, rtol=1e-6)  # both runs end with errors of rtol 1e-6
     assert np.abs(both[0]).max() > 0.1
 
 

@@ -177,5 +177,5 @@ def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(
         monkeypatch.setenv("TRUNNION_QUICK_BUILD", switch)
         made[switch] = library(chosen(["host"])[0], tmp_path.name, sources)
     assert made["1"] == made["0"]
-    assert len(calls) == 2  # its code, and the link
+    assert len(calls) == 2  # one call compiles the code of the model, the other links
     assert not any(flag in call for call in calls for flag in c_compiler.QUICK)

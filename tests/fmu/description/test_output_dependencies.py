@@ -83,7 +83,8 @@ def test_events_audit_and_structural_zeros_depend_on_no_input() -> None:
     assert not [o for o in now if o.startswith(("events.", "audit.")) and now[o]]
     assert now["crank.acceleration[3]"] == now["crank.angular_velocity[1]"] == set()
     said = {o for o, inputs in declared(made("motor"), at_start=False).items() if inputs}
-    efforts = {"shaft.effort[1]", "shaft.effort.power[1]", "shaft.reaction.torque[1]"}  # the last is about the axis of the effort
+    # the reaction torque is about the axis of the effort
+    efforts = {"shaft.effort[1]", "shaft.effort.power[1]", "shaft.reaction.torque[1]"}
     assert said == {"shaft.qdd[1]", *efforts}
 
 

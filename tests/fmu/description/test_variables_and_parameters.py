@@ -89,7 +89,8 @@ def test_vectors_are_whole_where_that_is_asked_for() -> None:
     turned = trunnion.simulate("spherical_pendulum", overrides={"gravity": [2.0, -3.0, -9.81]}, until=1.0, every=0.1)
     found = np.array(host.run(0.0, 5, 0.1, "pendulum.position[1]", "pendulum.position[2]"))
     for k in (1, 2):
-        assert found[:, k - 1] == pytest.approx(turned[f"pendulum.position[{k}]"][1:6], abs=1e-5)  # ten times the tolerance
+        # ten times the tolerance of the run
+        assert found[:, k - 1] == pytest.approx(turned[f"pendulum.position[{k}]"][1:6], abs=1e-5)
 
 
 def test_numbers_of_a_brake_whose_torque_is_a_signal_are_parameters() -> None:

@@ -54,7 +54,7 @@ def at(host: Importer, t: float, x: np.ndarray, u: np.ndarray, unknowns: list[in
 @pytest.mark.parametrize("name", MODELS)
 def test_directional_derivatives_equal_differences(name: str) -> None:
     host = Importer(exchange(name))
-    t = host.euler(0.0, 1e-6 if name == "bristles" else 1e-4, 300)  # bristles are stiff
+    t = host.euler(0.0, 1e-6 if name == "bristles" else 1e-4, 300)  # the equations of bristles are stiff
     unknowns, knowns = asked(host)
     x, n = host.states(), host.md.numberOfContinuousStates
     inputs = knowns[n:]
@@ -95,7 +95,7 @@ def test_casadi_evaluates_the_model_at_any_state_and_gets_the_engines_matrices(f
     rest = np.zeros(ode.size1_in(0) - n)
     for shift in (0.3, 0.0):
         rates = np.array(ode(np.append(linear.x + shift, rest), u)).ravel()
-        assert rates[: n // 2] == pytest.approx(linear.x[n // 2 :] + shift, abs=1e-15)  # q̇, from the rates among the states
+        assert rates[: n // 2] == pytest.approx(linear.x[n // 2 :] + shift, abs=1e-15)  # the rates q̇ are themselves states
     A, B = (np.array(x)[:n] for x in matrices(np.append(linear.x, rest), u))
     assert np.abs(A[:, :n] - linear.A).max() <= EXACT * np.abs(linear.A).max()
     assert np.abs(B - linear.B).max() <= EXACT * np.abs(linear.B).max()

@@ -84,9 +84,9 @@ def test_a_parameter_counts_and_a_copy_of_the_struct_goes_on_alone(loaded: Loade
     mu = next(i for i, v in enumerate(called) if v.name.endswith("friction.mu"))
     angle = next(i for i, v in enumerate(called) if v.name.endswith(".qd[1]"))
     assert loaded.call("init") == 0
-    assert loaded.call("set", mu, -1.0) == 2  # refused
+    assert loaded.call("set", mu, -1.0) == 2  # the value is refused
     assert loaded.call("set", mu, 0.3) == 0
-    assert loaded.call("step", EVERY) == 3  # before the start
+    assert loaded.call("step", EVERY) == 3  # a step before the start is refused
     assert loaded.call("start", 0.0) == 0
     kept = bytes(loaded.block)
     assert loaded.call("step", EVERY) == 0
@@ -163,7 +163,7 @@ def test_an_fmu_names_its_sources(fmi: int, plain: Path, tmp_path: Path) -> None
         there = {n.removeprefix("sources/") for n in z.namelist() if n.startswith("sources/") and n.endswith(".c")}
         assert not any(n.startswith("sources/") for n in other.namelist())
         library_of = [n for n in z.namelist() if n.startswith("binaries/")]
-        assert fmi == 3 or all(z.read(n) == other.read(n) for n in library_of)  # the same model with or without sources
+        assert fmi == 3 or all(z.read(n) == other.read(n) for n in library_of)  # the libraries of both FMUs have the same bytes
         texts = {n: z.read(f"sources/{n}").decode() for n in there}
         root = ElementTree.fromstring(z.read("modelDescription.xml"))
         z.extractall(tmp_path / "x")

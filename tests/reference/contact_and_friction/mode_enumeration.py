@@ -130,7 +130,8 @@ class Decision:
                 if load > most * (1.0 + 10.0 * SLACK) + SLACK * self.unit[here[0]] / p.arms[0] * SOLVED:
                     return False
             elif mode == SLIDES:
-                least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])  # a ball in its cone takes no power
+                # a ball that turns about its contact takes no power
+                least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])
                 if not np.linalg.norm(acc[here] / self.scale[here]) > SLACK or eta[here] @ acc[here] < least:
                     return False
             elif not acc[here[0]] * (1.0 if mode == "+" else -1.0) > SLACK * self.scale[here[0]]:

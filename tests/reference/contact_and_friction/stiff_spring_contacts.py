@@ -124,7 +124,8 @@ class Compliant:
         out = np.zeros(self.size)
         for name, joint in self.state.scene.joints.items():
             law = law_of(self.state.scene, joint.friction) if joint.friction else Law("viscous")
-            loads: dict[bool, list[float]] = {False: [], True: []}  # the contacts that the engine reports, then faces and torsion
+            # the entry False holds contacts that the engine reports, the entry True faces and torsion
+            loads: dict[bool, list[float]] = {False: [], True: []}
             for fit in self.fits[name]:
                 for site in fit.sites:
                     loads[site.face].append(self._site(out, delta, fit, site, law, share))

@@ -175,7 +175,7 @@ def position_residual(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
         return np.r_[trans, R[2, 1], R[0, 2], R[1, 0]]
     if len(turns) == 3:
         return np.array(trans)
-    (k,) = turns  # the axis e_k of both sides is the same: its changes omega x e_k are the other two turns
+    (k,) = turns  # both sides share the axis e_k; its changes, omega x e_k, are the other two turns
     a, b = (k + 1) % 3, (k + 2) % 3
     across = {a: -R[b, k], b: R[a, k]}
     return np.r_[trans, across[min(a, b)], across[max(a, b)]]

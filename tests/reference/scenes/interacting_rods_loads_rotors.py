@@ -108,7 +108,7 @@ def valve_trains(rng: Generator) -> dict[str, Any]:
     lift = d.of(0.003, 0.008)
     radius = 0.04 + lift * np.cos(angles - d.of(0, 6))
     radius[-1] = radius[0]
-    base = float(radius[3])  # towards y, where the tappet stands
+    base = float(radius[3])  # radius of the cam towards y, where the tappet stands
     d.wheel("cam", 0.04, ORIGIN)
     way = int(rng.integers(3))
     turn = ([{"effort": d.sudden(0.8, until)}, d.pin(0.06), {"start": {"qd": d.about(8)}}],

@@ -26,7 +26,7 @@ def volume(points: np.ndarray, faces: np.ndarray) -> float:
 def test_a_packed_surface_is_unpacked_to_half_a_step_of_the_grid() -> None:
     points, faces = unpacked(packed(POINTS.tolist(), FACES))
     step = np.ptp(POINTS, axis=0) / GRID
-    assert np.all(np.abs(np.array(points) - POINTS) <= 0.5 * step + 1e-7)  # bounds are of single precision
+    assert np.all(np.abs(np.array(points) - POINTS) <= 0.5 * step + 1e-7)  # the stored bounds have single precision
     assert faces == FACES
 
 

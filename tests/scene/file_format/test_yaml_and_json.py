@@ -63,7 +63,7 @@ def test_every_problem_has_the_line_it_stands_in():
     assert found == {
         (5, "bodies.arm.density"),
         (7, "bodies.arm.colour"),
-        (9, "joints.hinge.axis"),  # needs an axis
+        (9, "joints.hinge.axis"),  # the joint needs an axis
         (13, "joints.hinge.outboard"),
         (17, "joints.hinge.start.q[2]"),
         (21, "gravity[3]"),

@@ -95,7 +95,8 @@ def test_an_end_is_told_until_it_is_heard_and_signed(told: tuple[InProcess, List
         assert headers[SIGNATURE.lower()] == "sha256=" + hmac.new(secret, body, hashlib.sha256).hexdigest()
     message = json.loads(listener.got[-1][1])
     assert (message["event"], message["job"]["id"], message["job"]["state"]) == ("done", job, "done")
-    assert len({h["trunnion-delivery"] for h, _ in listener.got}) == 1  # so that a listener recognises a repeated delivery
+    # all deliveries have one identifier, so that a listener recognises a repeated delivery
+    assert len({h["trunnion-delivery"] for h, _ in listener.got}) == 1
     assert (s.service.settings.data / "webhook.secret").stat().st_mode & 0o077 == 0
 
 

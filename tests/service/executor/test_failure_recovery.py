@@ -68,7 +68,8 @@ def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_
             workers = children(s)
             assert s.job(job)["state"] == "running"
             s.kill()
-            eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
+            # no worker process outlives its server
+            eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))
             s.start()
         end = s.ended(job)
         assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})

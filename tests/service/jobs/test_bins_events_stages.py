@@ -126,7 +126,7 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
     assert read_stage(parts, "a") == ""
     (tmp_path / "c").write_text("a file where a folder is expected")
     with report_stages(parts, "c", wanted=True) as tell:
-        tell("deriving")  # no work fails because of it
+        tell("deriving")  # a report of a stage that cannot be written makes no work fail
 
 
 def test_compilation_of_a_kernel_is_reported_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -141,7 +141,7 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
 
 def test_a_study_that_is_cancelled_tells_how_far_it_has_come(there: Connection) -> None:
     least = {"bounds": BEST["bounds"], "minimise": TRAVEL, "cases": 5000, "tolerance": 1e-9}
-    job = there.submit("double_pendulum", optimise=least, **RUN)  # needs all its cases
+    job = there.submit("double_pendulum", optimise=least, **RUN)  # the study needs all its cases
     eventually(lambda: job.refresh().document["done"] > 20)
     job.cancel().wait(timeout=PATIENCE)
     assert (job.state, job.document["cases"]) == ("cancelled", 5000)

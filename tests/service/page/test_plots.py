@@ -33,7 +33,7 @@ def test_drawings_change_to_the_dark_colours_with_the_page(page: Any, three: Job
         assert page.evaluate(first) != light[0]
         for what in (*drawn[:2], chip):
             until(page, f"{what} === {first}")
-        until(page, f"{axis}[0] > 128")  # ink on dark is light
+        until(page, f"{axis}[0] > 128")  # axes on a dark page are light
         assert light[1][0] < 128
     finally:
         page.emulate_media(color_scheme="light")
@@ -48,7 +48,7 @@ def test_marks_of_events_lie_on_the_curve_however_far_apart_its_rows_are(page: A
     curve, marks = page.evaluate(f"{DATA.format('timeplot')}.map((t) => [t.x, t.y])")
     assert len(marks[0]) > 0
     assert marks[1] == pytest.approx(np.interp(marks[0], *curve))
-    assert not set(marks[0]) & set(curve[0])  # between its rows
+    assert not set(marks[0]) & set(curve[0])  # the events are between rows of the curve
 
 
 @pytest.mark.slow
@@ -87,4 +87,4 @@ def test_a_few_values_far_beyond_the_others_do_not_take_all_colours(page: Any) -
     got = page.evaluate(span, [*values, 13_000.0, None])
     assert got["zmin"] == 100.0
     assert 290.0 < got["zmax"] <= 300.0
-    assert page.evaluate(span, [1.0, 2.0, 1e6]) == {}  # too few rows for a usual range
+    assert page.evaluate(span, [1.0, 2.0, 1e6]) == {}  # three values are too few for a usual range

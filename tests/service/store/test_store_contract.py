@@ -105,7 +105,7 @@ def test_a_job_is_done_when_all_its_chunks_are_and_its_counts_are_theirs(store: 
     while chunk := cut(store, ME, job.id, 10):
         assert store.end_if_over(ME, job.id) is None
         n = chunk.stop - chunk.start
-        for _ in range(2):  # told twice, counted once
+        for _ in range(2):  # a result that is reported twice counts once
             chunk_done(store, ME, job.id, chunk.start, Done({"done": n - 1, "no_solution": 1}, 0.5, 0.0, 10))
     assert store.end_if_over(ME, job.id) == "done"
     end = store.job(job.id)
