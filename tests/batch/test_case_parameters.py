@@ -48,8 +48,8 @@ def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> No
 
 
 def test_kinks_masses_and_points_are_not_placed() -> None:
-    """Such numbers are used in more than one place. They also determine scales, the origins of bodies, and the times at which the
-    integrator ends its steps."""
+    """Times of kinks, masses and points are used in more than one place. They also determine scales, the origins of bodies, and the
+    times at which the integrator ends its steps."""
     derived = set()
     for seed in range(8):
         places = build(random_tree(seed, 6, devices=1.0, drives=0.5).scene).parameters

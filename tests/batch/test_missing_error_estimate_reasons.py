@@ -1,4 +1,4 @@
-"""Where a sweep states no error of a case, it gives the same reason as the case's own run, in a word that takes almost no
+"""A case of a sweep without an error has the reason of its own run. The reason is stored as a number, which takes almost no
 memory."""
 
 from __future__ import annotations

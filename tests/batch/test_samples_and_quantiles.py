@@ -68,8 +68,8 @@ def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_the
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["random", "latin", "sobol"])
 def test_intervals_of_quantiles_and_of_exceedance_hold_the_true_ones(method: str) -> None:
-    """For the exponential of a normal number, intervals hold the true value in at least 95 % of the seeds, less three standard
-    deviations."""
+    """The result is the exponential of a normal number. Intervals hold the true value in at least 95 % of the seeds, less three
+    standard deviations."""
     at, bound = (0.05, 0.5, 0.9), 2.0
     true = [*np.exp(stats.norm.ppf(at)), stats.norm.sf(np.log(bound))]
     held = []

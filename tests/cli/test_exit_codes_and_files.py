@@ -244,7 +244,8 @@ def test_version_and_help_do_not_wait_for_heavy_packages() -> None:
 
 
 def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
-    """Before scenes were stored, it imported 800 modules, with pydantic, typer's use of it, and the reader of scenes."""
+    """Before scenes were stored, a warm run imported 800 modules, with pydantic, the parts of typer that use it, and the reader of
+    scenes."""
     main(SHORT)
     code = f"import sys; from trunnion.cli import main; main({SHORT!r}); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -56,8 +56,8 @@ _Work.go_on = go_on
 
 
 def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end in a process of its own. Ctrl-C acts there as at a terminal; the process that starts the tests may
-    ignore it, as a shell does for its jobs in the background."""
+    """Run a program to its end in a process of its own, in which Ctrl-C acts as at a terminal. (A shell lets its jobs in the
+    background ignore Ctrl-C.)"""
     program = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n" + program
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
 
@@ -69,8 +69,8 @@ def whole() -> Result:
 
 
 def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
-    """Check that rows and events equal those of the whole run up to the time at which it stopped, bit for bit, and that none is
-    missing."""
+    """Check that rows and events equal those of the whole run bit for bit, up to the time at which the run stopped, and that none
+    is missing."""
     assert 0.0 < end < UNTIL
     assert len(time) == np.count_nonzero(whole.time <= end) > 1
     assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)

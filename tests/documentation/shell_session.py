@@ -1,5 +1,5 @@
-"""A simulated reader who types the blocks of a page into a shell and into Python, in an environment with exactly the packages that
-the page installs."""
+"""A simulated reader, who types the blocks of a page into a shell and into Python. The environment contains exactly the packages
+that the page installs."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_a_mesh_weighs_what_its_box_does(way: str) -> None:
 
 
 def test_springs_dampers_friction_and_rotors_of_joints_are_imported(tmp_path: Path) -> None:
-    """Angles in degrees become radians; a coordinate is zero where the file draws the mechanism; motors add rotors and dampers by
+    """Angles in degrees become radians. A coordinate is zero where the file draws the mechanism. Motors add rotors and dampers by
     the square of their gears."""
     acting = 'springref="40" stiffness="2" damping="0.3" armature="0.02" frictionloss="0.4"'
     joint = f'<joint name="j" ref="10" {acting} range="-90 90"/>'

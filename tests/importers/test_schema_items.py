@@ -1,5 +1,5 @@
-"""The tables in ``engine/importers/schemas`` list every element and attribute of the schemas of URDF, SDF 1.6 to 1.12 and MJCF, and
-the importers do with each what its table says."""
+"""The tables in ``engine/importers/schemas`` list every element and attribute of the schemas of URDF, SDF 1.6 to 1.12 and MJCF. The
+importers treat each item as its table says."""
 
 from __future__ import annotations
 

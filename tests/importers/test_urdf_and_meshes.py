@@ -69,8 +69,8 @@ def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None
 
 
 def test_surfaces_that_overlap_are_one_solid(tmp_path: Path, needs: Callable[[str], None]) -> None:
-    """Two cubes of 100 mm, shifted by 50 mm, weigh 11.7 kg. A hollow cube with a ball of the same material in its cavity weighs as
-    much as both; the same cube around an overlapping one weighs as the union."""
+    """Two cubes of 100 mm, shifted by 50 mm, weigh 11.7 kg. A hollow cube weighs as much as both parts if a ball of the same
+    material is in its cavity. If it is around an overlapping cube, it weighs as the union."""
     needs("trimesh")
     needs("manifold3d")
     import trimesh
@@ -160,8 +160,8 @@ def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("seed", range(5))
 def test_massless_frames_in_chains_of_fixed_joints_are_points_of_bodies(seed: int, tmp_path: Path) -> None:
-    """Up to two frames before and after every hinge and behind every link, in a random order in the file. By forward kinematics,
-    every mass centre and every point is at its place."""
+    """Up to two frames are before and after every hinge and behind every link, in a random order in the file. By forward
+    kinematics, every mass centre and every point is at its place."""
     rng = np.random.default_rng(seed)
     parts: list[str] = []
     places: dict[str, np.ndarray] = {}

@@ -17,8 +17,8 @@ from trunnion.simulation.results.result import Result
 
 @pytest.mark.slow
 def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
-    """With the plane at its far end, no body is visible; at its near end, all bodies are; half way, only the parts behind the
-    plane."""
+    """With the plane at its far end, no body is visible. With the plane at its near end, all bodies are. With the plane half way,
+    only the parts behind it are."""
     shown.do("run.joints.forEach((j) => { j.pins = []; j.contacts = []; }); run.rails.length = 0; things = prepared()")
     shown.do("look.parallel = true; along('side'); section('x')")
 

@@ -134,8 +134,8 @@ def gears(friction: dict | None) -> Scene:
 
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_gears_turn_in_their_ratio_and_their_teeth_take_what_the_theory_says(mu: float) -> None:
-    """With the tooth force F along the pitch circles, the torque on the first wheel is F (r1 + c), on the second F (r2 - c), c = mu
-    pi m/4."""
+    """With the tooth force F along the pitch circles and c = mu pi m/4, the torque on the first wheel is F (r1 + c). The torque on
+    the second wheel is F (r2 - c)."""
     case = gears({"mu": mu, "pressure_angle": 0.35} if mu else None)
     c = mu * np.pi * 0.01 / 4
     r1, r2 = 0.1 + c, 0.15 - c

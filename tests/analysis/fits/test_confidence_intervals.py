@@ -77,8 +77,8 @@ def test_curves_of_two_units_have_two_noises() -> None:
 
 
 def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
-    """Compared with all pairs of force and speed on a grid. The interval contains the forces whose least misfit is near the least
-    misfit of all forces."""
+    """The reference is the misfit of all pairs of force and speed on a grid. The interval contains the forces whose least misfit is
+    near the least misfit of all forces."""
     time, noise = np.linspace(0.0, 1.0, 9), 0.02
     data = slid(2.0, 1.0, time) + noise * np.random.default_rng(7).normal(size=9)
     found = trunnion.fit(SLIDER, [FORCE, QD], time, {X: data}, noise=noise, level=0.9)

@@ -124,7 +124,7 @@ def information(times: np.ndarray, sizes: np.ndarray, deviation: float) -> np.nd
 
 
 def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit) -> None:
-    """For a straight line, compared with the matrices of its regressions: more precise and longer experiments give more
+    """The reference for a straight line is the matrices of its regressions. More precise and longer experiments give more
     information."""
     longer, sharper = trunnion.Experiment(until="8 s", every="1 s"), trunnion.Experiment(noise=0.005)
     trials: dict[str, Any] = {"again": {}, "longer": longer, "sharper": sharper}

@@ -56,7 +56,7 @@ def test_a_block_on_a_rail_wears_by_weight_times_way() -> None:
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
 def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
-    """Over one turn of the paper's examples, compared with the work that the runtime integrates in another way."""
+    """The reference is the work over one turn of the paper's examples, which the runtime integrates in another way."""
     r = simulate(name, until=1.0 if name == "crank_slider" else 0.5, every=5e-4, rtol=1e-12)
     w = wear(r, K)
     seen = 0
@@ -167,8 +167,8 @@ def test_the_command_counts_runs_to_a_depth(tmp_path: Path, capsys: pytest.Captu
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
-    """A pendulum that strikes a stop: the load agrees with friction's own work. Earlier, rows missed the contact (a third of the
-    load at 1e8 N m/rad), were those of another motion (a tenth less at 1e-4), or were none (0 by rosenbrock)."""
+    """A pendulum strikes a stop, and the load agrees with friction's own work. Earlier, rows missed the contact (a third of the
+    load at 1e8 N m/rad), belonged to another motion (a tenth less at 1e-4), or did not exist (0 by rosenbrock)."""
     rng = np.random.default_rng(seed)
     mu = rng.uniform(0.05, 0.2)
     rub = sm.Friction(mu=mu, radius=0.01, half_length=0.02)

@@ -100,8 +100,8 @@ def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [211, 3, 17, 24, 25, 27, 30, 34, 36, 213, 218])
 def test_the_only_state_of_a_shaft_has_the_share_of_the_kernel(seed: int) -> None:
-    """Here, bounds of the capacity do not decide whether the chain holds. Earlier, the result for chains that hold (seeds from 211)
-    was only "possible"."""
+    """For a shaft, bounds of the capacity do not decide whether the chain holds. Earlier, the result for chains that hold (seeds
+    from 211) was only "possible"."""
     scene = chain(seed, "cylindrical")
     one, found = hold(scene), hold(scene, bounds=True, cells=20)
     assert found.holds == "certain"

@@ -39,8 +39,8 @@ LONGEST = 60.0
 
 @dataclass
 class Tally:
-    """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs, reasons of the others; costs;
-    numbers of events and last positions, and of those that their errors cover; the worst ratio and its place."""
+    """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs; reasons of the other runs; costs.
+    Also the numbers of events and of last positions, and how many of them their errors cover; the worst ratio and its place."""
 
     name: str
     ratios: list[np.ndarray] = field(default_factory=list)

@@ -1,5 +1,5 @@
-"""Processor time of warm commands, compared with Python alone and with ``import numpy``, of reading and building a scene of 500
-bodies, and of ``run()`` of a ready model. Commands alternate. Byte code is stored, as after an installation.
+"""Processor time of warm commands, compared with Python alone and with ``import numpy``. Also that of reading and building a scene
+of 500 bodies, and of ``run()`` of a ready model. Commands alternate. Byte code is stored, as after an installation.
 
 ``--than PYTHON``: the interpreter of another environment, with an earlier version, whose commands alternate with these."""
 

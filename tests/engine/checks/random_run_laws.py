@@ -105,8 +105,8 @@ def ways_on(case: Case, r: Result | None) -> list[dict[str, str]] | None:
 
 
 def _bounded(here: Answer, later: Answer) -> bool:
-    """Whether friction is continuous over an instant. Near a dead centre of a pair that stops all other motion, the friction of the
-    pair grows as the inverse of the distance, which is round-off."""
+    """Whether friction is continuous over an instant. At a dead centre, a pair may stop all other motion. Near it, the pair's
+    friction grows as the inverse of the distance, which is round-off."""
     first, then = (float(np.abs(a.eta).max(initial=0.0)) for a in (here, later))
     return max(first, then) <= JUMP * min(first, then)
 

@@ -62,8 +62,8 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
 
 
 def test_a_bushing_yields_by_load_over_stiffness() -> None:
-    """At rest under a force through its point and a torque about one axis, a bushing yields by m g/k along each axis, and by
-    asin(T/k) about it."""
+    """The bushing is at rest under a force through its point and a torque about one axis. It yields by m g/k along each axis, and
+    by asin(T/k) about the axis of the torque."""
     push, twist = (30.0, -40.0, 0.0), 5.0
     scene = held()
     weight = sm.Force("force", "b.eye", (0.0, 0.0, MASS * G))

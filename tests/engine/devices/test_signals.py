@@ -122,8 +122,8 @@ def damped(f: Load, mass: float, damping: float) -> tuple[float, float]:
 
 
 def rubbing(f: Load, mass: float, hold: float) -> tuple[float, float, list[float]]:
-    """Coordinate and rate at the end of a block that friction up to ``hold`` stops, and times at which sliding begins in a
-    direction; from roots of integrals between the ends of the load's pieces."""
+    """The end and the starts of sliding of a block that friction up to ``hold`` stops: coordinate and rate at the end, and times at
+    which sliding begins in a direction. They follow from roots of integrals between the ends of the load's pieces."""
     t, q, v, slips, left = 0.0, 0.0, 0.0, [], pieces(f.ends)[1:]
     sign = 0.0
     while left:

@@ -135,7 +135,7 @@ FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
-    """Where the bristles are at rest (followed at a constant wrench and velocity), friction is that of sliding."""
+    """If the bristles have come to rest at a constant wrench and velocity, friction is that of sliding."""
     s = random_states(element, "coulomb", 60)
     expected, _, contacts = evaluated(s, adams, pin)
     step, count = stepper(element, adams, pin), RATES[element]

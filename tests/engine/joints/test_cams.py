@@ -178,8 +178,8 @@ simulation: {{until: 0.05, every: 0.05}}
 
 
 def lifted(more: str, rod: str = "", cam: str = "drive: {constant: {rate: 0}}") -> sm.Scene:
-    """An eccentric disc under a flat plate that moves only up and down. The disc turns by 120 deg from the position of the largest
-    lift."""
+    """An eccentric disc under a flat plate that moves only up and down (y). At the start, the largest radius of the disc is at 1
+    rad from x."""
     angles = np.linspace(0, 2 * np.pi, 721)
     radius = (E * np.cos(angles) + R).tolist()
     return scene_from_text(f"""

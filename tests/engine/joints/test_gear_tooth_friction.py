@@ -192,8 +192,8 @@ def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
 
 
 def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -> None:
-    """``equilibrium`` finds the range of rest. In this range, the spring's wheel may stand anywhere between the position at which
-    the load on the other wheel just sinks and the position at which it just rises."""
+    """``equilibrium`` finds the range of rest of the spring's wheel. It ends where the load on the other wheel just sinks, and
+    where it just rises."""
     stiffness, load = 20.0, 5.0
     found = equilibrium(pair(f"spring: {{stiffness: {stiffness}}}, damping: 0.5", f"effort: {load}"))
     bands = {b.coordinate: sorted((abs(b.low), abs(b.high))) for b in found.bands}
@@ -234,4 +234,4 @@ def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, me
     assert run.outcome.name == "done"
     assert abs(run[columns[0]][-1]) < 1e-9
     assert abs(run[columns[1]][-1]) == pytest.approx(abs(effort), rel=1e-9)
-    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # the weight of the load is 10 N
+    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # each wheel weighs 10 N

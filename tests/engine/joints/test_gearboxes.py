@@ -128,7 +128,7 @@ def test_the_default_backward_efficiency_is_that_of_equal_friction_both_ways() -
 
 @pytest.mark.parametrize(("over", "unit"), [("torque", 5.0), ("speed", 1.0)])
 def test_a_table_gives_the_efficiency_at_the_torque_or_speed_of_the_output_shaft(over: str, unit: float) -> None:
-    """At the points of the table, the efficiency is the table's."""
+    """At the torques or speeds of the table, the efficiency is that of the table."""
     at, value = [unit * k for k in range(1, 6)], [0.5, 0.7, 0.8, 0.85, 0.87]
     for x, efficiency in zip(at, value, strict=True):
         load, rate = (x, 2.0) if over == "torque" else (7.0, x)

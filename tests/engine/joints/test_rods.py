@@ -122,7 +122,7 @@ def as_bodies(case: Case) -> Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_a_rod_is_a_body_without_mass_between_two_balls(seed: int) -> None:
-    """At the start to 1e-9; along a run to a hundred times its tolerance."""
+    """Both scenes agree at the start to 1e-9, and along a run to a hundred times its tolerance."""
     case = random_rods(seed, 1 + seed % 3, friction=0.4, laws=LAWS, drives=0.0)
     places = [f"{b}.{q}*" for b in case.scene.bodies for q in ("position", "acceleration")]
     names = [n for n, j in case.scene.joints.items() if j.type == "rod"]

@@ -83,7 +83,7 @@ def test_a_screw_is_self_locking_where_its_lead_is_flatter_than_friction_over_th
 
 
 def test_the_normal_force_on_the_flanks_balances_the_load() -> None:
-    """Along the axis: f cos β cos λ less the part that friction carries, k f sin λ."""
+    """The flanks carry f cos β cos λ along the axis. Friction carries k f sin λ of the load."""
     pitch = 0.03
     r = simulate(jack(pitch, torque(pitch, 1), rate=1.0), until=0.1)
     angle = math.atan(lead(pitch))
@@ -92,8 +92,8 @@ def test_the_normal_force_on_the_flanks_balances_the_load() -> None:
 
 
 def flanks(load: float, sliding: float, pitch: float, flank: float, mu: float, parts: int = 24) -> tuple[float, float]:
-    """(friction along the freedom, normal force) of a thread made of flat pieces of its flanks, each with its own normal and place,
-    under an axial force on the pin. ``sliding``: sense in which the bearing slides along the helix."""
+    """(friction along the freedom, normal force) of a thread under an axial force on the pin. The flanks consist of flat pieces,
+    each with its own normal and place. ``sliding``: sense in which the bearing slides along the helix."""
     radius = RADIUS
     angle = math.atan(pitch / (2 * math.pi * radius))
     total = np.zeros(6)

@@ -26,8 +26,8 @@ RUNS = [
 
 @dataclass
 class Slot:
-    """A curve in a part that turns at RATE, its spline over chord lengths, and a body in the plane whose point at ``arm`` stays
-    on the curve."""
+    """A curve in a part that turns at RATE, and a body in the plane whose point at ``arm`` stays on the curve. The curve is a
+    spline over chord lengths."""
 
     points: np.ndarray
     closed: bool
@@ -92,9 +92,9 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """At t and θ, for a contact at the curve parameter u and a sliding rate: the acceleration (2) and angular acceleration of the
-    body, the normal force (positive to the right of the tangent), and the wrench of the curve on the body in the world. The
-    equations of balance and the constraint determine all of them together."""
+    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. They are the acceleration
+    (2) and angular acceleration of the body, the normal force (positive to the right of the tangent), and the wrench of the curve
+    on the body in the world. The equations of balance and the constraint determine all of them together."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
     way = s.at(u, 1) / abs(s.at(u, 1))
@@ -241,7 +241,8 @@ def test_derivatives_of_a_run_on_a_curve_are_those_by_differences() -> None:
 
 
 def test_a_bead_that_slides_off_a_circle_is_told_where_the_force_changes_sides() -> None:
-    """From the top with the speed v: the force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on or not."""
+    """The bead starts at the top with the speed v. The force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on the
+    circle or not."""
     radius, speed = 0.5, 0.4
     angles = np.linspace(0, 2 * np.pi, 201)
     points = [[radius * float(np.sin(a)), radius * float(np.cos(a))] for a in angles[:-1]]

@@ -20,7 +20,7 @@ from trunnion import Scene, SceneError, scene_from_dict, simulate
 from trunnion.system.construction.system_builder import build
 
 INERTIAS = (1e-3, 1e-6, 1e-8, 1e-12, 0.0)
-"""kg m²; the wheels have 1 and 1.5 kg m²."""
+"""Inertias of the middle wheel, kg m²; the other wheels have 1 and 1.5 kg m²."""
 RATIOS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 """Masses of a light body, relative to the body's own mass."""
 SEEDS = (0, 3, 8, 11, 15, 16, 18)
@@ -133,8 +133,8 @@ LIGHT = (1e-3, 1e-7, 1e-9, 1e-12, 0.0)
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_scenes_of_interacting_devices_converge_as_a_body_gets_lighter(family: str) -> None:
-    """Lists allowed ends by name (``-rP``): ends that a mass of 1e-3 has, too; ends that mass 0 has, at the time to which lighter
-    bodies converge; and ends of bodies whose motion nothing determines at mass 0."""
+    """Lists allowed ends by name (``-rP``). An end is allowed if a mass of 1e-3 has it, too. It is allowed if mass 0 has it at the
+    time to which lighter bodies converge. It is allowed if nothing determines the motion of a body at mass 0."""
     named, wrong = [], []
     for seed in range(12):
         scene = crossed(family, seed)

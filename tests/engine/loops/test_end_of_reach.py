@@ -88,8 +88,8 @@ def test_a_fixed_step_across_the_end_of_reach_is_named_too() -> None:
 
 
 def test_a_pin_that_locks_before_the_end_of_reach_has_jammed() -> None:
-    """At a distance of μ r/√(1+μ²) of the rod from the end of reach, the pin's friction circle takes the force. A toggle jams
-    there, whatever follows."""
+    """At the distance μ r/√(1+μ²) of the rod from the end of reach, the pin's friction circle takes the force. A toggle jams at
+    this distance, whatever follows."""
     r = simulate(short_rod(rubs=True))
     assert (r.outcome.name, r.outcome.joint) == ("jammed", "slider_pin")
     assert REACH - 1e-4 < r.outcome.time < REACH - 1e-6
@@ -119,8 +119,8 @@ def test_rings_whose_axes_lie_in_one_plane_cannot_turn_across_it(method: str, te
 
 @pytest.mark.parametrize(("other", "short"), [(0.0, 0.0), (1.0, 0.2), (1.0, 1e-3)])
 def test_rings_may_come_into_one_plane_and_pass_it_by(other: float, short: float) -> None:
-    """The run does not end if there is no motion across the plane, nor at a distance of a thousandth of a radian from it, at any
-    speed of the rings."""
+    """A run continues if there is no motion across the plane. It also continues at a distance of a thousandth of a radian from the
+    plane, at any speed of the rings."""
     r = simulate(rings(other, short))
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= 1e-9

@@ -1,4 +1,4 @@
-"""Where loops leave reactions undetermined and joints have friction, the contact forces are the limit of those of stiff contacts.
+"""The contact forces are the limit of those of stiff contacts, where loops leave reactions undetermined and joints have friction.
 References are a model without joint rows, with springs and friction only (``reference.compliant``), and hand statics of doors."""
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def test_only_ratios_of_stiffness_count_and_the_default_is_a_hundred_newtons_a_m
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
-    """On such axes the rows that close the loop hold only round-off, and no rank must be derived from them."""
+    """The rows that close the loop hold only round-off on such axes, from which no rank must be derived."""
     case = _carried(0, family)
     moved = rotated(case, len(family))
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))

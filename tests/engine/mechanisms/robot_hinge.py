@@ -12,8 +12,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Hinge:
-    """Torques of the motor and of the load on the arm, inertias of arm and rotor, friction a + b |T|; or forces and masses of a
-    guide. constant_back: of backward motion."""
+    """Data of a hinge: torques of the motor and of the load on the arm, inertias of arm and rotor, friction a + b |T|. For a guide,
+    they are forces and masses. constant_back: a of backward motion."""
 
     arm: float
     rotor: float

@@ -131,7 +131,7 @@ def test_locating_an_event_among_many_joints_takes_few_evaluations() -> None:
 
 
 def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_told() -> None:
-    """For one run no code is compiled; for many runs of a small structure it is."""
+    """No code is compiled for one run. Code is compiled for many runs of a small structure."""
     few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
     for runs, kinds in ((1, ["parts", "parts"]), (RUNS - 1, ["parts", "parts"]), (RUNS, ["compiled", "parts"])):
         assert [kernel_of(build(s).system, runs)[0] for s in (few, many)] == kinds

@@ -100,7 +100,7 @@ def test_slider_follows_the_closed_form() -> None:
 
 @pytest.mark.parametrize("normal_force", ["exact", "adams"])
 def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
-    """At random crank angles, slow and fast, in the linear zone of the law and beyond it."""
+    """The crank angles are random, and the crank is slow or fast: the law is in its linear zone or beyond it."""
     rng = np.random.default_rng(8)
     changes = PAPER | {"friction.normal_force": normal_force, "friction.v_eps": 0.01}
     model = Model(apply(load_scene("crank_slider"), changes), ("*",))

@@ -1,6 +1,6 @@
 """Planets in parallel load the sun's bearing by a share that statics does not determine. The sun sticks, begins to slip and
-continues to slip. At rest as in sliding, its bearing's loads are those of stiff contacts, so that no load jumps and every start of
-sliding has a mode."""
+continues to slip. The loads of its bearing are those of stiff contacts, at rest and in sliding. Therefore no load jumps, and every
+start of sliding has a mode."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from trunnion.system.construction.start_values_and_scales import length_scale, r
 
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 LIMIT = 1e-7
-"""m/s. With so small a v_eps the regularised law differs from Coulomb's by 1e-7 of the motion at 1 m/s."""
+"""Value of v_eps, m/s, with which the regularised law differs from Coulomb's by 1e-7 of the motion at 1 m/s."""
 
 
 def energy_error(r: Result) -> float:

@@ -172,7 +172,7 @@ def test_loops_that_do_not_stay_closed_are_seen(seed: int) -> None:
     ("kind", "seed"), [("tree", 0), ("tree", 1), ("tree", 2), ("tree", 3), ("loop", 0), ("loop", 1), ("loop", 6)]
 )
 def test_the_check_accepts_a_random_mechanisms_solution_and_refuses_its_neighbours(kind: str, seed: int) -> None:
-    """In any size of the mechanism. A friction that is wrong by a hundredth violates a law: its own, or that of rest."""
+    """The mechanism may have any size. A friction that is wrong by a hundredth violates its own law, or that of rest."""
     scene = rubbing(kind, seed).scene
     block = block_after(scene, 1.0 / rate_scale(scene, np.zeros(1), length_scale(scene)), 1e-6)
     block.evaluate()

@@ -34,7 +34,7 @@ def logged(model: str, until: float, h: float, skip: int = 0) -> list[tuple[floa
 
 
 def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> None:
-    """In fmpy's own event mode, which makes two rows at each event."""
+    """The run is in fmpy's own event mode, which makes two rows at each event."""
     expected = [e.time for e in trunnion.simulate("spherical_pendulum").events]
     assert len(expected) == 11
     got = simulate_fmu(str(exported("spherical_pendulum", fmi=3)), stop_time=10, output_interval=0.01, use_event_mode=True,
@@ -153,7 +153,7 @@ def test_a_state_kept_at_an_event_goes_on_from_there() -> None:
 
 @pytest.mark.parametrize("early", [True, False])
 def test_inputs_that_are_set_at_every_point_act_as_in_fmi_2(early: bool) -> None:
-    """This holds whether steps end at events or not."""
+    """Steps may or may not end at events."""
 
     def motor(t: float) -> float:
         return 40.0 * np.sin(7.0 * t)

@@ -73,7 +73,7 @@ def test_directional_derivatives_equal_differences(name: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
 def test_directional_derivatives_equal_the_engines_matrices(name: str) -> None:
-    """At the start: derivatives of states with respect to states and inputs."""
+    """The matrices at the start are the derivatives of states with respect to states and inputs."""
     host, linear = Importer(exchange(name)), trunnion.linearize(scene_of(name))
     n, ny = host.md.numberOfContinuousStates, len(linear.x)
     unknowns, knowns = asked(host)

@@ -93,8 +93,8 @@ def three_balls() -> trunnion.Scene:
 
 @pytest.mark.slow
 def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
-    """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: earlier, the indicator was negative at the point from which the run
-    continued."""
+    """The indicator was once negative at the point from which the run continued: at 0.505 s in CVode at 1e-8, and at 0.869 s at
+    1e-10."""
     scene, file = three_balls(), FOLDER / "three-balls.fmu"
     export(scene, file, kind="me", kernel="parts")
     made = trunnion.simulate(scene, until=1.0, every=EVERY, rtol=1e-11, kernel="parts")
@@ -176,7 +176,7 @@ def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
 
 
 def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
-    """With Euler's method the first events are those of the engine, each at the end of a step."""
+    """By Euler's method the first events are those of the engine, each at the end of a step."""
     host, h = Importer(exchange("double_pendulum")), 1e-4
     _, events = engine_run(scene_of("double_pendulum"), 1.0)
     for k in range(int(0.9 / h)):

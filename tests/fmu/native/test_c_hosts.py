@@ -138,7 +138,7 @@ def under_qemu(standard: str, folder: Path, *more: str) -> list[float]:
 
 @pytest.mark.slow
 def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
-    """To 1e-9 s, because other processors round differently."""
+    """Event times agree to 1e-9 s, because other processors round differently."""
     events, _ = Host3(exported("spherical_pendulum", fmi=3)).run(10.0, 0.5)
     assert under_qemu("3", tmp_path, "2", "10")[1:] == pytest.approx([e[0] for e in events], abs=1e-9)
 

@@ -16,7 +16,7 @@ from tests.reference.compliant.pin_bearing_fits import Level
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
 LOCKED = 1e-9
-"""Least 1 - ratio x loss of a unit that the output drives: it moves below its speed of rest when it is locked."""
+"""Least value of 1 - ratio x loss of a unit that its output drives. A locked unit moves below its speed of rest."""
 STIFFER = 30.0
 """Stiffness of a unit relative to that of a joint's drive. It is large because fast shafts turn through large angles, and errors
 are measured in these angles."""

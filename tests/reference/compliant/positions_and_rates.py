@@ -123,7 +123,7 @@ class Frames:
         return Motion(t, matrices(q), c, v, w)
 
     def sides(self, names: list[str], turned: list[bool] | None = None) -> Sides:
-        """Both sides of joints: inboard, then outboard; of ``turned`` ones the other way round."""
+        """Both sides of joints, the inboard side first; in joints of ``turned``, the outboard side first."""
         out: list[list] = [[], [], [], [], [], []]
         for name, other in zip(names, turned or [False] * len(names), strict=True):
             f = self.frames[name]

@@ -34,8 +34,8 @@ FEW, MOST = 1, 5
 
 @dataclass(frozen=True)
 class Site:
-    """A contact spring of a joint: its place (pin's frame, from the pin's point), the axes of that frame along which it is
-    pressed, the outward arm of its friction along the normal, and whether it is a face across the axis."""
+    """A contact spring of a joint. Its place is in the pin's frame, from the pin's point. It has the axes of that frame along which
+    it is pressed, and the outward arm of its friction along the normal. It may be a face across the axis."""
 
     place: np.ndarray
     axes: tuple[np.ndarray, ...]

@@ -1,9 +1,9 @@
 """Six directions of relative motion per joint: which are free, which constrained, with their rows and rates of change.
 
-Directions 0..2: translation of the outboard point seen from the inboard part, along e1, e2, e3 of the inboard frame.
-Directions 3..5: relative rotation about the same axes; with crossed axes (universal joint): about u1, u2, u1 x u2.
-A direction is a force F at the outboard point and a torque T, on the outboard part, opposite on the inboard part; its
-rate is the power of that pair at unit size.
+Directions 0..2: translation of the outboard point seen from the inboard part, along e1, e2, e3 of the inboard frame. Directions
+3..5: relative rotation about the same axes; with crossed axes (universal joint): about u1, u2, u1 x u2. A direction is a force F at
+the outboard point and a torque T, which act on the outboard part, and opposite on the inboard part. Its rate is the power of F and
+T at unit size.
 """
 
 from __future__ import annotations

@@ -124,8 +124,8 @@ def worm_drives(rng: Generator) -> dict[str, Any]:
 
 
 def loaded_arms(rng: Generator) -> dict[str, Any]:
-    """An arm of two or three joints whose friction grows with what they transmit. Motors, efforts and springs move them; a ratchet,
-    a stop or a brake holds one of them, and a rod may tie the last link to a slider that rubs."""
+    """An arm of two or three joints whose friction grows with what they transmit. Motors, efforts and springs move them. A ratchet,
+    a stop or a brake holds one of them. A rod may tie the last link to a slider that rubs."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     count = int(rng.integers(2, 4))
     nodes, turn = [point(0, 0)], d.of(-3, 3)

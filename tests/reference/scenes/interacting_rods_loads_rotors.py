@@ -29,8 +29,8 @@ def surround(d: Draft, bodies: list[str], force: float, size: float) -> None:
 
 
 def rod_loops(rng: Generator) -> dict[str, Any]:
-    """Two cranks with friction, with a rod between them, or a crank and a slider; a field, drag or an attracting point acts, and a
-    brake, a hook or a stop holds."""
+    """Two cranks with friction and a rod between them, or a crank and a slider. A field, drag or an attracting point acts. A brake,
+    a hook or a stop holds."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     turn, long = d.of(-3, 3), d.of(0.06, 0.1)
     a = long * point(math.cos(turn), math.sin(turn))
@@ -140,8 +140,8 @@ def valve_trains(rng: Generator) -> dict[str, Any]:
 
 
 def curved_rows(rng: Generator) -> dict[str, Any]:
-    """Blocks in a row on rails that rub, with nonlinear springs and dampers between them, steps and pulses on some, stops, hooks,
-    and an attracting point or drag."""
+    """Blocks in a row on rails that rub, with nonlinear springs and dampers between them. Some have steps, pulses, stops or hooks.
+    An attracting point or drag acts."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     count = int(rng.integers(3, 5))
     for i in range(count):

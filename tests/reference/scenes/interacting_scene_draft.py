@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 GRAVITIES = ([0.0, 0.0, 0.0], [0.0, -9.81, 0.0], [0.0, 0.0, -9.81], [3.0, -9.0, -2.0])
-"""Without weight, along and across the plane of most linkages, and oblique, m/s²."""
+"""Gravity, m/s²: none, along the plane of most linkages, across it, and oblique."""
 Numbers = list[float]
 
 

@@ -64,7 +64,7 @@ def _reversal(joint, q) -> Reversal:
 
 
 def _swapped(scene, joint: sm.Joint) -> sm.Joint:
-    """The same joint with sides, pin, devices and radii described from the other side."""
+    """The joint with sides, pin, devices and radii described from the other side."""
     f, universal = joint_frames(scene, joint), of(joint.type).crossed
     turn = SWAP if universal else np.eye(3)
     sides = {}

@@ -97,7 +97,7 @@ def test_the_first_problems_are_told_and_the_others_counted():
 
 @pytest.mark.parametrize("place", ["", "bodies.arm."])
 def test_the_meaning_of_no_more_unknown_keys_is_searched_than_problems_are_listed(place: str, monkeypatch: pytest.MonkeyPatch):
-    """With 4,000 unknown keys, the search took 2 s of processor time; it takes 0.05 s of 0.25 s."""
+    """With 4,000 unknown keys, the search took 2 s of processor time. Now it takes 0.05 s, of 0.25 s in all."""
     searched, search = [], difflib.get_close_matches
     monkeypatch.setattr(difflib, "get_close_matches", lambda *given, **named: searched.append(given) or search(*given, **named))
     with pytest.raises(SceneError) as e:
@@ -138,7 +138,8 @@ def nested(depth, value=1.0):
 ENDLESS: dict = {"a": 1}
 ENDLESS["b"] = ENDLESS
 DEEP = {"groups": lambda: nested(100_001), "lists": lambda: nested(100_000), "a group in itself": lambda: ENDLESS}
-"""The test creates them itself. Otherwise Python's search for unused objects would visit them repeatedly in every test process."""
+"""The test creates this data itself. Otherwise Python's search for unused objects would visit the data repeatedly in every test
+process."""
 
 
 @pytest.mark.parametrize("kind", DEEP)

@@ -104,7 +104,7 @@ def small(scene: trunnion.Scene) -> bool:
 
 @cache
 def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
-    """By model: one number of every kind that earlier models lack. Small models come first, because they are tested with more
+    """One number of every kind that earlier models lack, by model. Small models come first, because they are tested with more
     values."""
     seen: set[tuple[Any, ...]] = set()
     out: dict[str, dict[tuple[Any, ...], tuple[str, float]]] = {}

@@ -1,7 +1,7 @@
 """A worker can stop its job while it derives and compiles equations: nothing waits for a compiler, and no incomplete files remain.
 
-The worker's function runs here, on a thread of its own as in a worker; the job is stopped at a place in the work, not at a time.
-"""
+The worker's function runs in this process, on a thread of its own as in a worker. The test stops the job at a place in the work,
+not at a time."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_a_job_builds_a_kernel_whose_build_another_job_has_cancelled(parts: Part
 
 @GROUPS
 def test_a_sweep_that_is_interrupted_waits_for_no_compiler(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its threads do not receive the signal: the main thread informs them."""
+    """The threads of a sweep do not receive the signal, so that the main thread informs them."""
     of, its = plan_of_document(JOB), []
     take = _Work.take
     monkeypatch.setattr(_Work, "take", lambda w: (its.append(w), take(w))[1])

@@ -1,4 +1,4 @@
-"""For any number of workers, one server can send all chunks, and one store can record all results."""
+"""Sizes of chunks: one server can send all chunks and one store can record all results, for any number of workers."""
 
 from __future__ import annotations
 
