@@ -153,7 +153,7 @@ def test_values_copied_in_bulk_are_those_built_one_by_one() -> None:
         assert single.chunk(i, i + 1).to_pylist()[0] == bulk[i]
 
 
-def test_a_number_the_scene_refuses_is_a_case_that_says_so() -> None:
+def test_a_number_that_the_scene_refuses_is_a_case_with_this_outcome() -> None:
     p = plan(scene("spherical_pendulum"), {MU: [0.3, -1.0, 0.5]}, keep=["final:ball.qd[2]"], run=Run(0.1))
     rows = Runner(p).chunk(0, 3).to_pylist()
     assert [r["outcome"] for r in rows] == ["done", "invalid", "done"]

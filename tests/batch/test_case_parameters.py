@@ -129,7 +129,7 @@ def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPat
     assert len(built) < 1 + case_parameters.MANY + 20 + 12 * (TRIED + 1), "a few records of the largest and least value are tried"
 
 
-def test_values_the_scene_refuses_are_told_case_by_case() -> None:
+def test_values_the_scene_refuses_are_reported_case_by_case() -> None:
     scene = load_scene("spherical_pendulum")
     values = np.column_stack([np.linspace(-0.1, 0.5, 61), np.linspace(0.01, 0.02, 61)])
     rows, wrong = Preparer(scene, tuple(PAIR), Run()).rows(values)

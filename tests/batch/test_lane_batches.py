@@ -109,7 +109,7 @@ def test_the_check_of_solutions_refuses_no_step_of_the_lanes(which: str) -> None
         assert block.statistics()["refused"] == 0
 
 
-def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
+def test_a_case_that_cannot_continue_has_the_outcome_of_its_single_run() -> None:
     most = float(np.median(whole("loop", "compiled").column("steps").to_numpy()))
     _, path, keep = SWEPT["loop"]
     runs = [Run(until=0.5, every=0.02, kernel=k, max_steps=most) for k in ("lanes", "compiled")]
@@ -119,7 +119,7 @@ def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
         assert ends[0].column(name) == ends[1].column(name)
 
 
-def test_an_ensemble_that_is_told_to_stop_gives_the_cases_that_have_ended() -> None:
+def test_a_cancelled_batch_returns_the_cases_that_have_ended() -> None:
     with pytest.raises(Stopped) as stop:
         Runner(planned("loop", "lanes")).chunk(0, 97, lambda done: False)  # the first call into C is short
     table = stop.value.table

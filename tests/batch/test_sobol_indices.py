@@ -36,7 +36,7 @@ def numbers(i: Indices) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_intervals_of_indices_hold_the_true_ones_as_often_as_they_say() -> None:
+def test_intervals_of_indices_hold_the_true_ones_with_their_stated_probability() -> None:
     """For Ishigami's function, each of nine intervals holds the true index in at least nine of ten seeds. Of all intervals
     together, 95 ± 2 % hold the true index (the standard error of this number is 0.5 %). With more points the intervals are
     narrower."""
@@ -107,7 +107,7 @@ def test_the_indices_of_a_guides_travel_lie_inside_their_intervals() -> None:
     assert np.mean(held) >= 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 24)
 
 
-def test_cases_that_fail_are_told_and_widen_the_intervals_and_failing_has_indices_of_its_own() -> None:
+def test_cases_that_fail_are_reported_and_widen_the_intervals_and_failing_has_indices_of_its_own() -> None:
     cases = sampled(scene(), dict.fromkeys(THREE, (-np.pi, np.pi)), 512, 2, "saltelli")
     whole = indices_of(cases, [OF], table(cases, ishigami))
     some = indices_of(cases, [OF], table(cases, ishigami, lambda x: x[:, 1] > 3.0))
@@ -142,7 +142,7 @@ def test_constant_results_and_samples_that_are_not_crossed_have_no_indices() -> 
         indices_of(cases, [OF], table(cases, ishigami), ["final:y"])
 
 
-def test_the_command_tells_and_draws_what_the_functions_give(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_and_draws_what_the_functions_give(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     import json
 
     words = ["sweep", "double_pendulum", *(w for p, (a, b) in GUIDE.items() for w in ("--sample", f"{p}={a}:{b}")), "--count", "32",

@@ -16,7 +16,7 @@ from trunnion.simulation.results.csv_and_parquet import load_result_table
 SHORT = ["simulate", "spherical_pendulum", "--until", "500 ms", "--every", "10 ms"]
 
 
-def test_a_run_that_reaches_its_end_exits_with_0_and_tells_what_it_did(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_that_reaches_its_end_exits_with_0_and_reports_what_it_did(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(SHORT) == 0
     out, err = capsys.readouterr()
     assert "done at t = 0.5 s" in out
@@ -49,7 +49,7 @@ def test_json_is_one_document_and_nothing_else(tmp_path: Path, capsys: pytest.Ca
     assert data["problems"] == []
 
 
-def test_a_run_tells_what_the_audit_says_and_an_inaccurate_one_fails_with_its_files_kept(
+def test_a_run_reports_what_the_audit_says_and_an_inaccurate_one_fails_with_its_files_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(SHORT) == 0
@@ -67,7 +67,7 @@ def test_a_run_tells_what_the_audit_says_and_an_inaccurate_one_fails_with_its_fi
     assert json.loads(capsys.readouterr().out)["audit"]["verdict"] == "inaccurate"
 
 
-def test_all_wrong_options_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_wrong_options_are_reported_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "bad.yaml"
     scene.write_text("bodies: {a: {box: [1, 1, 1], densty: 5}}\njoints: {j: {type: revolut, inboard: ground, outboard: a}}\n")
     words = ["--until", "-3", "--every", "5 kg", "--method", "rk9", "--rtol", "3", "--law", "coulom", "--set", "foo"]
@@ -94,7 +94,7 @@ def test_all_wrong_options_are_told_at_once(tmp_path: Path, capsys: pytest.Captu
     assert "Traceback" not in err
 
 
-def test_wrong_changes_and_patterns_are_told_with_their_remedy(capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_changes_and_patterns_are_reported_with_their_remedy(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--set", "joints.ball.friction.m=1", "--outputs", "bal.*", "--json"]
     assert main(["simulate", "spherical_pendulum", *words]) == 2
     problems = json.loads(capsys.readouterr().out)["problems"]
@@ -116,7 +116,7 @@ def test_wrong_changes_and_patterns_are_told_with_their_remedy(capsys: pytest.Ca
         (["new", "3x"], "cannot be the name"),
     ],
 )
-def test_wrong_use_exits_with_2_and_says_what_to_do(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_use_exits_with_2_and_names_the_remedy(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2
     out, err = capsys.readouterr()
     assert text in err
@@ -163,7 +163,7 @@ def test_the_summary_shows_the_main_columns_where_all_are_computed(capsys: pytes
     assert tables[0] == tables[1]
 
 
-def test_check_tells_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_reports_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "crank_slider", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert {b["name"]: round(b["mass"], 3) for b in data["bodies"]} == {"crank": 39.005, "rod": 78.01, "slider": 62.408}
@@ -222,7 +222,7 @@ def test_models_and_schema_are_listed(capsys: pytest.CaptureFixture[str]) -> Non
     assert json.loads(capsys.readouterr().out)["title"] == "Trunnion scene"
 
 
-def test_a_defect_is_told_without_a_traceback(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_defect_is_reported_without_a_traceback(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 

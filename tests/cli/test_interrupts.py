@@ -93,7 +93,7 @@ def test_simulate_keeps_every_row_and_event(suffix: str, tmp_path: Path, whole: 
     held_against(whole, table.time, table.data, table.events, table.outcome.time)
 
 
-def test_json_tells_of_the_interrupt_in_its_one_document(tmp_path: Path, whole: Result) -> None:
+def test_json_reports_the_interrupt_in_its_one_document(tmp_path: Path, whole: Result) -> None:
     file = tmp_path / "r.parquet"
     words = ["simulate", "spherical_pendulum", "--until", f"{UNTIL}", "--every", f"{EVERY}", "-o", str(file), "--json"]
     done = ran(PRELUDE + "interrupted_after(1)\n" + COMMAND, *words)
@@ -104,7 +104,7 @@ def test_json_tells_of_the_interrupt_in_its_one_document(tmp_path: Path, whole: 
     held_against(whole, table.time, table.data, table.events, told["outcome"]["time"])
 
 
-def test_python_gets_the_result_so_far_and_goes_on() -> None:
+def test_python_gets_the_result_so_far_and_continues() -> None:
     program = PRELUDE + "interrupted_after(1)\nimport trunnion\n"
     program += f"r = trunnion.simulate('spherical_pendulum', until={UNTIL}, every={EVERY})\n"
     program += "print(json.dumps([r.outcome.name, len(r), len(r.events), signal.getsignal(2) is signal.default_int_handler]))"

@@ -106,12 +106,12 @@ def test_a_request_to_the_service_goes_through_the_same_place() -> None:
         plan_of_request(asked, Limits(rows=10**12))
 
 
-def test_a_machine_says_how_much_memory_it_has() -> None:
+def test_the_memory_of_the_machine_is_known() -> None:
     assert 2**28 < memory_limits.memory() < 2**50
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
-def test_a_port_in_use_is_told_before_anything_is_started(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_refused_before_anything_starts(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
         assert main(["serve", "--host", host, "--port", str(port), "--data", str(tmp_path / "data")]) == 2
@@ -122,6 +122,6 @@ def test_a_port_in_use_is_told_before_anything_is_started(host: str, tmp_path: P
     assert not (tmp_path / "data").exists()
 
 
-def test_a_host_that_is_not_ours_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_host_that_is_not_ours_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["serve", "--host", "203.0.113.7", "--port", "0", "--data", str(tmp_path / "data")]) == 2
     assert "--host: '203.0.113.7' is not an address of this machine" in capsys.readouterr().err

@@ -88,7 +88,7 @@ CLASSES = """
   <body name="e"><joint name="five"/>{0}</body></worldbody>"""
 
 
-def test_classes_are_taken_from_the_nearest_that_says_so(tmp_path: Path) -> None:
+def test_a_class_is_taken_from_the_nearest_element_that_names_one(tmp_path: Path) -> None:
     scene, _ = read(tmp_path, CLASSES.format(BALL))
     damping = {n: j.damping for n, j in scene.joints.items()}
     assert damping == {"one": 0.2, "two": 0.3, "three": 0.5, "four": 0.3, "five": 0.1}

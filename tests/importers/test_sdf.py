@@ -208,7 +208,7 @@ def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path)
     assert {p.line for p in e.value.problems} == {3}
 
 
-def test_masses_that_the_file_does_not_say_are_told(tmp_path: Path) -> None:
+def test_masses_that_the_file_does_not_say_are_reported(tmp_path: Path) -> None:
     _, notes = read(tmp_path, '<model name="m"><link name="a"/></model>')
     assert any("1 kg" in n and "a" in n for n in notes)
 

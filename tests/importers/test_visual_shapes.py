@@ -99,7 +99,7 @@ def test_a_body_that_mujoco_hides_altogether_is_drawn_by_its_first_group(tmp_pat
     assert [scene.bodies[f"b{k}"].sphere for k in range(3)] == [pytest.approx(r) for r in (0.5, 0.2, 0.1)]
 
 
-def test_a_mesh_that_is_not_there_is_told_and_not_missed(tmp_path: Path) -> None:
+def test_a_mesh_that_is_not_there_is_reported_and_not_missed(tmp_path: Path) -> None:
     file = tmp_path / "bot.urdf"
     file.write_text(robot('<mesh filename="none.dae"/>'))
     scene, notes = scene_of_urdf(file)

@@ -44,7 +44,7 @@ def test_a_jump_is_a_gap_and_nothing_is_lost() -> None:
     assert np.all(np.diff(times) >= 0)
 
 
-def test_rotation_vectors_go_on_through_half_a_turn() -> None:
+def test_rotation_vectors_continue_through_half_a_turn() -> None:
     angle = np.linspace(0, 1.5 * np.pi, 50)
     q = np.column_stack([np.cos(angle / 2), 0 * angle, np.sin(angle / 2), 0 * angle])
     q[20:] *= -1
@@ -154,7 +154,7 @@ def test_efforts_of_joints_and_springs_between_points_are_drawn() -> None:
     assert titles["Lengths of springs"] == {"spring.length"}
 
 
-def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
+def test_a_figure_names_the_joints_that_it_leaves_out_and_how_to_see_them() -> None:
     r = simulate(links(7, 0, "revolute", apart=False), until=1e-3)
     rubbing = [n for n, j in r.scene.joints.items() if j.friction is not None]
     [note] = [s.heading for s in sections(r) if "not drawn" in s.heading]

@@ -131,7 +131,7 @@ def test_a_film_is_written_as_mp4(swing: Result, tmp_path: Path, monkeypatch: py
     assert np.abs(frames[0] - wanted).mean() < 4.0  # compression changes colours, which go up to 255, by less than this
 
 
-def test_mp4_without_its_package_says_what_to_install_before_any_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mp4_without_its_package_is_refused_before_any_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "there", lambda module: module != "av")
     found = destination_problems(tmp_path / "f.mp4", (".html", ".gif", ".mp4"), "--animate")
     assert "av" in found[0].what

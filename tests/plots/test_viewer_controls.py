@@ -171,7 +171,7 @@ def test_nothing_moves_by_itself_for_who_wants_less_motion(chrome: Any, press: P
     assert opened(chrome, press, "?play=1", reduced_motion="no-preference").ask("clock.playing")
 
 
-def test_every_joint_has_its_values_and_closed_ones_are_told(shown: Opened) -> None:
+def test_every_joint_has_its_values_and_closed_ones_are_reported(shown: Opened) -> None:
     count = shown.ask("run.joints.length")
     assert shown.page.locator("#values details").count() == count
     closed = shown.page.locator("#values details:not([open])").count()

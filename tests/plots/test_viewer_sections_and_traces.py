@@ -64,7 +64,7 @@ def test_traces_pass_through_the_places_of_their_points(shown: Opened) -> None:
 # -- without a graphics card -----------------------------------------------------------------------------------------------------
 
 
-def test_without_webgl_it_is_drawn_flat_and_says_so(starts: Callable[..., Any], press: Path) -> None:
+def test_without_webgl_the_picture_is_flat_and_has_a_message(starts: Callable[..., Any], press: Path) -> None:
     plain = starts(*NO_WEBGL)
     page = opened(plain, press)
     assert page.ask("document.documentElement.dataset.drawn") == "flat"

@@ -28,7 +28,7 @@ def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
-def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compiled_scenes_have_the_same_verdicts(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each run in this test uses the compiled kernel, as in a large batch. The other tests use kernels made of parts."""
     monkeypatch.setattr(kernel_choice, "RUNS", 0)
     assert kernel_choice.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"

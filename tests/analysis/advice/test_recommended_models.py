@@ -151,7 +151,7 @@ def test_forms_reach_joints_that_name_their_own() -> None:
     assert friction.normal_force == "exact"
 
 
-def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_mistake_is_reported_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["advise", "crank_slider", "--error", "2", "--norm", "least", "-o", "x.txt"]) == 2
     err = capsys.readouterr().err
     for word in ("--error", "least", "-o", "--outputs"):

@@ -49,7 +49,7 @@ def test_intervals_of_a_linear_model_are_those_of_regression(noise: float | None
     check(found, [Q, QD], *regression(LINE, y, level, noise))
 
 
-def test_runs_share_what_they_share_and_have_starts_of_their_own() -> None:
+def test_runs_share_common_parameters_and_have_their_own_starts() -> None:
     """Two runs of one speed from two places: a regression with two intercepts. The columns of both runs share one noise."""
     other = np.linspace(0.0, 1.0, 6)
     y, z = noisy(2), noisy(3, time=other, q=-0.3)
@@ -142,7 +142,7 @@ def test_invalid_priors_bounds_noise_and_levels_are_reported(asked: dict[str, An
         trunnion.fit(GLIDER, [Q, QD], TIME, {X: noisy(1)}, **asked)
 
 
-def test_mistakes_in_runs_are_told_together() -> None:
+def test_mistakes_in_runs_are_reported_together() -> None:
     runs = [trunnion.MeasuredRun(TIME, {X: TIME[1:]}), trunnion.MeasuredRun(TIME**2, {"rail.q": TIME}, noise=1.0)]
     with pytest.raises(trunnion.SceneError) as told:
         trunnion.fit(GLIDER, [Q], runs=runs)
@@ -152,7 +152,7 @@ def test_mistakes_in_runs_are_told_together() -> None:
     assert all(x in text for x in ("run 1", "8 values for 9", "run 2, time", "rail.q is not a column", "for only some of the runs"))
 
 
-def test_a_misfit_that_is_no_noise_is_told() -> None:
+def test_a_misfit_far_above_the_noise_is_reported() -> None:
     found = trunnion.fit(GLIDER, [Q, QD], t := np.linspace(0, 2, 41), {X: 0.1 + 0.5 * t - 0.1 * t**2}, intervals=False)
     assert any("omits an effect" in n for n in found.notes)
     assert not found.intervals

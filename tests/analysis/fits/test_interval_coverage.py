@@ -46,7 +46,7 @@ def held(seed: int, noise: float | None) -> list[bool]:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("noise", [NOISE, None])
-def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> None:
+def test_intervals_hold_the_truth_with_their_stated_probability(noise: float | None) -> None:
     """40 sets, intervals of 90 %. The number of intervals with the true value is binomial. It lies in a range that is missed in one
     case in a thousand on each side."""
     counts = np.sum([held(s, noise) for s in range(SETS)], axis=0)

@@ -72,7 +72,7 @@ def test_the_law_that_made_the_data_is_found(stribeck: trunnion.ModelComparison)
     assert best.fit.values[RUB + "mu_static"] == pytest.approx(1.5, abs=4 * best.fit.deviation[RUB + "mu_static"])
 
 
-def test_laws_that_do_the_same_are_told_to_be_alike() -> None:
+def test_laws_with_the_same_curves_are_reported_as_alike() -> None:
     """A block that slides to rest, by Coulomb's law and by its regularised form."""
     time = np.linspace(0.0, 1.0, 13)
     curve = slid(2.0, 1.0, time) + 0.005 * np.random.default_rng(4).normal(size=13)

@@ -165,7 +165,7 @@ def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:
     assert sorted(np.linalg.eigvalsh(W)) == pytest.approx([1 / 3.0, *[1 / 3.0 + 0.3**2 / J] * 2], rel=1e-9)
 
 
-def test_pins_of_a_loop_are_told_too() -> None:
+def test_pins_of_a_loop_are_reported() -> None:
     found = knocks(simulate(LOOP, until=0.1, every=2e-4), 10e-6)
     assert found == sorted(found, key=lambda k: k.time)
     assert found
@@ -183,7 +183,7 @@ def test_invalid_clearances_and_missing_columns_are_reported() -> None:
         knocks(simulate(shaken(), until=0.1, outputs=("pin.q*",)), 1e-5)
 
 
-def test_the_command_tells_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_the_impacts(capsys: pytest.CaptureFixture[str]) -> None:
     how = ["knocks", LOOP, "--until", "0.1", "--every", "2e-4"]
     assert main([*how, "--clearance", "crank_pin=10 um", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["knocks"]

@@ -73,7 +73,7 @@ def test_a_band_ends_at_any_angle_up_to_a_turn(end: float) -> None:
     assert (band.low, band.high) == (pytest.approx(-end, rel=1e-12), pytest.approx(end, rel=1e-12))
 
 
-def test_a_loop_stays_where_it_is_said_to_rest() -> None:
+def test_a_loop_stays_at_its_computed_rest() -> None:
     scene = load_scene("crank_slider_free")
     found = equilibrium(scene)
     assert found.kind == "stable"

@@ -132,7 +132,7 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     assert main(["inverse", "simple_pendulum", "--motion", str(plain)]) == 0
 
 
-def test_every_mistake_in_a_motion_is_told() -> None:
+def test_every_mistake_in_a_motion_is_reported() -> None:
     scene, t = arm(1), np.linspace(0.0, 1.0, 4)
     motion = {"j0.q[2]": t, "j0.qd[1]": t, "elbow.q[1]": t, "j0.qdd[1]": t[:2]}
     with pytest.raises(SceneError) as told:

@@ -52,7 +52,7 @@ def test_masses_friction_and_loads_change_nothing_of_it() -> None:
         assert a[n] == pytest.approx(b[n], abs=1e-5 * max(1.0, np.abs(b[n]).max())), n  # the tolerance of the run is 1e-6
 
 
-def test_freedoms_that_nothing_drives_are_told() -> None:
+def test_freedoms_that_nothing_drives_are_reported() -> None:
     with pytest.raises(SceneError, match=r"not driven, among .*guide\.q\[1\]"):
         kinematics("double_pendulum")
     driven = load_scene("crank_slider")

@@ -140,7 +140,7 @@ def test_wear_needs_no_package_beside_the_plain_installation(monkeypatch: pytest
     assert wear(simulate(block(), until=0.1), K).contacts
 
 
-def test_coefficients_of_the_scene_count_and_without_one_loads_are_told() -> None:
+def test_coefficients_of_the_scene_count_and_without_one_loads_are_reported() -> None:
     scene = block()
     own = replace(scene, joints={"rail": replace(scene.joints["rail"], wear=sm.Wear(k=2 * K))})
     with_k, without = (wear(simulate(s, until=1.0)) for s in (own, scene))
@@ -149,7 +149,7 @@ def test_coefficients_of_the_scene_count_and_without_one_loads_are_told() -> Non
     assert np.all(np.diff(with_k.columns["rail.wear.volume[3]"]) > 0.0)
 
 
-def test_columns_that_are_missing_are_told() -> None:
+def test_columns_that_are_missing_are_reported() -> None:
     with pytest.raises(SceneError, match=r"rail\.contact\[1\]\.normal_force"):
         wear(simulate(block(), until=0.1, outputs=("rail.q[*]",)), K)
 

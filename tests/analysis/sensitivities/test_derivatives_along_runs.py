@@ -175,7 +175,7 @@ def test_a_kink_of_a_signal_whose_time_is_the_parameter() -> None:
     assert s.derivatives[-1, 0, 0] == pytest.approx(-3.0 * (0.6 - 0.5e-3), rel=1e-9)
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_mistakes_are_reported_at_once() -> None:
     with pytest.raises(SceneError) as e:
         trunnion.sensitivity("spherical_pendulum", ["joints.ball.friction.mew", "simulation.rtol", "gravity"], ["ball.qd*"])
     assert len(e.value.problems) == 3

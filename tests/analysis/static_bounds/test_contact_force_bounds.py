@@ -56,7 +56,7 @@ def test_three_open_directions_close_in_two_hundred_cells() -> None:
         assert interval.largest.gap <= CLOSED * abs(interval.largest.certified)
 
 
-def test_a_loop_with_a_ball_that_nothing_holds_is_told_at_once() -> None:
+def test_a_loop_with_a_ball_that_nothing_holds_is_reported_at_once() -> None:
     """The coupler pulls with held/h_d = 60 N. Friction changes the crank's torque of 4.5 N m by at most 0.15 N m."""
     st = statics(scene_given(scenes.four_bar(ball=True, held=16.0)))
     assert admissible_states(st, tuple(st.pairs()), None, Effort(1)).there is False

@@ -128,7 +128,7 @@ def test_a_target_and_a_constraint_are_missed_apart() -> None:
     assert followed(best(most=40), lambda x: {"f": x[:, 0]}).answer["off_target"] is None
 
 
-def test_a_stored_study_goes_on_by_the_rules_of_its_own_revision() -> None:
+def test_a_stored_study_continues_by_the_rules_of_its_own_revision() -> None:
     of = CURVES["a sum"][1]
     early, now = (followed(best("reach", 2, 0.7, most=60, revision=r), of) for r in (1, 2))
     assert early.requested == 60

@@ -38,7 +38,7 @@ def test_the_json_output_is_one_document(tmp_path: Path, capsys: pytest.CaptureF
     assert document["curves"][0]["points"][0]["outcome"] == "done"
 
 
-def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_mistake_is_reported_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     wrong = ["chart", "simple_pendulum", "--method", "rk6", "--rtol", "7", "--norm", "least", "--outputs", "no.such"]
     assert main([*wrong, "--repeat", "0"]) == 2
     err = capsys.readouterr().err

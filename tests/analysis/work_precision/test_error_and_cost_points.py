@@ -46,7 +46,7 @@ def rubbing() -> WorkPrecision:
     )
 
 
-def test_the_reference_says_which_two_methods_made_it_and_they_differ(swing: WorkPrecision) -> None:
+def test_the_reference_names_the_two_methods_that_made_it_and_they_differ(swing: WorkPrecision) -> None:
     own = swing.references[FrictionVariant()]
     first, second = own.made_by.split(", ")
     assert first.split()[0] != second.split()[0]
@@ -169,7 +169,7 @@ def test_a_long_first_run_counts_as_a_repeat() -> None:
     assert time_repeats(lambda: 2.0, 1) == (2.0, 2.0, 1)
 
 
-def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
+def test_laws_appear_by_themselves_and_laws_without_numbers_give_the_reason() -> None:
     found, notes = friction_variants(load_scene("spherical_pendulum"))
     left_out = {law for law in REGISTRY if any(n.startswith(f"law {law} left out") for n in notes)}
     assert {v.law for v in found} | left_out == set(REGISTRY)

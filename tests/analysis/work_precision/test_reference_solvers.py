@@ -110,7 +110,7 @@ def test_exudyn_moves_chain_and_loop_as_we_do(spatial: Scene, needs: Callable[[s
     assert off(Exudyn, load_scene("crank_slider_free"), Setting("trapezoidal, index 2", step=1e-3), 0.5) < 1e-2
 
 
-def test_a_peer_that_cannot_says_why(spatial: Scene, needs: Callable[[str], None]) -> None:
+def test_a_solver_that_cannot_run_gives_the_reason(spatial: Scene, needs: Callable[[str], None]) -> None:
     needs("pinocchio")
     driven = load_scene("crank_slider")
     r = ready(driven, FrictionVariant("regularized", 1e-4), 0.1)
@@ -119,7 +119,7 @@ def test_a_peer_that_cannot_says_why(spatial: Scene, needs: Callable[[str], None
             kind(r, take_snapshot(r))
 
 
-def test_every_peer_is_accounted_for_and_says_what_it_leaves_out() -> None:
+def test_every_reference_solver_is_listed_with_its_omissions() -> None:
     scene = load_scene("simple_pendulum")
     study = measure_work_precision(
         scene, WorkPrecisionRequest(methods=("rk8",), rtols=(1e-6,), repeats=1, samples=5, until=0.2, fixed=False)

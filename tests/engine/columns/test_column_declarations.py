@@ -81,7 +81,7 @@ def test_a_declaration_that_lacks_something_is_refused(fault: str) -> None:
         registered(WRONG[fault])
 
 
-def test_all_faults_are_said_at_once() -> None:
+def test_all_faults_are_reported_at_once() -> None:
     bare = ColumnKind(name="", of=MASS_CENTRE.of, operands={}, expression=nothing, quantities=(
         Quantity(name="", column="", unit="", text=""),))  # fmt: skip
     with pytest.raises(ValueError, match=r"not an identifier.*no operands.*no name.*no column.*no unit.*no text"):
@@ -96,14 +96,14 @@ def told() -> dict[str, object]:
     return {v.name: v for v in variables(Model(load_scene("spherical_pendulum"), ("*",)), 0.0, 1e-6)}
 
 
-def test_an_fmu_tells_what_changes_at_events_alone(told) -> None:
+def test_an_fmu_reports_what_changes_at_events_alone(told) -> None:
     """In FMI 2.0 these variables are the discrete ones: they change only at events."""
     discrete = {n for n, v in told.items() if v.causality == "output" and v.variability == "discrete"}
     assert discrete == {n for n in told if n.startswith("events.") or ".state" in n or n == "audit.verdict"}
     assert {"events.count", "events.last.time", "events.last.turn", "ball.friction.state[1]", "ball.contact[1].state"} <= discrete
 
 
-def test_an_fmu_tells_what_forces_act_on_at_once(told) -> None:
+def test_an_fmu_reports_what_forces_act_on_at_once(told) -> None:
     direct = {n for n, v in told.items() if v.direct}
     assert {"ball.qdd[1]", "ball.contact[1].angle", "ball.reaction.force[1]"} <= direct
     assert not {"ball.q[1]", "ball.qd[1]", "energy.kinetic", "events.last.time", "audit.complement"} & direct

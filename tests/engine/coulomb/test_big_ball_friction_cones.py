@@ -91,7 +91,7 @@ def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["coulomb", "regularized"])
 @pytest.mark.parametrize("turned", [tightened, loosened])
-def test_a_ball_whose_branch_folds_away_tells_so_once_by_every_method_and_tolerance(turned, law: str) -> None:
+def test_a_ball_whose_branch_folds_away_reports_one_fold_by_every_method_and_tolerance(turned, law: str) -> None:
     """A brake well beyond its thresholds: at a time known in closed form, forces jump and velocities do not."""
     scene = turned(0.3, law)
     until = float(scene.simulation.until)

@@ -90,7 +90,7 @@ NEARLY = 1e-4
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("load", [100.0, -100.0])
 @pytest.mark.parametrize("part", [0.2, 0.5, 0.9, 1 - NEARLY, 1 + NEARLY, 1.2])
-def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_run_does(load: float, part: float) -> None:
+def test_a_folded_press_locks_itself_in_statics_and_in_runs(load: float, part: float) -> None:
     scene = replace(placed(-math.acos(part * LOCKS / LINK), 0.0, 0.0, load, 0.01), gravity=(0.0, 0.0, 0.0))
     assert holding(scene) == ("holds" if part < 1 else "slips")
     if part < 1:

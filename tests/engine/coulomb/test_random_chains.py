@@ -75,7 +75,7 @@ def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
     has_no_answer(chain(seed), 3.0)
 
 
-def test_a_chain_that_goes_on_has_an_answer() -> None:
+def test_the_search_finds_a_solution_for_chains_whose_runs_finish() -> None:
     """The independent search finds a solution where one exists: at the starts of chains whose runs finish."""
     for seed in (2, 3, 5):
         scene = chain(seed)

@@ -52,7 +52,7 @@ def textbook(profile: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize("profile", PROFILES)
-def test_a_way_is_that_of_its_profile(profile: str, kind: str, kernel: str) -> None:
+def test_a_motion_from_rest_to_rest_follows_its_profile(profile: str, kind: str, kernel: str) -> None:
     r = moved(profile, kernel, kind)
     x, v, a = textbook(profile, r.time)
     twelfths = (r.time - BEGIN) / TIME * 12
@@ -71,13 +71,13 @@ def test_the_drives_work_equals_the_work_of_friction(profile: str) -> None:
     assert r["energy.kinetic"][[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
-def test_a_way_that_has_begun_before_goes_on() -> None:
+def test_a_profile_that_began_before_the_start_continues() -> None:
     whole, begun = (moved("s_curve", begin=b) for b in (BEGIN, BEGIN - 0.5))
     shift = int(0.5 / 2e-3)
     assert begun["joint.q[1]"][:-shift] == pytest.approx(whole["joint.q[1]"][shift:], abs=1e-9)
 
 
-def test_a_way_takes_time_and_is_one_kind_of_drive() -> None:
+def test_a_profile_needs_a_duration_and_excludes_other_kinds_of_drive() -> None:
     body, move = sm.Body(box=(0.1, 0.1, 0.1), mass=1.0), sm.Move(start=0.0, end=1.0, duration=1.0)
 
     def driven(drive: sm.Drive) -> sm.Scene:

@@ -205,7 +205,7 @@ def test_a_jump_that_friction_still_holds_moves_nothing_and_is_no_event() -> Non
     assert [(e.kind, e.time) for e in r.events] == [("slip", 1.0)]
 
 
-def test_rows_tell_a_load_before_its_jump_until_the_jump_and_after_it_from_then_on() -> None:
+def test_rows_report_a_load_before_its_jump_until_the_jump_and_after_it_from_then_on() -> None:
     r = simulate(scene({"step": {"end": 2.0, "begin": 1.0}}, 1.0), until=2.0, every=0.5)
     assert r["slide.qdd[1]"][[0, 1, 3, 4]] == pytest.approx([0.0, 0.0, 2.0, 2.0])
 

@@ -43,7 +43,7 @@ def reversals(r: Result, joint: str) -> np.ndarray:
     return np.array([e.time for e in r.events if e.kind == "reversal" and e.joint == joint])
 
 
-def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
+def test_the_pendulum_stops_at_the_times_of_the_model_with_one_freedom() -> None:
     """Reversals of the regularised law. Those of dry friction are 5e-7 s to 6e-5 s earlier. The eleventh is a creep, not a
     reversal."""
     stops, _ = pendulum_run()
@@ -54,7 +54,7 @@ def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(10))
-def test_the_pendulum_stops_where_one_freedom_says_so(stop: int) -> None:
+def test_the_pendulum_stops_at_the_angles_of_the_model_with_one_freedom(stop: int) -> None:
     """A run that ends at the reversal has rate zero, and the angle of the model with one freedom."""
     stops, _ = pendulum_run()
     r = pendulum(every=0.0, until=float(stops[stop, 0]))

@@ -175,11 +175,11 @@ def test_statics_asks_what_is_there_at_the_start() -> None:
     ({"force": sm.FromInput("pedal", sm.InputCurve((1.0,), (2.0,)))}, "a curve has 2 to 12 points, not 1"),
     ({"force": sm.Signal()}, "an empty signal"),
 ])  # fmt: skip
-def test_mistakes_are_told(friction: dict, words: str) -> None:
+def test_mistakes_are_reported(friction: dict, words: str) -> None:
     scene = replace(braked(0.0), joints={"joint": replace(braked(0.0).joints["joint"], friction=sm.Friction(**friction))})
     assert any(words in p.what or words in p.hint for p in problems(scene)), problems(scene)
 
 
-def test_an_input_in_another_unit_is_told() -> None:
+def test_an_input_in_another_unit_is_reported() -> None:
     scene = replace(braked(sm.FromInput("pedal")), inputs={"pedal": sm.Input(unit="m")})
     assert any("N is expected here" in p.what for p in problems(scene))

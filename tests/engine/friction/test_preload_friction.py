@@ -153,7 +153,7 @@ def test_check_hold_knows_it() -> None:
 
 
 @pytest.mark.parametrize("kind", [k.name for k in REGISTRY.values() if k.friction])
-def test_every_joint_that_rubs_has_a_preload_or_says_that_it_has_none_and_which_have(kind: str) -> None:
+def test_every_joint_with_friction_has_a_preload_or_an_error_names_the_types_that_have(kind: str) -> None:
     able = {k.name for k in REGISTRY.values() if k.friction and "preload" in {s.name for s in CONTACTS[k.friction].sizes}}
     assert able >= {"revolute", "cylindrical", "prismatic", "universal", "screw"}
     joint = sm.Joint(kind, "ground", "b", friction=sm.Friction(mu=0.1, preload=5.0))

@@ -144,7 +144,7 @@ def test_no_c_file_names_a_method() -> None:
         assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name
 
 
-def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> None:
+def test_an_unknown_method_is_reported_and_does_not_fall_through_to_another() -> None:
     model = Model(load_scene("simple_pendulum"))
     settings = bl.Settings().record(length=1.0, rate=1.0, energy=0.0)
     for number in (-1, len(bl.METHODS)):

@@ -213,7 +213,7 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_sliding() -> None:
+def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_continues_sliding() -> None:
     """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of its sliding is that of the speed at its surface; m/s and
     rad/s are not directly comparable."""
     r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)

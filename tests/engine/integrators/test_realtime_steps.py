@@ -98,7 +98,7 @@ def test_an_exceeded_bound_is_reported_by_name() -> None:
         assert any("bounded steps" in n for n in run.notes)
 
 
-def test_a_jam_is_passed_by_impulses_and_told() -> None:
+def test_a_jam_is_passed_by_impulses_and_reported() -> None:
     """Example 8.3 with a short guide ends as jammed in ordinary runs. A run in real-time steps continues and reports the jam."""
     jam = {"joints.guide.friction.half_length": 0.22}
     asked = {"simulation.realtime": {"step": 1e-3}, **jam}

@@ -261,7 +261,7 @@ joints:
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_bands_and_belts_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_bands_and_belts_are_refused_with_the_reason(says: str) -> None:
     scene_from_text(RIGHT)
     old, new = WRONG[says]
     assert old in RIGHT

@@ -226,7 +226,7 @@ def test_a_spline_through_an_eccentric_moves_a_plate_as_the_eccentric_does() -> 
     assert r["turn.drive.effort[1]"] == pytest.approx(push * E * np.cos(phase), abs=near * E)
 
 
-def test_lifting_off_is_told_at_its_instant() -> None:
+def test_lifting_off_is_reported_at_its_instant() -> None:
     r = simulate(lifted(", friction: {mu: 1e-9}", ", effort: -3", "drive: {constant: {rate: 20}}"), rtol=1e-10)
     times = [e.time for e in r.events if e.joint == "follow" and 0 < e.time < 1]
     # The plate lifts off where m E ω² sin ωt = 3 N; beyond this, the cam would have to pull.
@@ -269,7 +269,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_cams_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_cams_are_refused_with_the_reason(says: str) -> None:
     joints = "  on_a: {type: revolute, axis: z, inboard: ground, outboard: a}\n"
     joints += "  on_b: {type: prismatic, axis: x, inboard: ground, outboard: b}"
     each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in "ab")
@@ -311,7 +311,7 @@ simulation: {{until: {until} s, every: 0.5 s}}
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("seed", range(110))
-def test_without_friction_a_note_tells_the_instant_from_which_a_cam_pulls(seed: int) -> None:
+def test_without_friction_a_note_reports_the_instant_from_which_a_cam_pulls(seed: int) -> None:
     scene, wanted = pushed(seed)
     r = simulate(scene, rtol=1e-8, outputs=["guide.q*"])
     told = [float(n.split(" s ")[0].rpartition(" ")[2]) for n in r.notes if n.startswith("follow: from t")]

@@ -135,7 +135,7 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
     assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # the axis has turned all the way round
 
 
-def test_angles_of_cut_joints_go_on_past_a_turn() -> None:
+def test_angles_of_cut_joints_continue_past_a_turn() -> None:
     """The four-bar's couplers turn with their cranks, over the top repeatedly. No column jumps by 2π."""
     r = simulate("crank_slider", until=2.0, every=0.005, overrides=PAPER)
     assert r["crank_pivot.q[1]"][-1] == pytest.approx(20.0, abs=1e-12)

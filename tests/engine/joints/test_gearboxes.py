@@ -191,14 +191,14 @@ joints:
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_gearboxes_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_gearboxes_are_refused_with_the_reason(says: str) -> None:
     scene_from_text(RIGHT)
     old, new = WRONG[says]
     with pytest.raises(SceneError, match=re.escape(says)):
         scene_from_text(RIGHT.replace(old, new))
 
 
-def test_the_winch_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_winch_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
     scene = scene_from_text(page.split("```yaml\n")[1].split("```")[0])
     assert scene.name == "winch"

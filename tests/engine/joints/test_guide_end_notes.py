@@ -38,7 +38,7 @@ def made(seed: int) -> tuple[sm.Scene, float | None]:
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("seed", range(110))
-def test_a_note_tells_when_a_contact_leaves_its_guide(seed: int) -> None:
+def test_a_note_reports_when_a_contact_leaves_its_guide(seed: int) -> None:
     scene, wanted = made(seed)
     notes = [n for n in simulate(scene).notes if n.startswith("guide: from t")]
     told = [float(n.split(" s ")[0].rpartition(" ")[2]) for n in notes]

@@ -128,7 +128,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_joints_that_cannot_follow_are_refused_with_why(says: str) -> None:
+def test_joints_that_cannot_follow_are_refused_with_the_reason(says: str) -> None:
     with pytest.raises(SceneError, match=re.escape(says)):
         build(scene_from_text(GRIPPER.replace("DRIVE", "damping: 0").replace(FAR, WRONG[says])))
 

@@ -197,7 +197,7 @@ def test_a_ladder_holds_by_the_friction_of_its_foot(mu: float, holds: bool) -> N
     assert report.pairs[0].share == pytest.approx(limit / mu, rel=1e-9)
 
 
-def test_points_that_cannot_have_the_distance_of_a_rod_are_told_with_its_name() -> None:
+def test_points_that_cannot_have_the_distance_of_a_rod_are_reported_with_its_name() -> None:
     scene = hung([1.0], [0.7], [1.2], [0.0])
     short = replace(scene, joints=scene.joints | {"far": replace(scene.joints["rod0"], inboard=sm.Side("ground", (3.0, 0.0, 0.0)))})
     r = simulate(short, until=0.1)
@@ -220,7 +220,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_rods_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_rods_are_refused_with_the_reason(says: str) -> None:
     bodies = "  m: {mass: 1, inertia: [1, 1, 1]}\n  placed: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}\n"
     flies = "".join(f"  {n}_flies: {{type: free, inboard: ground, outboard: {n}}}\n" for n in ("m", "placed"))
     ground = "ground: {points: {a: [0, 0, 0]}}\n"
@@ -228,7 +228,7 @@ def test_rods_that_cannot_be_are_refused_with_why(says: str) -> None:
         scene_from_text(f"schema: 1\n{ground}bodies:\n{bodies}joints:\n{flies}  r: {WRONG[says]}\n")
 
 
-def test_the_ladder_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_ladder_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/scene.md").read_text(encoding="utf-8")
     scene = scene_from_text(page.split("```yaml\n")[1].split("```")[0])
     assert scene.name == "ladder"

@@ -89,7 +89,7 @@ def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("rub", [False, True])
-def test_long_chains_say_the_same(rub: bool, kernel: str) -> None:
+def test_long_chains_with_rotors_agree_in_both_kernels(rub: bool, kernel: str) -> None:
     """The compiled kernel runs 24 bodies in loops; the parts kernel finds their friction along the recursion."""
     scene = chain(24, rub, 0.4)
     q = {n: np.array([j.start.q]) for n, j in scene.joints.items()}

@@ -86,7 +86,7 @@ def test_a_short_sleeve_on_a_long_rod_presses_alike_at_both_its_ends_wherever_it
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("kind", SLIDING)
 @pytest.mark.parametrize("pin", ENDS)
-def test_ends_on_the_pin_are_what_is_meant_where_nothing_is_said(kind: str, pin: str) -> None:
+def test_the_ends_are_on_the_pin_by_default(kind: str, pin: str) -> None:
     a, b = (slid(kind, pin, ends, "parts") for ends in (pin, None))
     assert all(np.array_equal(a[n], b[n]) for n in a.names)
 

@@ -240,7 +240,7 @@ def test_derivatives_of_a_run_on_a_curve_are_those_by_differences() -> None:
             assert found.d(column, path)[1:] == pytest.approx(slope[1:], rel=1e-6, abs=1e-6), (column, path)
 
 
-def test_a_bead_that_slides_off_a_circle_is_told_where_the_force_changes_sides() -> None:
+def test_a_note_reports_where_the_force_on_a_bead_changes_sides() -> None:
     """The bead starts at the top with the speed v. The force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on the
     circle or not."""
     radius, speed = 0.5, 0.4

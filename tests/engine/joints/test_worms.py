@@ -130,7 +130,7 @@ def test_derivatives_of_a_run_with_a_worm_are_those_of_the_standard_formulas() -
     assert slope == pytest.approx((up - down) / 2e-6, rel=1e-7)
 
 
-def test_the_worm_drive_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_worm_drive_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
     scene = scene_from_text(page.split("```yaml\n")[2].split("```")[0])
     assert scene.name == "worm_drive"
@@ -147,7 +147,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_worms_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_worms_are_refused_with_the_reason(says: str) -> None:
     scene = USUAL.scene({}, {})
     changes = {{"lead": "lead_angle"}.get(k, k): v for k, v in WRONG[says].items()}
     wrong = replace(scene, joints=scene.joints | {"mesh": replace(scene.joints["mesh"], **changes)})

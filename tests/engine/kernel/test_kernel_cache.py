@@ -215,7 +215,7 @@ def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
     assert b".debug_" not in compile_one(tmp_path, 1).read_bytes()
 
 
-def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_build_that_loses_the_compilers_cache_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another process may prune the compiler's cache after the build has begun; here a file stands in its place."""
     compile_one(tmp_path, 1)
     run, shared = c_compiler._zig, c_compiler.shared_cache(tmp_path)

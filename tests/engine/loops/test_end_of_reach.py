@@ -95,7 +95,7 @@ def test_a_pin_that_locks_before_the_end_of_reach_has_jammed() -> None:
     assert REACH - 1e-4 < r.outcome.time < REACH - 1e-6
 
 
-def test_a_loop_that_only_touches_the_end_of_its_reach_goes_on() -> None:
+def test_a_loop_that_only_touches_the_end_of_its_reach_continues() -> None:
     """The rod is a micrometre longer than the crank. It is nearly upright twice a turn, and the motion continues."""
     scene = short_rod()
     length = 0.5 + 1e-6
@@ -200,7 +200,7 @@ def driven_piston(phase: float, amplitude: float) -> dict[str, Any]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-def test_a_driven_loop_that_passes_its_dead_centre_says_so(method: str, rtol: float) -> None:
+def test_a_driven_loop_that_passes_its_dead_centre_ends_by_this_name(method: str, rtol: float) -> None:
     r = simulate(driven_piston(math.pi / 6, 0.05), method=method, rtol=rtol)
     assert r.outcome.ok
     assert r.certificate.dead_centre == pytest.approx(1 / 6, abs=2e-4)

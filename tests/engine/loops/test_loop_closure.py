@@ -97,7 +97,7 @@ def test_given_values_that_disagree_share_the_change() -> None:
     assert {n.partition(":")[0] for n in r.notes if "moved" in n} == {"crank_pivot", "guide"}
 
 
-def test_wrong_start_values_are_moved_and_said() -> None:
+def test_wrong_start_values_are_moved_and_reported() -> None:
     scene = started(load_scene("crank_slider"), guide=sm.Start(q=1.3, qd=0.5), slider_pin=sm.Start(q=0.3, qd=-4.0))
     r = simulate(scene, until=1e-3, every=1e-3)
     moved = [n for n in r.notes if "moved" in n]
@@ -126,7 +126,7 @@ def test_a_start_that_can_be_kept_is_kept_whatever_is_left_open(seed: int) -> No
     assert abs(case.q[open_joint]).max() > 0.0
 
 
-def test_start_values_of_a_cut_joint_are_said_to_be_unused() -> None:
+def test_start_values_of_a_cut_joint_are_reported_to_be_unused() -> None:
     scene = load_scene("bricard")
     scene = replace(scene, joints={n: replace(j, start=sm.Start(q=0.0), cut=n == "j5") for n, j in scene.joints.items()})
     r = simulate(scene, until=1e-3, every=1e-3)

@@ -86,7 +86,7 @@ def test_open_reactions_do_not_depend_on(which: str, way: str) -> None:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("which", "name"), [("bricard", "j5"), ("bricard", "j2"), ("regularized", "c"), ("regularized", "a")])
-def test_open_reactions_do_not_depend_on_the_side_a_joint_is_told_from(which: str, name: str) -> None:
+def test_open_reactions_do_not_depend_on_the_side_a_joint_is_described_from(which: str, name: str) -> None:
     case = case_of(which)
     moved = reversed_joint(case, name)
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
@@ -105,7 +105,7 @@ def test_open_reactions_do_not_depend_on_where_the_loop_is_cut(which: str, name:
 
 
 @pytest.mark.parametrize(("which", "count"), [("bricard", 1), ("loops", 12), ("regularized", 3)])
-def test_the_result_says_which_reactions_are_not_unique(which: str, count: int) -> None:
+def test_the_result_names_reactions_that_are_not_unique(which: str, count: int) -> None:
     case = case_of(which)
     result = simulate(case.scene, until=1e-3)
     _, _, loose = open_reactions(case)
@@ -115,7 +115,7 @@ def test_the_result_says_which_reactions_are_not_unique(which: str, count: int) 
     assert any("redundant" in note and all(n in note for n in named) for note in result.notes)
 
 
-def test_a_loop_without_redundancy_says_nothing() -> None:
+def test_a_loop_without_redundancy_has_no_note() -> None:
     result = simulate("spatial_slider_crank", until=1e-3)
     assert result.redundancy.count == 0
     assert result.notes == ()

@@ -126,7 +126,7 @@ def test_a_point_out_of_reach_is_refused_with_its_distance() -> None:
         simulate(bar.scene({}, point=[5.0, 0.0, 0.0]), until=1e-3)
 
 
-def test_a_point_that_the_body_lacks_is_told() -> None:
+def test_a_point_that_the_body_lacks_is_reported() -> None:
     bar = FourBar(3)
     scene = bar.scene({})
     scene["bodies"]["coupler"]["start"] = {"penn": [0, 0, 0]}

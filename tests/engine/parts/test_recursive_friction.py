@@ -98,7 +98,7 @@ def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
     assert [e.time for e in one.events] == pytest.approx([e.time for e in other.events], abs=100 * 1e-8 * 0.4)
 
 
-def test_contacts_told_of_an_event_are_those_up_to_it_from_either_kernel() -> None:
+def test_both_kernels_report_the_contacts_up_to_an_event() -> None:
     """Contacts follow from accelerations with friction; accelerations without friction would give false contact jumps."""
     turns = []
     for kind in ("parts", "compiled"):
@@ -130,7 +130,7 @@ def test_locating_an_event_among_many_joints_takes_few_evaluations() -> None:
     assert counters["rhs_evaluations"] <= 55 * counters["events"]
 
 
-def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_told() -> None:
+def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_reported() -> None:
     """No code is compiled for one run. Code is compiled for many runs of a small structure."""
     few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
     for runs, kinds in ((1, ["parts", "parts"]), (RUNS - 1, ["parts", "parts"]), (RUNS, ["compiled", "parts"])):

@@ -143,7 +143,7 @@ def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dic
 
 
 @pytest.mark.parametrize(("method", "outputs"), [("auto", "*"), ("rosenbrock", " ".join(f"*.{what}[*]" for what, _ in BODY))])
-def test_energy_that_appears_at_once_is_told_with_its_time(method: str, outputs: str) -> None:
+def test_energy_that_appears_at_once_is_reported_with_its_time(method: str, outputs: str) -> None:
     """At 3 s the test multiplies all rates by 1.2, so that 0.44 of the kinetic energy appears. If no column needs works, Simpson's
     rule audits the stiff method's steps."""
     model = Model(load_scene("crank_slider_free"), outputs.split())
@@ -160,7 +160,7 @@ def test_energy_that_appears_at_once_is_told_with_its_time(method: str, outputs:
     assert 3.0 <= r.outcome.time <= 3.2
 
 
-def test_energy_that_steps_of_impulses_gain_is_told_at_their_tolerance() -> None:
+def test_energy_that_steps_of_impulses_gain_is_reported_at_their_tolerance() -> None:
     """At 0.5 s the test multiplies all rates by 1.02. The added 4 % of the kinetic energy are 40,000 × rtol."""
     model = Model(load_scene("crank_slider_free"), ["*.q[*]"])
 
@@ -173,7 +173,7 @@ def test_energy_that_steps_of_impulses_gain_is_told_at_their_tolerance() -> None
     assert 0.5 <= r.outcome.time <= 0.6
 
 
-def test_friction_that_drives_is_told_with_its_joint() -> None:
+def test_friction_that_drives_is_reported_with_its_joint() -> None:
     """At 0.1 s the test makes the coefficient of friction negative."""
     model = Model(load_scene("spherical_pendulum"), ["*.q[*]"])
     place = int(np.flatnonzero(model.block.parameters == 0.6)[0])

@@ -91,7 +91,7 @@ def test_random_loops_too(seed: int) -> None:
             same(first, other)
 
 
-def test_contacts_that_turn_where_loads_jump_are_not_told_from_stale_accelerations() -> None:
+def test_contact_jumps_are_not_computed_from_old_accelerations() -> None:
     first, *others = runs(random_loop(TURNED, laws=("coulomb",), friction=0.9).scene, until=0.5, every=0.01)
     for other in others:
         same(first, other)

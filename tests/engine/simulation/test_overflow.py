@@ -52,7 +52,7 @@ def test_rows_before_an_overflow_are_kept() -> None:
     assert np.isfinite(r.data).all()
 
 
-def test_a_case_of_a_sweep_is_told_so_too() -> None:
+def test_an_overflow_is_the_outcome_of_its_case_in_a_sweep() -> None:
     over = {"bodies.b.mass": [1.0, 1e300]}
     table = trunnion.sweep(swing(1.0), vary=over, until="10 ms", reductions="max:j.contact[1].normal_force").table
     assert table.column("outcome").to_pylist() == ["done", "not_finite"]

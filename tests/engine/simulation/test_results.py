@@ -118,7 +118,7 @@ def test_rows_lie_on_the_grid_and_the_last_at_the_end() -> None:
     assert every_step.time[-1] == 1.0
 
 
-def test_thousand_rows_where_nothing_is_said() -> None:
+def test_a_run_without_a_spacing_has_a_thousand_rows() -> None:
     scene = load_scene("simple_pendulum")
     r = simulate(replace(scene, simulation=replace(scene.simulation, every=None)), until=2.0)
     assert len(r) == 1001
@@ -169,7 +169,7 @@ def test_a_model_can_be_run_again_and_is_the_same_bits(name: str) -> None:
     assert one.events == two.events
 
 
-def test_a_model_that_is_run_again_counts_turns_from_anew() -> None:
+def test_a_second_run_of_a_model_counts_turns_from_its_own_start() -> None:
     model = Model(load_scene("n_four_bar"), ("right*.q*",))
     one, two = (running.run(model, 4.0, 0.05, bl.Settings()) for _ in range(2))
     assert np.ptp(one["right2.q[1]"]) > np.pi

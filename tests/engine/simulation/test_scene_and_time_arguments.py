@@ -81,7 +81,7 @@ def test_a_scene_made_in_python_is_checked_before_it_runs() -> None:
         trunnion.simulate(scene)
 
 
-def test_times_that_are_none_are_told_together(tmp_path: Path) -> None:
+def test_times_that_are_none_are_reported_together(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as e:
         trunnion.simulate(NAME, until="10 m", every="soon", rtol=[1], step="1 kg")
     assert [p.where for p in e.value.problems] == ["until", "every", "rtol", "step"]

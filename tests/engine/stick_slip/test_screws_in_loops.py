@@ -98,7 +98,7 @@ def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_drive
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [71, 66, 69])
-def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_goes_on_after_the_impact(seed: int) -> None:
+def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_continues_after_the_impact(seed: int) -> None:
     """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle more by
     the thrust bearing than it drives the spindle by the thread. The spindle's own torque acts against this acceleration. Then no
     modes obey the laws."""

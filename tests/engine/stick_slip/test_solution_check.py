@@ -190,7 +190,7 @@ def test_the_check_accepts_a_random_mechanisms_solution_and_refuses_its_neighbou
 
 
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
-def test_a_run_that_is_told_a_sliding_block_were_held_goes_on_sliding(method: str) -> None:
+def test_a_run_with_a_wrong_stick_mode_continues_to_slide(method: str) -> None:
     ends = []
     for wrong in (False, True):
         block = begun(block_on_table(speed=1.0, push=2.0), method=method)

@@ -49,7 +49,7 @@ def test_one_impact_law_holds_for_a_scene() -> None:
         lambda s: trunnion.inverse(s, [0.0, 1.0], {"fly.q[1]": [0.5, 0.5]}),
     ],
 )
-def test_analyses_without_impacts_say_so(analysis: Any) -> None:
+def test_analyses_without_impacts_are_refused(analysis: Any) -> None:
     with pytest.raises(trunnion.SceneError, match="begin and end are not supported"):
         analysis(box(0.3, 0.2, 0.5, 1.0, 0.1, *RESTS))
 

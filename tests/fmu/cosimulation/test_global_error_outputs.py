@@ -54,7 +54,7 @@ def test_errors_told_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> 
     assert np.mean(np.array(ratios) < 5.0) > 0.95
 
 
-def test_where_decisions_fall_otherwise_no_error_is_told(tmp_path: Path) -> None:
+def test_where_decisions_fall_otherwise_no_error_is_reported(tmp_path: Path) -> None:
     """A block at the limit of rest: one run releases it, the other does not, or errors have grown."""
     file = tmp_path / "chaos.fmu"
     export(models_dir() / "stability" / "11_bifurcation.yaml", file, certify=True, outputs=["*.qd[*]"])
@@ -116,6 +116,6 @@ def test_kinds_of_fmu_that_cannot_report_errors_are_refused(tmp_path: Path, how:
         export("spherical_pendulum", tmp_path / "x.fmu", certify=True, **how)
 
 
-def test_bounded_steps_tell_none(tmp_path: Path) -> None:
+def test_bounded_steps_report_no_errors(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="errors need a second run"):
         export("spherical_pendulum", tmp_path / "x.fmu", certify=True, overrides={"simulation.realtime": {"step": 1e-3}})

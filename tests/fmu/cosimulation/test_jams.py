@@ -58,7 +58,7 @@ ENDS: dict[str, tuple[str, dict[str, object], str]] = {
 @pytest.mark.default_cases(1)
 @BOTH
 @pytest.mark.parametrize("how", ENDS)
-def test_a_run_that_cannot_go_on_is_told_in_the_words_of_the_engine(how: str, flavour: str) -> None:
+def test_a_run_that_cannot_continue_is_reported_in_the_words_of_the_engine(how: str, flavour: str) -> None:
     model, changes, begin = ENDS[how]
     ended = trunnion.simulate(model, overrides=changes).outcome
     assert not ended.ok

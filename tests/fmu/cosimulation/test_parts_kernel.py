@@ -107,7 +107,7 @@ def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None
     assert (tmp_path / "usual.fmu").read_bytes() == exported("spherical_pendulum").read_bytes()
 
 
-def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'quick' is not a kernel \(one of auto, compiled, parts\)"):
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
     with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU runs one case, so it has no SIMD lanes

@@ -78,7 +78,7 @@ def test_python_files_have_names_of_their_own(tmp_path: Path) -> None:
     assert not names[0] & names[1]
 
 
-def test_the_command_tells_all_problems_at_once(tmp_path: Path) -> None:
+def test_the_command_reports_all_problems_at_once(tmp_path: Path) -> None:
     words = ["crank_slide", "-o", str(tmp_path / "a.zip"), "--flavour", "rust", "--platform", "amiga"]
     with pytest.raises(SceneError) as refused:
         COMMAND.main(["fmu", *words, "--set", "mu", "--step", "-1"], standalone_mode=False)
@@ -86,7 +86,7 @@ def test_the_command_tells_all_problems_at_once(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command_writes_and_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_the_fmu_and_reports_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "small.fmu"
     words = ["simple_pendulum", "-o", str(file), "--outputs", "bob.*", "--set", "simulation.rtol=1e-8", "--json"]
     assert main(["fmu", *words]) == 0

@@ -45,7 +45,7 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", LAWS)
-def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
+def test_each_event_is_reported_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
     """The test includes reversals inside a proportional zone, which the FMU records only when the motion leaves the zone."""
     until, h = 5.0, 0.1
     due = logged(model, until, h, skip=10)
@@ -114,7 +114,7 @@ def test_a_clock_that_was_asked_for_ticks_no_more_and_what_goes_with_it_stays() 
     assert host.get("ball.events.reversal.count", "ball.events.stick.count") == [2, 0]
 
 
-def test_where_the_host_lets_no_step_return_early_it_is_told_at_the_communication_point() -> None:
+def test_where_the_host_lets_no_step_return_early_it_is_reported_at_the_communication_point() -> None:
     at = trunnion.simulate("spherical_pendulum", until=2.5).events
     host = Host3(exported("spherical_pendulum", fmi=3), early=False)
     due, ended, early, reached = host.step(2.5)
@@ -124,7 +124,7 @@ def test_where_the_host_lets_no_step_return_early_it_is_told_at_the_communicatio
     assert host.get(f"{name}.count", f"{name}.time") == pytest.approx([len(at), at[-1].time], abs=SAME_TIME)
 
 
-def test_a_host_without_event_mode_is_told_of_none() -> None:
+def test_a_host_without_event_mode_gets_no_events() -> None:
     host = Host3(exported("spherical_pendulum", fmi=3), events=False)
     assert host.step(2.5) == (False, False, False, 2.5)
     assert host.get("events.count") == [2]
@@ -140,7 +140,7 @@ def test_an_impact_is_an_event_before_which_the_joint_moves_and_after_which_it_r
     assert all(abs(before) > 1e3 * abs(after) for before, after in hit)
 
 
-def test_a_state_kept_at_an_event_goes_on_from_there() -> None:
+def test_a_state_kept_at_an_event_continues_from_there() -> None:
     host = Host3(exported("spherical_pendulum", fmi=3))
     host.step(2.0)
     kept, time = host.fmu.getFMUState(), host.time

@@ -164,7 +164,7 @@ def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:
     assert host.indicators() == pytest.approx(told[1], rel=1e-12, abs=1e-12)
 
 
-def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
+def test_a_state_that_is_restored_continues_with_the_same_bits() -> None:
     host = Importer(exchange("double_pendulum"))
     t = host.euler(0.0, 1e-3, 420)
     kept = host.fmu.getFMUstate()

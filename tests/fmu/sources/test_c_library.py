@@ -79,7 +79,7 @@ def test_a_program_that_traps_exceptions_and_rounds_upward_gets_the_same_bits(lo
 
 
 @pytest.mark.slow
-def test_a_parameter_counts_and_a_copy_of_the_struct_goes_on_alone(loaded: Loaded) -> None:
+def test_a_parameter_counts_and_a_copy_of_the_struct_continues_alone(loaded: Loaded) -> None:
     called = list(loaded.made.called.values())
     mu = next(i for i, v in enumerate(called) if v.name.endswith("friction.mu"))
     angle = next(i for i, v in enumerate(called) if v.name.endswith(".qd[1]"))

@@ -184,7 +184,7 @@ connections:
 """
 
 
-def test_everything_wrong_with_a_system_is_told_at_once_with_its_line(folder: Path) -> None:
+def test_everything_wrong_with_a_system_is_reported_at_once_with_its_line(folder: Path) -> None:
     file = folder / "wrong.yaml"
     file.write_text(WRONG)
     with pytest.raises(SceneError) as refused:
@@ -269,7 +269,7 @@ def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     assert mapped(folder, "system_parameters.ssv", "parameter_mapping.ssm").read_bytes() == made.read_bytes()
 
 
-def test_wrong_parameters_of_a_system_and_transformations_that_cannot_be_applied_are_told(folder: Path) -> None:
+def test_wrong_parameters_of_a_system_and_transformations_that_cannot_be_applied_are_reported(folder: Path) -> None:
     wrong = ["los -> arm.joints.knee.friction.mu", "loss -> leg.x", "loss -> rotor.joints.shaft.dampin", "torque -> rotor.load",
              "torque -> rotor.joints.shaft.damping", "torque -> rotor.load", "torque -> rotor"]  # fmt: skip
     with pytest.raises(SceneError) as refused:
@@ -309,7 +309,7 @@ simulation: {until: -1 s, step: 2 kg}
 """
 
 
-def test_a_file_that_makes_no_sense_is_told_key_by_key(folder: Path) -> None:
+def test_a_file_that_makes_no_sense_is_reported_key_by_key(folder: Path) -> None:
     file = folder / "odd.yaml"
     file.write_text(UNREADABLE)
     with pytest.raises(SceneError) as refused:

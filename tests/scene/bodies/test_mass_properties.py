@@ -63,7 +63,7 @@ def test_a_ball_is_the_sum_of_its_cells():
 
 
 @given(SIZE, SIZE, SIZE, st.floats(1, 1e4))
-def test_mass_and_density_say_the_same(a, b, c, density):
+def test_mass_and_density_give_the_same_body(a, b, c, density):
     m, _, one = mass_properties(Body(box=(a, b, c), density=density))
     _, _, two = mass_properties(Body(box=(a, b, c), mass=m))
     np.testing.assert_allclose(one, two, rtol=1e-14)

@@ -86,7 +86,7 @@ def test_more_patterns_with_wild_cards_than_anyone_needs_are_refused():
 
 
 @pytest.mark.slow
-def test_the_first_problems_are_told_and_the_others_counted():
+def test_the_first_problems_are_reported_and_the_others_counted():
     with pytest.raises(SceneError) as e:
         scene_from_text(json.dumps(edited({f"bodies.arm.masss{i}": 1 for i in range(4000)}), indent=1))
     told = e.value.problems
@@ -106,7 +106,7 @@ def test_the_meaning_of_no_more_unknown_keys_is_searched_than_problems_are_liste
     assert 0 < len(searched) <= 2 * MOST
 
 
-def test_a_hundred_problems_are_all_told():
+def test_a_hundred_problems_are_all_reported():
     with pytest.raises(SceneError) as e:
         scene_from_dict(edited({f"masss{i}": 1 for i in range(MOST)}))
     assert len(e.value.problems) == e.value.total == MOST
@@ -166,7 +166,7 @@ LONG = {
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", LONG)
-def test_long_text_is_told_short_wherever_it_stands(kind):
+def test_long_text_is_shortened_in_every_message(kind):
     text = LONG[kind]
     scene = scene_from_dict(VALID)
     found = problems_of(edited({"bodies.arm.density": text, "joints.hinge.inboard": text})) + problems_of({**VALID, text: 1})

@@ -86,7 +86,7 @@ def test_a_sweep_over_a_parameter_is_the_sweep_over_the_numbers_that_follow_it(s
     assert again["pivot.q[1]"][-1] == swept.table[keep[0]][4].as_py()
 
 
-def test_a_case_without_a_value_is_a_row_that_says_so(scene: Scene) -> None:
+def test_a_case_without_a_value_is_a_row_with_this_outcome(scene: Scene) -> None:
     rooted = apply(scene, {"joints.pivot.friction.mu": "{sqrt(mu)}"})
     table = trunnion.sweep(rooted, vary={"parameters.mu": [0.1, -0.1, 0.2]}, reductions=["final:pivot.q[1]"]).table
     assert [o != "done" for o in table["outcome"].to_pylist()] == [False, True, False]

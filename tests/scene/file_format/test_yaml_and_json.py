@@ -81,7 +81,7 @@ def test_json_files_have_lines_too():
     assert found == {(3, "bodies"), (5, "gravitation")}
 
 
-def test_json_and_yaml_say_the_same():
+def test_json_and_yaml_give_the_same_scene():
     as_json = scene_from_text(json.dumps(VALID), is_json=True)
     assert as_json == scene_from_text(json.dumps(VALID)) == scene_from_text(yaml_text(VALID))
 

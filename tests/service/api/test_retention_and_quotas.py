@@ -44,7 +44,7 @@ def test_a_job_that_has_ended_is_deleted_with_all_it_has_kept(server: InProcess)
     assert job not in [j["id"] for j in server.get("/v1/jobs").json()["jobs"]]
 
 
-def test_a_job_that_goes_on_is_not_deleted(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_a_job_that_continues_is_not_deleted(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     job = s.submit(SMALL, **with_key(keys["mine"]))
     assert s.client.delete(f"/v1/jobs/{job}?purge=true", **with_key(keys["mine"])).status_code == 409

@@ -45,7 +45,7 @@ BELOW = ("https://hooks.example/trunnion", "http://127.0.0.1:9")
         ("http://[", False),
     ],
 )
-def test_only_addresses_below_those_of_the_server_are_told(url: str, told: bool) -> None:
+def test_webhooks_go_only_to_addresses_below_those_of_the_server(url: str, told: bool) -> None:
     assert is_allowed(url, BELOW) is told
     assert not is_allowed(url, ())
 
@@ -84,7 +84,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, 
     listener.server.shutdown()
 
 
-def test_an_end_is_told_until_it_is_heard_and_signed(told: tuple[InProcess, Listener]) -> None:
+def test_the_end_of_a_job_is_delivered_until_accepted_and_signed(told: tuple[InProcess, Listener]) -> None:
     s, listener = told
     job = s.submit(SMALL | {"notify": listener.url + "/x"})
     s.ended(job)
@@ -100,7 +100,7 @@ def test_an_end_is_told_until_it_is_heard_and_signed(told: tuple[InProcess, List
     assert (s.service.settings.data / "webhook.secret").stat().st_mode & 0o077 == 0
 
 
-def test_a_job_that_was_cancelled_is_told_too_and_others_are_not(told: tuple[InProcess, Listener]) -> None:
+def test_a_cancelled_job_is_delivered_and_a_job_without_a_webhook_is_not(told: tuple[InProcess, Listener]) -> None:
     s, listener = told
     quiet = s.submit(SMALL | {"vary": {MU: [0.1]}})
     s.ended(quiet)

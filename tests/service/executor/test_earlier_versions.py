@@ -89,7 +89,7 @@ def test_old_names_of_results_mean_todays_columns() -> None:
     assert [known_result(n, known) for n in ("first:stop", "max:j.stop.effort[1]", "first:nothing")] == [*known, "first:nothing"]
 
 
-def test_rows_that_another_version_computes_again_are_told_and_the_end_of_the_job_stays(server: InProcess) -> None:
+def test_rows_that_another_version_computes_again_are_reported_and_the_end_of_the_job_stays(server: InProcess) -> None:
     job = server.submit(SMALL | {"vary": {MU: "0.1:0.6:16"}})
     end, store = server.ended(job), server.service.store
     answer = server.get(f"/v1/jobs/{job}/results")

@@ -151,7 +151,7 @@ def test_a_disk_that_has_room_again_in_time_costs_only_retries(brimming: tuple[S
 
 
 @pytest.mark.slow
-def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: tuple[Served, Path], browser: Any) -> None:
+def test_the_page_says_that_a_disk_is_full_and_continues_when_it_is_not(brimming: tuple[Served, Path], browser: Any) -> None:
     s, full = brimming
     full.write_text("part-\n")
     job = s.submit(SMALL)
@@ -165,7 +165,7 @@ def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: 
 
 
 @pytest.mark.slow
-def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: Path) -> None:
+def test_a_database_that_goes_away_is_waited_for_and_the_job_continues(tmp_path: Path) -> None:
     import tempfile
 
     from tests.service.conftest import missing

@@ -107,7 +107,7 @@ def job(server: InProcess) -> str:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("how", SPOILT)
-def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_said(server: InProcess, job: str, how: str) -> None:
+def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_reported(server: InProcess, job: str, how: str) -> None:
     before, document = server.rows(job), server.job(job)
     folder = server.service.settings.data / "results" / job
     files = sorted(folder.glob("part-*"))

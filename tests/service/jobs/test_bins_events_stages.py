@@ -102,7 +102,7 @@ def test_the_scene_of_a_job_comes_back_as_text_that_means_the_same(job: Job, ser
     assert again == job.request["scene"]
 
 
-def test_a_scene_is_drawn_at_its_start_or_its_problems_are_told(server: InProcess) -> None:
+def test_a_scene_is_drawn_at_its_start_or_its_problems_are_reported(server: InProcess) -> None:
     page = server.post("/v1/scenes/view?shown=names=1%26bare=1", {"scene": "crank_slider"})
     assert (page.status_code, page.headers["content-type"].split(";")[0]) == (200, "text/html")
     assert "crank" in page.text

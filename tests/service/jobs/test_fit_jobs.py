@@ -85,7 +85,7 @@ def test_a_repeated_fit_request_has_the_same_answer(there: Connection, job: Job)
     assert keyed[0] == keyed[1]
 
 
-def test_the_commands_tell_what_the_command_without_a_server_tells(
+def test_the_commands_report_what_the_command_without_a_server_reports(
     served: Served, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -105,7 +105,7 @@ def test_the_commands_tell_what_the_command_without_a_server_tells(
     assert json.loads(capsys.readouterr().out)["kind"] == "fit"
 
 
-def test_every_mistake_is_told_at_once_with_its_place(served: Served) -> None:
+def test_every_mistake_is_reported_at_once_with_its_place(served: Served) -> None:
     wrong: dict[str, Any] = ONE | {"parameters": [QD, "rail.mu"], "trials": {"t": {"overrides": {"q": 1}}}}
     wrong["runs"] = [*ONE["runs"], {"time": [0.0, 1.0], "curves": {"rail.plaice": [0.0]}, "noise": -1.0}]
     body = {"scene": GLIDER, "fit": wrong, "vary": {QD: [1]}, "until": 3, "certify": True, "budget": 1e9}
@@ -156,7 +156,7 @@ def test_operations_without_meaning_for_a_fit_are_refused(job: Job, served: Serv
 
 
 @pytest.mark.slow
-def test_the_page_tells_what_was_found(page: Any, job: Job) -> None:
+def test_the_page_reports_what_was_found(page: Any, job: Job) -> None:
     show(page, f"/jobs/{job.id}")
     page.wait_for_selector("#answers tr:has-text('longer')", state="attached")
     assert job.answer is not None
@@ -179,7 +179,7 @@ def slow(count: int, until: float = 3.0) -> dict[str, Any]:
     return {"scene": PENDULUM, "fit": fit}
 
 
-def test_how_far_a_fit_has_come_is_told_and_it_ends_when_it_is_cancelled(served: Served) -> None:
+def test_how_far_a_fit_has_come_is_reported_and_it_ends_when_it_is_cancelled(served: Served) -> None:
     job = served.submit(slow(20))
     eventually(lambda: served.job(job)["stage"].startswith("fitting: ") or served.job(job)["done"])
     served.client.delete(f"/v1/jobs/{job}")
@@ -190,7 +190,7 @@ def test_how_far_a_fit_has_come_is_told_and_it_ends_when_it_is_cancelled(served:
     assert (told["complete"], told["ended"]) == (False, True)
 
 
-def test_a_fit_that_has_used_up_its_budget_says_so(served: Served) -> None:
+def test_a_fit_that_has_used_up_its_budget_ends_with_this_outcome(served: Served) -> None:
     end = served.ended(served.submit(slow(20) | {"budget": 0.5}))
     assert (end["state"], end["problems"][0]["where"]) == ("failed", "budget")
     assert end["done"] < 20

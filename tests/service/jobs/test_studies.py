@@ -139,7 +139,7 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
     until(page, "document.getElementById('jobverdict').textContent.includes('at most 20 cases')")
 
 
-def test_a_study_that_is_cancelled_tells_how_far_it_has_come(there: Connection) -> None:
+def test_a_study_that_is_cancelled_reports_how_far_it_has_come(there: Connection) -> None:
     least = {"bounds": BEST["bounds"], "minimise": TRAVEL, "cases": 5000, "tolerance": 1e-9}
     job = there.submit("double_pendulum", optimise=least, **RUN)  # the study needs all its cases
     eventually(lambda: job.refresh().document["done"] > 20)

@@ -191,7 +191,7 @@ def test_an_answer_that_a_new_search_has_overtaken_changes_nothing(page: Any, gr
     assert all("grid" in row for row in page.evaluate(LISTED))
 
 
-def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, tab: tuple[Any, list[str]]) -> None:
+def test_a_server_that_is_gone_or_cannot_work_is_reported_and_survived(page: Any, tab: tuple[Any, list[str]]) -> None:
     page.fill("#label", "written before it went")
     page.context.set_offline(True)
     vary(page, "0.2, 0.4")

@@ -246,7 +246,7 @@ def test_tables_of_the_first_version_become_those_of_the_code_and_keep_their_job
     assert store.job(job.id) == job
 
 
-def test_a_database_that_cannot_be_reached_is_said_to_be_unreachable() -> None:
+def test_a_database_that_cannot_be_reached_is_reported_as_unreachable() -> None:
     s = WorkStore("postgresql://nobody@127.0.0.1:1/none")
     with pytest.raises(Unreachable):
         s.ping()
