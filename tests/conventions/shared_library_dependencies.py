@@ -32,7 +32,7 @@ def needs(file: Path) -> Needs:
         return _mach(data)
     if data[:2] == b"MZ":
         return _pe(data)
-    raise ValueError(f"{file.name} is no shared library of 64 bits")
+    raise ValueError(f"{file.name} is not a shared library of 64 bits")
 
 
 def text_at(data: bytes, at: int) -> str:

@@ -88,7 +88,7 @@ def _joint(scene: sm.Scene, j: sm.Joint, Q: np.ndarray, sense: float) -> sm.Join
 def _other_sense(scene: sm.Scene, j: sm.Joint, which: list[int], n: int) -> sm.Joint:
     """The joint with changed signs of all numbers along these of its n freedoms. ValueError for devices without such a rule."""
     if j.latch is not None or j.motor is not None or j.drive is not None:
-        raise ValueError("drives, motors and latches of joints that slide and turn")
+        raise ValueError("no image of drives, motors and latches of joints that slide and turn")
 
     def each(value: Any, change: Callable[[Any], Any]) -> Any:
         if value is None or n == 1:

@@ -56,7 +56,7 @@ def runs(scene: Scene | str, *more: list[str], **how) -> list[Result]:
 @pytest.mark.parametrize("name", ["double_pendulum", "governor", "crank_slider", "bricard"])
 def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
     if method == "moreau" and name in ("governor", "bricard"):
-        pytest.skip("no set-valued friction there")
+        pytest.skip("the model has no set-valued friction")
     first, *others = runs(name, ["*"], until=min(3.0, float(load_scene(name).simulation.until)), method=method)
     for other in others:
         same(first, other)

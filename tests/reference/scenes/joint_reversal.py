@@ -38,7 +38,7 @@ def reversed_joint(case: Case, name: str) -> Moved:
         raise ValueError(f"{name}: a {joint.type} joint means something else from the other side")
     devices = (joint.spring, joint.damping, joint.end_stops, joint.drive, joint.effort)
     if not of(joint.type).coaxial and any(x is not None for x in devices):
-        raise ValueError(f"{name}: devices of a {joint.type} joint cannot be said from the other side")
+        raise ValueError(f"{name}: devices of a {joint.type} joint cannot be described from the other side")
     how = _reversal(joint, case.q[name])
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]
     new = _started(_swapped(case.scene, joint), how.q, qd)
