@@ -1,4 +1,4 @@
-"""The command line: exit codes, all problems at once, one JSON document, files."""
+"""The command line's exit codes and files. All problems are reported at once, and JSON output is one document."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``trunnion check --hold``: its text, its exit code, its JSON."""
+"""The command ``trunnion check --hold``: its text, its exit code and its JSON output."""
 
 from __future__ import annotations
 

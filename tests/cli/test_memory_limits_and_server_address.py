@@ -21,7 +21,7 @@ MU = "joints.ball.friction.mu"
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine of 1 GB, on whatever machine the tests run."""
+    """Set the memory of the machine to 1 GB."""
     monkeypatch.setattr(memory_limits, "memory", lambda: 10**9)
 
 

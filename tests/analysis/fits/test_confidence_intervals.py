@@ -1,5 +1,5 @@
-"""Intervals of fits equal those of textbooks where these exist. They end at bounds, and show where the data do not determine
-them."""
+"""Confidence intervals of fits equal those of textbooks where these exist. They end at bounds, and tell which values the data do
+not determine."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def test_a_number_that_only_a_prior_determines_has_the_priors_interval(found: tr
     assert found.deviation[RADIUS] == pytest.approx(spread * found.values[RADIUS], rel=0.01)
 
 
-def test_without_a_prior_both_are_open() -> None:
+def test_without_a_prior_force_and_coefficient_of_friction_are_undetermined() -> None:
     """μ F brakes a block, and no value of either number is excluded. Their deviation is infinite, not the result of a
     pseudo-inverse."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.0}}}}

@@ -52,7 +52,7 @@ class Device:
         return value.value
 
     def linked(self, files: list[Path]) -> ctypes.c_void_p:
-        """Link PTX or assembled files; the function ``cases``."""
+        """Link PTX or assembled files, and return the address of the function ``cases``."""
         link, image, size = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_size_t()
         module, function = ctypes.c_void_p(), ctypes.c_void_p()
         self.call("cuLinkCreate_v2", 0, None, None, ctypes.byref(link))

@@ -1,6 +1,6 @@
-"""Stated errors beside true ones: every bundled model, scene of the stability gallery and random mechanism, at seven tolerances, by
-three methods. ``python -m tests.benchmarks.numerical_error.global_error_estimates [--random N] [--seed WORD] [--only NAME,…]
-[--models]``.
+"""Stated errors compared with true ones: every bundled model, scene of the stability gallery and random mechanism, at seven
+tolerances, by three methods. ``python -m tests.benchmarks.numerical_error.global_error_estimates [--random N] [--seed WORD] [--only
+NAME,…] [--models]``.
 
 A true error is the difference from a run at 1e-13 (auto). An error counts if it exceeds ten times the stated floor, and ten times
 the difference between that run and a run at 1e-12 by another method. At twenty times of each run, the largest error of each column

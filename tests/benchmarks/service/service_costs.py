@@ -1,8 +1,8 @@
 """What the service costs beside the engine, as processor time: ``python -m tests.benchmarks.service.service_costs``.
 
-A case: jobs of many cases of example 8.1, the whole server with its worker, minus the same chunks in the engine alone, in pairs. A
-job of one case: from its submission to its end, minus the case. A status: ``GET /v1/jobs/{id}``. The loop: the longest callback of
-the server's event loop while 96 jobs are in flight, by the processor time of its thread."""
+Cost of a case: jobs of many cases of example 8.1, the whole server with its worker, minus the same chunks in the engine alone, in
+pairs. Cost of a job of one case: from its submission to its end, minus the case. Cost of a status: ``GET /v1/jobs/{id}``. The loop:
+the longest callback of the server's event loop while 96 jobs are in flight, by the processor time of its thread."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def image(scene: sm.Scene, Q: np.ndarray) -> sm.Scene:
     """The scene with all its points and directions, those of bodies included, mapped by an orthogonal matrix Q; it is a reflection
     if det Q = -1.
 
-    Angles keep their numbers. So do travels of prismatic joints; other travels change their sign in a mirror."""
+    Angles and the travels of prismatic joints keep their numbers; other travels change their sign in a mirror."""
     sense = float(np.sign(np.linalg.det(Q)))
     joints = {n: _joint(scene, j, Q, sense) for n, j in scene.joints.items()}
     forces: dict[str, Any] = {}

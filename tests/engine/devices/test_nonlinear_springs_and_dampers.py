@@ -1,5 +1,5 @@
-"""Nonlinear springs and dampers follow their curves; along freedoms and between points, in both kernels, with energy, derivatives
-and rest."""
+"""Nonlinear springs and dampers follow their curves, along freedoms and between points, in both kernels. Energy, derivatives and
+states of rest follow the same curves."""
 
 from __future__ import annotations
 

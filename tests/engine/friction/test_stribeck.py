@@ -63,7 +63,8 @@ def test_the_law_is_coulombs_with_kinetic_friction_when_fast_and_static_friction
 
 @pytest.mark.parametrize("pin", [1, -1])
 def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_across_its_load(pin: int) -> None:
-    """The test does without the closed form: n from f_c = f_n (κ ω̂ × n − n), then the ratio of tangential to normal force at n."""
+    """The test does not use the closed form: it solves f_c = f_n (κ ω̂ × n − n) for n, then takes the ratio of tangential to normal
+    force at n."""
     s = random_states("ball", "stribeck", 300, seed=2)
     _, _, contacts = evaluated(s, False, pin)
     get, level, slides = s.number, levels(s), outside_the_cone(s, 1e-3)

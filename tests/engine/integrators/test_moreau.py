@@ -1,5 +1,5 @@
-"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. It finds the
-same rest and the same loops, and refuses laws that are stiff near rest."""
+"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. It finds the same
+states of rest and solves the same loops as the other methods, and refuses laws that are stiff near rest."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Rotor inertia of a joint: the inertia that only its own motion turns, in addition to the bodies. Results are compared with one
-dense solve and with closed forms."""
+"""Rotor inertia of a joint: an inertia that only the motion of this joint turns, in addition to the bodies. Results are compared
+with one dense solve and with closed forms."""
 
 from __future__ import annotations
 

@@ -153,9 +153,9 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
 
 @pytest.mark.parametrize(("seed", "method", "rtol"), [stiff(147, "auto", 1e-4), (23, "rk5", 1e-5)])
 def test_a_failure_that_is_passed_in_vain_ends_the_run(seed: int, method: str, rtol: float) -> None:
-    """Friction of loop 147 has no solution from 0.76 of its time on. The engine releases a slow pair that stops there, and it fails
-    again at once. In loop 23 a pair can neither hold nor reverse where its sliding ends; another friction solution left it sliding,
-    and the sliding ended at once."""
+    """Friction of loop 147 has no solution from 0.76 of its time on. The engine releases a slow pair that stops there, and at once
+    there is no solution again. In loop 23 a pair can neither hold nor reverse where its sliding ends; another friction solution
+    left it sliding, and the sliding ended at once."""
     case, told = rubbing("loop", seed), Counter()
 
     def progress(time: float, until: float) -> None:

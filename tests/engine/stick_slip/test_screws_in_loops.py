@@ -49,7 +49,7 @@ def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(se
     runs = [simulate(scene, method=m, rtol=rtol) for m, rtol in (("auto", 1e-6), ("rk5", 1e-6), ("auto", 1e-9))]
     times = [release(r) for r in runs]
     assert times == pytest.approx([times[0]] * len(times), abs=1e-9)
-    # One freedom moves all pairs: it starts where sliding friction of all of them balances the torque, from no acceleration.
+    # One freedom moves all pairs: it starts where the sliding friction of all pairs balances the torque, with zero acceleration.
     after = simulate(scene, until=times[0] + 1e-5, every=times[0] + 1e-5, rtol=1e-9, outputs=["turn.qdd[1]"])
     # this is small relative to the acceleration by the torque without friction
     assert abs(after["turn.qdd[1]"][-1]) < 1e-3 * 4.0 * times[0] / 5e-4

@@ -1,4 +1,4 @@
-"""Declared dependencies of outputs: they include all actual dependencies, as differences show, and few others."""
+"""Declared dependencies of outputs include all actual dependencies, which the test finds by differences, and few others."""
 
 from __future__ import annotations
 

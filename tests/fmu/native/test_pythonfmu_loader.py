@@ -82,7 +82,7 @@ def test_states_are_looked_at_as_by_the_native_flavour() -> None:
 
 
 def test_calls_that_pythonfmu_does_not_pass_on_reach_the_model() -> None:
-    """Derivatives of inputs, and with them of outputs: the same numbers as from the native flavour."""
+    """Derivatives of inputs, and with them derivatives of outputs, have the same numbers as in the native flavour."""
     found = []
     for flavour in ("native", "python"):
         host = Host(exported("arm", flavour), angle=0.2)

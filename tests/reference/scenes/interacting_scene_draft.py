@@ -171,8 +171,8 @@ class Draft:
         return {"friction": dict(zip(names, (self.of(0.3, 1.5) * drag, self.of(0.5, 2.0) * grip), strict=True))}
 
     def unit(self, ratio: float, torque: float) -> dict[str, Any]:
-        """A gear unit: its ratio, and most times the losses of a catalogue; torque: size of the torque on its output shaft. A third
-        lock themselves."""
+        """A gear unit: its ratio, and in most cases the losses of a catalogue; torque: size of the torque on its output shaft. A
+        third of those with losses are self-locking."""
         out: dict[str, Any] = {"ratio": self.about(ratio)}
         if self.chance(0.1):
             return out

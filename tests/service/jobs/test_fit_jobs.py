@@ -1,4 +1,4 @@
-"""Fits as jobs: they find the results of the functions, to the bit, whichever process is killed; within budgets and limits."""
+"""Fits as jobs find the results of the functions, to the bit, whichever process is killed. They keep to budgets and limits."""
 
 from __future__ import annotations
 

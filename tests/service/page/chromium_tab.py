@@ -1,5 +1,5 @@
-"""The page in headless Chromium, for tests: one browser and one tab for the tests of the page, and for each other module that
-imports them; and their frequent actions."""
+"""The page in headless Chromium, for tests, with the actions they repeat. All tests of the page share one browser and one tab; each
+other module that imports this one has its own."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def friction_of_door(spacing: float) -> float:
 
 
 def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene:
-    """A door on two hinges that 1 + beyond times its friction turns further. Spacing 0: on one hinge as long as the distance of
+    """A door on two hinges with a torque of 1 + beyond times its friction. Spacing 0: on one hinge as long as the distance of
     both."""
     rub = sm.Friction(mu=MU, radius=RADIUS, half_length=HALF if spacing else SPACING / 2, thrust_radius=THRUST)
     points = {"low": (0.0, 0.0, -spacing / 2)} | ({"high": (0.0, 0.0, spacing / 2)} if spacing else {})
