@@ -39,7 +39,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
     there = np.isfinite(y)
     assert got.y is not None
     expected, _, _ = np.histogram2d(x[there], y[there], [got.x.edges, got.y.edges])
-    assert (got.count.reshape(expected.shape) == expected).all()  # numpy counts the same with these edges
+    assert (got.count.reshape(expected.shape) == expected).all()  # numpy's histogram with these edges has the same counts
     cells = got.cells()
     for i, j, cases, first, known, least, mean, most_ in zip(
         *(cells[k] for k in ("x", "y", "cases", "first", "known", "least", "mean", "most")), strict=True
@@ -49,7 +49,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
         assert (cases, first, known) == (inside.sum(), np.flatnonzero(inside)[0], len(values))
         if known:
             assert (least, most_) == (values.min(), values.max())
-            assert mean == pytest.approx(values.mean(), rel=1e-12)  # sums in another order
+            assert mean == pytest.approx(values.mean(), rel=1e-12)  # the sums are made in another order
         else:
             assert (least, mean, most_) == (None, None, None)
     outcome = whole["outcome"].to_numpy(zero_copy_only=False)

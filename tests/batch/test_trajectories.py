@@ -64,7 +64,7 @@ def test_rows_are_kept_at_a_spacing_and_become_a_data_set_by_case(tmp_path: Path
     assert back["guide.q[1]"].to_pylist() == rows_of(s, 1)["guide.q[1]"].to_pylist()
 
 
-def test_what_cannot_be_kept_is_told() -> None:
+def test_invalid_requests_for_trajectories_are_refused() -> None:
     for wrong in ({"trajectories": "nothing.*"}, {"trajectories": "guide.q[1]", "spacing": 0.0}, {"spacing": 0.1}):
         with pytest.raises(SceneError):
             trunnion.sweep("double_pendulum", {MU: [0.1]}, **wrong)  # type: ignore[arg-type]

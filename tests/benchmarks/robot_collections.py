@@ -5,7 +5,7 @@
     python -m tests.benchmarks.robot_collections FOLDER …        # each subfolder is a package; NAME-VERSION.dist-info its version
     … --write                                          # renews engine/importers/TESTED_MODELS.md
 
-Wants ``pip install mujoco pin``, and ``pip install --no-deps`` (or ``--target FOLDER``) of the packages. Constraints, contacts,
+Needs ``pip install mujoco pin``, and ``pip install --no-deps`` (or ``--target FOLDER``) of the packages. Constraints, contacts,
 actuators and fluid are switched off in MuJoCo, friction and couplings here; what is left is the mechanism with armature, springs
 and dampers.
 """

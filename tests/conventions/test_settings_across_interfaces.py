@@ -50,7 +50,7 @@ def words(who: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("who", [*COMMANDS, *PYTHON, *REST])
-def test_whoever_offers_settings_offers_those_of_the_table_in_its_words(who: str) -> None:
+def test_every_interface_offers_the_settings_of_the_table_in_its_words(who: str) -> None:
     expected = {s.name: describe_setting(s, who) for s in offered(who)}
     if who in COMMANDS:  # a command gives in brackets what others give in sentences
         several = {s.name: "repeatable; " if who in s.several else "" for s in offered(who)}

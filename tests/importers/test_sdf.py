@@ -152,7 +152,7 @@ def test_other_joints_are_taken_over(tmp_path: Path) -> None:
     assert trunnion.simulate(scene, 0.1).outcome.ok
 
 
-def test_what_no_joint_carries_flies_and_what_is_static_stands(tmp_path: Path) -> None:
+def test_a_link_without_joint_falls_and_a_static_model_stands(tmp_path: Path) -> None:
     text = f"""<world name="w"><gravity>0 0 -2</gravity>
       <model name="floor"><static>true</static><link name="slab"/></model>
       <model name="stone"><pose>1 2 3 0 0 0.5</pose><link name="rock">{WEIGHED}</link></model>
@@ -200,7 +200,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: Path) -> None:
+def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path) -> None:
     text, words = REFUSED[what]
     links = "".join(f'<link name="{n}">{WEIGHED}</link>' for n in "ab")
     with pytest.raises(SceneError, match=words) as e:
@@ -208,7 +208,7 @@ def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: P
     assert {p.line for p in e.value.problems} == {3}
 
 
-def test_masses_that_the_file_does_not_say_are_told(tmp_path: Path) -> None:
+def test_masses_that_the_file_does_not_say_are_reported(tmp_path: Path) -> None:
     _, notes = read(tmp_path, '<model name="m"><link name="a"/></model>')
     assert any("1 kg" in n and "a" in n for n in notes)
 

@@ -24,7 +24,7 @@ def test_pendulum():
     x, z = arm * np.cos(q), -arm * np.sin(q)
     ax, az = -qdd * arm * np.sin(q) - qd**2 * x, -qdd * arm * np.cos(q) - qd**2 * z
     assert result.qdd["hinge"] == pytest.approx([qdd])
-    assert force == pytest.approx([0, -m * ax, m * (az + G)])  # frame (y, x, -z)
+    assert force == pytest.approx([0, -m * ax, m * (az + G)])  # components in the joint frame (y, x, -z)
     assert torque == pytest.approx([0, 0, 0], abs=1e-12)
 
 

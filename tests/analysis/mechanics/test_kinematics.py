@@ -49,10 +49,10 @@ def test_masses_friction_and_loads_change_nothing_of_it() -> None:
     a, b = kinematics(scene, until=0.5), simulate(scene, until=0.5)
     names = [n for n in a.names if ".q" in n or "position" in n or "acceleration" in n]
     for n in names:
-        assert a[n] == pytest.approx(b[n], abs=1e-5 * max(1.0, np.abs(b[n]).max())), n  # the run's own tolerance, 1e-6
+        assert a[n] == pytest.approx(b[n], abs=1e-5 * max(1.0, np.abs(b[n]).max())), n  # the tolerance of the run is 1e-6
 
 
-def test_freedoms_that_nothing_drives_are_told() -> None:
+def test_freedoms_that_nothing_drives_are_reported() -> None:
     with pytest.raises(SceneError, match=r"not driven, among .*guide\.q\[1\]"):
         kinematics("double_pendulum")
     driven = load_scene("crank_slider")

@@ -43,7 +43,7 @@ def off(scene: Scene | str, names: list[str], outputs: list[str], until: float, 
     for k, name in enumerate(names):
         d = differences(loaded, name, outputs, until, until / rows)
         scale = np.abs(d).max(axis=0)
-        still = scale <= 1e-9 * scale.max()  # columns that do not depend on the parameter: differences give noise
+        still = scale <= 1e-9 * scale.max()  # differences of columns that do not depend on the parameter are noise
         error = np.abs(s.derivatives[:, :, k] - d).max(axis=0)
         worst = max(worst, float((error / np.where(still, scale.max(), scale)).max()))
     return worst
@@ -135,14 +135,15 @@ class TestCoulomb:
             r = trunnion.simulate(scene, 2.0, rtol=1e-11, method="rk8", overrides={"joints.ball.friction.mu": 0.6 + sign * h})
             stops.append([e.time for e in r.events])
         for k, e in enumerate(s.events):
-            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)  # h² and the tolerance of events
+            # errors: h², and the tolerance of event times
+            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)
 
     def test_sliding_and_turning_at_once(self) -> None:
         scene = apply(load_scene("double_pendulum"), {"friction.law": "coulomb"})
         names = ["joints.guide.friction.mu", "joints.cross.friction.mu", "joints.guide.start.qd[1]"]
         assert off(scene, names, ["guide.q*", "guide.friction.force"], 0.5) < ACROSS
 
-    def test_at_rest_nothing_moves_with_friction_any_more(self) -> None:
+    def test_the_place_of_rest_has_the_derivative_of_its_closed_form(self) -> None:
         """A block that slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)), and its derivative with respect to μ in closed
         form."""
         g, mu, v = 9.81, 0.3, 2.0
@@ -174,7 +175,7 @@ def test_a_kink_of_a_signal_whose_time_is_the_parameter() -> None:
     assert s.derivatives[-1, 0, 0] == pytest.approx(-3.0 * (0.6 - 0.5e-3), rel=1e-9)
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_mistakes_are_reported_at_once() -> None:
     with pytest.raises(SceneError) as e:
         trunnion.sensitivity("spherical_pendulum", ["joints.ball.friction.mew", "simulation.rtol", "gravity"], ["ball.qd*"])
     assert len(e.value.problems) == 3

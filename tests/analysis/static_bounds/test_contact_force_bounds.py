@@ -37,7 +37,7 @@ def test_no_admissible_state_has_a_norm_beyond_what_friction_can_move_it_to() ->
         assert seen > 30
 
 
-def test_what_self_stress_leaves_open_has_no_reach_until_it_is_bounded() -> None:
+def test_forces_that_self_stress_leaves_open_are_unbounded_until_it_is_limited() -> None:
     st = statics(scene_given(scenes.door()))
     s = space(st, tuple(st.pairs()))
     program, sizes, holds = holding_program(s)
@@ -56,8 +56,8 @@ def test_three_open_directions_close_in_two_hundred_cells() -> None:
         assert interval.largest.gap <= CLOSED * abs(interval.largest.certified)
 
 
-def test_a_loop_with_a_ball_that_nothing_holds_is_told_at_once() -> None:
-    """The coupler pulls with held/h_d = 60 N, of which friction moves the crank's 4.5 N m by 0.15 N m at most."""
+def test_a_loop_with_a_ball_that_nothing_holds_is_reported_at_once() -> None:
+    """The coupler pulls with held/h_d = 60 N. Friction changes the crank's torque of 4.5 N m by at most 0.15 N m."""
     st = statics(scene_given(scenes.four_bar(ball=True, held=16.0)))
     assert admissible_states(st, tuple(st.pairs()), None, SearchBudget(1)).there is False
 

@@ -1,5 +1,5 @@
-"""Bounds at rest: five hand-calculated mechanisms, sampled states that the kernel's own laws check, and today's single answer
-within the bounds."""
+"""Bounds at rest, compared with five hand-calculated mechanisms and with sampled states that the kernel's own laws admit. The
+single state of ``hold`` without bounds lies within the bounds."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def sine(mu: float) -> float:
 
 
 def load_alone(scene: dict[str, Any], name: str, cells: int = CELLS, self_stress: float | None = None) -> LoadBounds:
-    """One load of ``trunnion.hold``'s bounds, without the bounds of every joint, which take several times as long."""
+    """The bounds of one load by ``trunnion.hold``. Bounds of all joints would take several times as long."""
     st = statics(scene_given(scene))
     drive = name in [load.name for load in st.drives]
     k = [load.name for load in (st.drives if drive else st.loads)].index(name)
@@ -133,7 +133,7 @@ def test_a_rod_that_hangs_from_a_ball_holds_the_torque_of_its_friction_either_wa
     assert [e.certified for e in ends] == pytest.approx([-held - lean] * 2 + [held - lean] * 2, rel=CLOSED)
 
 
-def test_what_does_not_hold_as_it_is_is_sure_of_nothing() -> None:
+def test_a_rod_that_slips_without_further_load_has_no_guaranteed_load() -> None:
     b = trunnion.hold(scenes.rod(torque=0.1), bounds=True)
     assert b.holds == "no"
     assert math.isnan(b.load("forces.turn").more.guaranteed.certified)
@@ -172,7 +172,7 @@ def test_states_that_the_kernels_laws_admit_lie_inside_the_bounds() -> None:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("make", [scenes.door, scenes.walls, lambda: scenes.four_bar(cross=True)])
-def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[[], dict[str, Any]]) -> None:
+def test_capacities_of_pairs_equal_those_of_the_kernel_for_any_reaction(make: Callable[[], dict[str, Any]]) -> None:
     st = statics(scene_given(make()))
     rng = np.random.default_rng(3)
     for _ in range(20):
@@ -186,7 +186,7 @@ def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[
 
 
 @pytest.mark.slow
-def test_todays_one_answer_lies_inside_the_bounds() -> None:
+def test_the_single_state_lies_inside_the_bounds() -> None:
     rng = np.random.default_rng(5)
     held = 0
     for _ in range(2):

@@ -34,7 +34,7 @@ def torque(stress: Stress, cells: int) -> tuple[float, float]:
     return -found.value * a.space.scale, -found.bound * a.space.scale
 
 
-def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_misfit() -> None:
+def test_a_weightless_door_holds_at_most_the_friction_of_its_misfit_loads() -> None:
     """Opposed couples at both hinges: forces L, −L, −L, L at heights ±s/2 ± c balance, and so do two faces that press with L
     against each other."""
     most = 30.0

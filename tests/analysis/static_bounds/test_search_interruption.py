@@ -55,8 +55,8 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
 
 @pytest.mark.slow
 def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
-    """This holds wherever the search ends, also while it computes the first cones. After the end, the search solves at most the
-    programs of one vector and one program of the next question."""
+    """The search may end anywhere, also while it computes the first cones. After the end, the search solves at most the programs of
+    one vector and one program of the next question."""
     st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._solve
 
     class Until(SearchBudget):

@@ -29,7 +29,7 @@ class Unlearning(DispatchCost):
 
 @dataclass
 class Later:
-    """The answer of a worker."""
+    """The result of a piece that a worker has not finished yet, as a future."""
 
     said: dict[str, Any]
     status: str = "pending"
@@ -54,7 +54,7 @@ class Later:
 
 
 class Waiting:
-    """A cluster of workers that wait for the time of stepping, each one piece after the other. case: s."""
+    """A cluster of workers that wait for the time of stepping, each one piece after the other. case: seconds per case."""
 
     def __init__(self, workers: int, case: float):
         self.counted, self.case = workers, case

@@ -1,5 +1,5 @@
-"""The stability gallery as a table: what happens here on both sides of each threshold, and what happens elsewhere, measured now: by
-SciPy (regularised law, closed forms, our equations without our integrators) and MuJoCo, where they are installed.
+"""The stability gallery as a table: the engine's results on both sides of each threshold, and those of other programs, measured
+now: SciPy (regularised law, closed forms, our equations without our integrators) and MuJoCo, where they are installed.
 
 ``python -m tests.benchmarks.stability_gallery.gallery_table`` prints the table; with ``--write`` it also writes the scenes and the
 README of ``models/stability``."""
@@ -63,7 +63,7 @@ def installed() -> dict:
         else:
             out[name] = [
                 importlib.import_module(f"tests.benchmarks.stability_gallery.{package}_{part}")
-                for part in ("results", "shared_load_results")
+                for part in ("results_rows_1_to_21", "results_rows_23_to_28")
             ]
     return out
 

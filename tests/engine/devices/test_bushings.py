@@ -61,9 +61,9 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
     derivatives_agree(scene)
 
 
-def test_it_gives_by_the_load_over_its_stiffness() -> None:
-    """At rest under a force through its point and a torque about one axis, a bushing yields by m g/k along each axis, and by
-    asin(T/k) about it."""
+def test_a_bushing_yields_by_load_over_stiffness() -> None:
+    """The bushing is at rest under a force through its point and a torque about one axis. It yields by m g/k along each axis, and
+    by asin(T/k) about the axis of the torque."""
     push, twist = (30.0, -40.0, 0.0), 5.0
     scene = held()
     weight = sm.Force("force", "b.eye", (0.0, 0.0, MASS * G))
@@ -114,7 +114,8 @@ def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
     stored = r["energy.potential"] - MASS * G * r["b.position[3]"]
     lost = r["energy.dissipated"] - r["energy.dissipated"][0]
     given = make_interp_spline(r.time, r["bush.power"], k=5).integrate(0.0, r.time[-1])
-    assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)  # splines of degree 5, rows 2 ms apart
+    # splines of degree 5 through rows 2 ms apart have this precision
+    assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)
 
 
 def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
@@ -131,7 +132,7 @@ def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
     assert r["bush.offset[3]"][-1] == pytest.approx(12.0 / SIX["stiffness"][2], abs=CLOSE)
 
 
-def test_what_it_does_can_be_differentiated() -> None:
+def test_a_bushings_motion_has_derivatives() -> None:
     """x = (m g/k)(1 − cos t √(k/m)) on a rail; its derivative with respect to k."""
     k, rail = SIX["stiffness"][2], sm.Joint("prismatic", "ground", "b", axis="z")
     scene = sm.Scene({"b": sm.Body(mass=MASS, inertia=(1.0, 1.0, 1.0))}, {"rail": rail}, "down",
@@ -139,7 +140,7 @@ def test_what_it_does_can_be_differentiated() -> None:
     s = trunnion.sensitivity(scene, ["forces.bush.stiffness[3]"], ["rail.q[1]"], 1.0, 0.1)
     w, t = np.sqrt(k / MASS), s.time
     exact = MASS * G / k**2 * (1 - np.cos(w * t)) - MASS * G / k * np.sin(w * t) * t / (2 * np.sqrt(k * MASS))
-    assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())  # runs at the scene's rtol
+    assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())  # both runs have the scene's rtol
 
 
 def test_both_ends_on_one_part_are_refused() -> None:

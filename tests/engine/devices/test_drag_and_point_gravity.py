@@ -120,8 +120,8 @@ def test_a_body_around_a_point_follows_keplers_ellipse(seed: int) -> None:
 
 
 def test_the_derivatives_by_their_numbers_are_those_of_the_closed_forms() -> None:
-    """Derivatives of a vertical fall through air with respect to the area, and of the first 0.1 s of a fall towards a point with
-    respect to gm and mass."""
+    """The derivatives of a vertical fall through air are with respect to the area. Those of the first 0.1 s of a fall towards a
+    point are with respect to gm and mass."""
     scene = flying((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), forces={"air": air()})
     found = trunnion.sensitivity(scene, ["forces.air.area"], ["j.qd[3]"], 3.0, 1.0, rtol=1e-11)
 

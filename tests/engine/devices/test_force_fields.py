@@ -53,7 +53,7 @@ def with_fields(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), sampled([(random_tree, 1), (random_loop, 3), (random_tree, 5), (random_loop, 4)], 2))
-def test_it_is_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_force_fields_act_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_fields(make, seed))
 
 

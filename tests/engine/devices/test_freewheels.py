@@ -29,7 +29,7 @@ def wheel(effort: object, start: float = 0.0, **rub: float) -> sm.Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck"])
-def test_it_overruns_and_holds_up_to_what_it_can(kernel: str, law: str) -> None:
+def test_a_freewheel_overruns_and_holds_up_to_its_limit(kernel: str, law: str) -> None:
     more = {"law": law, "mu": 1.0, "mu_static": 1.0, "v_stribeck": 1.0} if law == "stribeck" else {}
     for edge, sense in ((DRAG, 1), (GRIP, -1)):
         for share in (1 - EDGE, 1 + EDGE):

@@ -29,7 +29,7 @@ def shaft(motor: sm.Motor, **more) -> sm.Scene:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("signal", [1.0, 0.4, -0.7])
-def test_it_runs_up_by_its_exponential(kernel: str, signal: float) -> None:
+def test_a_motor_accelerates_by_its_exponential(kernel: str, signal: float) -> None:
     """(J + A) ω̇ = T (s − ω/ω0): ω = s ω0 (1 − exp(−t/τ)), τ = (J + A) ω0/T."""
     r = simulate(shaft(sm.Motor(STALL, NO_LOAD, signal)), until=20.0, rtol=1e-11, kernel=kernel)
     rise = np.exp(-r.time / ((INERTIA + ROTOR) * NO_LOAD / STALL))

@@ -1,5 +1,5 @@
-"""Nonlinear springs and dampers follow their curves; along freedoms and between points, in both kernels, with energy, derivatives
-and rest."""
+"""Nonlinear springs and dampers follow their curves, along freedoms and between points, in both kernels. Energy, derivatives and
+states of rest follow the same curves."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def with_nonlinear(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), sampled([(random_tree, 1), (random_loop, 3), (random_tree, 5), (random_loop, 4)], 2))
-def test_it_is_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_nonlinear_springs_and_dampers_act_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_nonlinear(make, seed))
 
 

@@ -38,7 +38,7 @@ def test_a_release_by_a_load_that_grazes_what_holds_is_marginal(method: str) -> 
         assert (first.kind, first.marginal) == ("slip", marginal)
 
 
-def test_what_is_marginal_is_noted_and_told_in_every_table(tmp_path: Path) -> None:
+def test_a_marginal_event_has_a_note_and_a_column_in_every_table(tmp_path: Path) -> None:
     scene = settling(1e-7)
     r = simulate(scene, every=0.01, rtol=1e-5, outputs=["events.*"])
     clear = simulate(settling(0.1), every=0.01, rtol=1e-5, outputs=["events.*"])

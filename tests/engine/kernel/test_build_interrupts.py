@@ -140,7 +140,7 @@ def test_a_failure_of_one_ends_the_others() -> None:
     assert work[1].cancelled() or isinstance(work[1].exception(), Ended)
 
 
-def test_what_holds_interrupts_back_within_what_lets_them_through_keeps_them() -> None:
+def test_a_delay_of_interrupts_applies_within_code_that_admits_them() -> None:
     """The command line lets Ctrl-C through to its commands; a run within a command delays it until its rows are safe."""
 
     def work() -> None:

@@ -18,7 +18,7 @@ from trunnion.simulation.run import Model
 
 G = 9.81
 NOTHING = 1e-9
-"""kg and kg m²: the masses are about 1 kg, and lengths about 1 m."""
+"""Mass, kg, and inertia, kg m², that count as none; the masses are about 1 kg, and lengths about 1 m."""
 
 
 def lightened(case: Case, seed: int) -> Case:

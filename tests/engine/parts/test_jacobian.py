@@ -69,7 +69,7 @@ def test_with_loops_too_and_what_decides_open_reactions(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "table", "driven", "open reactions"])
-def test_it_is_the_derivative_of_the_right_hand_side(which: str) -> None:
+def test_the_jacobian_of_parts_is_the_derivative_of_the_right_hand_side(which: str) -> None:
     check(block_at(case_of(which), kernel="parts"))
 
 

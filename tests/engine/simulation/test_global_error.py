@@ -149,7 +149,7 @@ def test_a_fixed_step_has_its_error_too() -> None:
     assert stated[-1] < HIGH * true[-1]
 
 
-def test_to_certify_changes_nothing_of_the_run_and_shows_only_what_was_asked_for() -> None:
+def test_certification_does_not_change_the_run_and_shows_only_requested_columns() -> None:
     given = {"until": 2.0, "every": 0.01, "outputs": ["ball.friction*", "energy.kinetic"]}
     plain, r = simulate("spherical_pendulum", **given), simulate("spherical_pendulum", certify=True, **given)  # type: ignore[arg-type]
     assert plain.certainty is None
@@ -247,7 +247,7 @@ def test_an_accuracy_that_cannot_be_met_is_named() -> None:
         ({"certify": True, "every": 0}, ["every"]),
     ],
 )
-def test_what_cannot_be_certified_is_refused_with_all_reasons(given: dict, told: list[str]) -> None:
+def test_settings_that_prevent_certification_are_refused_with_all_reasons(given: dict, told: list[str]) -> None:
     with pytest.raises(SceneError) as e:
         simulate("spherical_pendulum", **given)
     assert [p.where for p in e.value.problems] == told

@@ -174,7 +174,8 @@ class Fits:
         if not self.names:
             return
         pairs, s = self.seen(m)
-        at = np.where(self.crossed, 0.0, s.ends * self.ended)  # the springs' place along the axis, as of contacts
+        # position of the springs along the axis, as for contacts with friction
+        at = np.where(self.crossed, 0.0, s.ends * self.ended)
         force, torque = self.k * s.x, self.kr * s.turn
         force[..., 1] += self.k[:, 1] * at * s.turn[..., 2]
         force[..., 2] -= self.k[:, 2] * at * s.turn[..., 1]

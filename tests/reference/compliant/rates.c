@@ -132,7 +132,7 @@ static void fits(const Model *M, Body *b) {
             s.T[k] = M->crossed[i] ? 0 : M->kr[3 * i + k] * s.turn[k];
         }
         s.ends = -x[0] * M->ends[i];
-        double at = M->crossed[i] ? 0 : s.ends; /* position of the springs along the axis, as for contacts */
+        double at = M->crossed[i] ? 0 : s.ends; /* position of the springs along the axis, as for contacts with friction */
         s.F[1] += M->k[3 * i + 1] * at * s.turn[2], s.F[2] -= M->k[3 * i + 2] * at * s.turn[1];
         s.T[2] += at * s.F[1], s.T[1] -= at * s.F[2];
         if (M->kind[i] == 1) shaft(M, b, i, &s);

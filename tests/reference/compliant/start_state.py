@@ -143,7 +143,7 @@ def _closed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
         step = scale * _least(G * scale, -g, free[keep] * scale, want)
         y = _moved(model, y, step * min(1.0, 0.3 / max(np.abs(step).max(), 1e-30)))
         model.free.near = model.free.seen(f.motion(np.zeros(1), y[None]))[0][0]
-    raise ValueError(f"the start cannot be closed: {np.abs(g).max():.3g} left")
+    raise ValueError(f"the start cannot be closed: a residual of {np.abs(g).max():.3g} is left")
 
 
 def _moved(model: Model, y: np.ndarray, step: np.ndarray) -> np.ndarray:

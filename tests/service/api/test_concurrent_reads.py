@@ -67,7 +67,7 @@ def job(server: InProcess) -> str:
 @pytest.mark.parametrize(
     "path", ["results?format=json", "results?format=csv", f"bins?x={MU}", "trajectories", "indices", "spreads"]
 )
-def test_what_reads_rows_takes_its_turn(server: InProcess, job: str, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_requests_that_read_rows_take_turns(server: InProcess, job: str, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
     taken, take = [], server.service.reads.take
 
     async def noted(who: str, begun: bool = False) -> int:

@@ -1,4 +1,4 @@
-"""For any number of workers, one server can send all chunks, and one store can record all results."""
+"""Sizes of chunks: one server can send all chunks and one store can record all results, for any number of workers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_pieces_last_as_long_as_it_takes_to_serve_all_workers(slots: int) -> Non
     seconds = CASE * active(10**9).size(longest, slots, dispatch_cost)
     assert PIECE * slots <= seconds <= longest * (1 + 1e-9)
     if slots <= 2.0 * BUSY / PIECE:
-        assert longest == 2.0, "few workers have the pieces they had"
+        assert longest == 2.0, "few workers have pieces of the size as before"
 
 
 def test_a_small_job_is_cut_as_before_for_few_workers_and_into_no_more_than_pays_for_many() -> None:
@@ -45,7 +45,7 @@ def test_a_small_job_is_cut_as_before_for_few_workers_and_into_no_more_than_pays
     assert pieces < 4 * math.sqrt(100_000 * CASE / PIECE), "P pieces end after P·cost + work/P"
 
 
-def test_what_commits_and_pieces_cost_is_learnt_and_no_outage_counts_as_that() -> None:
+def test_the_cost_of_commits_and_pieces_is_learnt_and_an_outage_does_not_count() -> None:
     dispatch_cost, fixed, each = DispatchCost(), 0.01, 0.0004
     dispatch_cost.record(1, fixed + each)
     assert dispatch_cost.cost(1) == pytest.approx(2 * (fixed + each))

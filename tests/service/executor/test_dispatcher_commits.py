@@ -126,7 +126,7 @@ def test_pieces_are_as_large_together_as_one_after_the_other(dispatcher: Dispatc
 
 
 def test_where_the_time_of_a_job_is_short_its_pieces_are_cut_one_by_one(dispatcher: Dispatcher) -> None:
-    """Each piece then has its grant: together they never have more time than there is."""
+    """Each piece then has its own grant, and all grants together never exceed the remaining time."""
     active, cluster = held(dispatcher), dispatcher.cluster
     active.spent = active.job.budget - 1000.0
     assert active.chunks_at_once(100) == 1
@@ -136,7 +136,7 @@ def test_where_the_time_of_a_job_is_short_its_pieces_are_cut_one_by_one(dispatch
     assert len(active.granted) == len(cluster.sent)  # type: ignore[attr-defined]
     active.warm = False
     active.spent = 0.0
-    assert active.chunks_at_once(100) == 1, "what comes first builds for all"
+    assert active.chunks_at_once(100) == 1, "the first piece builds for all"
 
 
 def test_pieces_that_no_cluster_takes_wait_and_are_handed_out_when_it_is_back(dispatcher: Dispatcher, store: Counted) -> None:
@@ -152,10 +152,10 @@ def test_pieces_that_no_cluster_takes_wait_and_are_handed_out_when_it_is_back(di
         c.exec_driver_sql("UPDATE chunks SET not_before = 0")
     dispatcher._send()
     assert sorted(p.start for p, _ in cluster.sent) == [start for start, _ in covered(store, job)]
-    assert {c.attempts for c in store.running(job.id)} == {1}, "no attempt counts that was none"
+    assert {c.attempts for c in store.running(job.id)} == {1}, "pieces that no cluster took count as no attempt"
 
 
-def test_what_came_back_while_the_database_was_away_is_recorded_when_it_is_there(
+def test_results_that_arrive_during_a_database_outage_are_recorded_after_it(
     dispatcher: Dispatcher, store: Counted, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cluster: Any = dispatcher.cluster

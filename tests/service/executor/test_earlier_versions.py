@@ -49,7 +49,7 @@ def early(tmp_path: Path) -> tuple[WorkStore, Parts, str]:
         parts.write(parts.part(Piece(job.id, "", cases.start, cases.stop)), early_part(cases)[: None if cases is FIRST else -9])
     assert store.end_if_over("a server", job.id) == "done"
     with transaction(store.engine, writing=True) as c:
-        c.execute(update(chunks).values(version=UNKNOWN, counts=""))  # as the migration leaves them
+        c.execute(update(chunks).values(version=UNKNOWN, counts=""))  # the migration leaves these values
     return store, parts, job.id
 
 
@@ -84,12 +84,12 @@ def test_a_column_that_an_earlier_version_did_not_store_is_empty() -> None:
 def test_old_names_of_results_mean_todays_columns() -> None:
     assert current_result("error:max:j.stop.effort[1]") == "error:max:j.end_stop.effort[1]"
     assert current_result("joints.j.stops.stiffness") == "joints.j.end_stops.stiffness"
-    assert current_result("first:stop") == "first:stop"  # the name of this column is the word of the request
+    assert current_result("first:stop") == "first:stop"  # results are named by the words of their request, which are kept here
     known = ["first:stick", "max:j.end_stop.effort[1]"]
     assert [known_result(n, known) for n in ("first:stop", "max:j.stop.effort[1]", "first:nothing")] == [*known, "first:nothing"]
 
 
-def test_rows_that_another_version_computes_again_are_told_and_the_end_of_the_job_stays(server: InProcess) -> None:
+def test_rows_that_another_version_computes_again_are_reported_and_the_end_of_the_job_stays(server: InProcess) -> None:
     job = server.submit(SMALL | {"vary": {MU: "0.1:0.6:16"}})
     end, store = server.ended(job), server.service.store
     answer = server.get(f"/v1/jobs/{job}/results")

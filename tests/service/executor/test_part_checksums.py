@@ -107,7 +107,7 @@ def job(server: InProcess) -> str:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("how", SPOILT)
-def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_said(server: InProcess, job: str, how: str) -> None:
+def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_reported(server: InProcess, job: str, how: str) -> None:
     before, document = server.rows(job), server.job(job)
     folder = server.service.settings.data / "results" / job
     files = sorted(folder.glob("part-*"))
@@ -152,7 +152,7 @@ def test_a_chunk_whose_part_cannot_be_read_is_run_again_by_the_next_server(tmp_p
     store.close()
 
 
-def test_of_a_cancelled_job_spoilt_rows_are_gone_and_that_is_said(server: InProcess) -> None:
+def test_damaged_rows_of_a_cancelled_job_are_reported_as_lost(server: InProcess) -> None:
     job = server.submit(SMALL | {"vary": {MU: "0.1:0.6:5000"}, "until": 1000.0, "every": 0.01})
     eventually(lambda: server.job(job)["done"] > 0)
     server.client.delete(f"/v1/jobs/{job}")

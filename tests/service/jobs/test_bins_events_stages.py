@@ -102,7 +102,7 @@ def test_the_scene_of_a_job_comes_back_as_text_that_means_the_same(job: Job, ser
     assert again == job.request["scene"]
 
 
-def test_a_scene_is_drawn_at_its_start_or_its_problems_are_told(server: InProcess) -> None:
+def test_a_scene_is_drawn_at_its_start_or_its_problems_are_reported(server: InProcess) -> None:
     page = server.post("/v1/scenes/view?shown=names=1%26bare=1", {"scene": "crank_slider"})
     assert (page.status_code, page.headers["content-type"].split(";")[0]) == (200, "text/html")
     assert "crank" in page.text
@@ -126,10 +126,10 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
     assert read_stage(parts, "a") == ""
     (tmp_path / "c").write_text("a file where a folder is expected")
     with report_stages(parts, "c", wanted=True) as tell:
-        tell("deriving")  # no work fails because of it
+        tell("deriving")  # a report of a stage that cannot be written makes no work fail
 
 
-def test_that_a_kernel_is_compiled_is_told_while_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compilation_of_a_kernel_is_reported_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from trunnion.kernel.compilation import c_compiler
 
     monkeypatch.setattr(c_compiler, "_zig", lambda *_: (0, ""))

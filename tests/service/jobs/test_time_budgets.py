@@ -117,7 +117,7 @@ def test_the_times_of_a_chunk_are_those_of_the_processor(monkeypatch: pytest.Mon
     assert 0.0 < told["seconds"] + told["build_seconds"] <= used
 
 
-def test_what_is_granted_never_adds_up_to_more_than_the_budget() -> None:
+def test_granted_times_never_sum_to_more_than_the_budget() -> None:
     active = Active(a_job(budget=5.0, cases=1000), warm=True, cost=0.5)
     for start in range(100):
         seconds, _ = active.time_grant(Chunk("j", start, start + 1 + start % 3, "running", 1, 0.0, ""), 2.0, 2)

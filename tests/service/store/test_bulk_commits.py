@@ -55,7 +55,7 @@ def test_many_chunks_recorded_at_once_come_to_what_they_come_to_one_by_one(store
     for start, d in done.items():
         chunk_done(store, ME, one.id, start, d)
     states = {s: chunk_lost(store, ME, one.id, s, x.error, 1, x.delay, x.blame) for s, x in lost.items()}
-    for _ in range(2):  # told twice, counted once
+    for _ in range(2):  # a result that is reported twice counts once
         assert store.record_outcomes(ME, many.id, done, lost, 1) == states == {60: "failed", 70: "waiting", 80: "failed"}
     ends = [store.job(j.id) for j in (one, many)]
     same = ("done", "lost", "counts", "seconds", "build_seconds", "bytes", "planned")
@@ -71,7 +71,7 @@ def test_many_chunks_recorded_at_once_come_to_what_they_come_to_one_by_one(store
         store.record_outcomes(OTHER, many.id, done, lost)
 
 
-def test_of_many_chunks_recorded_at_once_all_are_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_chunks_recorded_at_once_are_all_stored_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
     job = taken(store, 30)
     store.cut_chunks(ME, job.id, [10] * 3)
 

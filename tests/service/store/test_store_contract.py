@@ -50,7 +50,7 @@ def taken(s: WorkStore, cases: int = 100, server: str = ME) -> Job:
     return job
 
 
-def test_what_is_submitted_is_kept_with_its_event(store: WorkStore) -> None:
+def test_a_submitted_job_is_stored_with_its_event(store: WorkStore) -> None:
     job = submitted(store, label="ünïcode ☃")
     again = store.job(job.id)
     assert again == job
@@ -105,7 +105,7 @@ def test_a_job_is_done_when_all_its_chunks_are_and_its_counts_are_theirs(store: 
     while chunk := cut(store, ME, job.id, 10):
         assert store.end_if_over(ME, job.id) is None
         n = chunk.stop - chunk.start
-        for _ in range(2):  # told twice, counted once
+        for _ in range(2):  # a result that is reported twice counts once
             chunk_done(store, ME, job.id, chunk.start, Done({"done": n - 1, "no_solution": 1}, 0.5, 0.0, 10))
     assert store.end_if_over(ME, job.id) == "done"
     end = store.job(job.id)
@@ -246,7 +246,7 @@ def test_tables_of_the_first_version_become_those_of_the_code_and_keep_their_job
     assert store.job(job.id) == job
 
 
-def test_a_database_that_cannot_be_reached_is_said_to_be_unreachable() -> None:
+def test_a_database_that_cannot_be_reached_is_reported_as_unreachable() -> None:
     s = WorkStore("postgresql://nobody@127.0.0.1:1/none")
     with pytest.raises(Unreachable):
         s.ping()
