@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # MuJoCo 3.3.2 turns `fullinertia` into principal moments and a quaternion. The moments are accurate to 1e-12, the axes only to 1e-8
 # … 1e-7. An inertia tensor computed from moments and axes differs from the given tensor by up to 4e-7 of its largest element. To
-# compare accelerations with MuJoCo more accurately, take `body_inertia` and `body_iquat` from the compiled model. Seen: 3.3.2 on
-# Linux x86-64, 200 tensors with moments between 1 and 2: tensor 5e-9 (median), 4e-7 (most); moments 1e-12 (most).
+# compare accelerations with MuJoCo more accurately, take `body_inertia` and `body_iquat` from the compiled model.
+# Seen: 3.3.2 on Linux x86-64, 200 tensors with moments between 1 and 2: tensor 5e-9 (median), 4e-7 (most); moments 1e-12 (most).
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -4,8 +4,8 @@
 # <origin xyz="-inf -inf -inf"/>. `metersPerUnit` is not used: a guide of 0.2 m in a stage of centimetres becomes a guide of 20 m. A
 # spherical joint, which URDF lacks, becomes a fixed joint, although the code has messages for joints that it skips. A guide without
 # a drive gets effort="0" velocity="0", which in URDF is an actuator without force and speed. A hinge without limits loses its
-# maxForce. In each case the command's exit code is 0, and it prints no warning. Seen: nvidia-srl-usd-to-urdf 1.0.3 with usd-core
-# 25.11.
+# maxForce. In each case the command's exit code is 0, and it prints no warning.
+# Seen: nvidia-srl-usd-to-urdf 1.0.3 with usd-core 25.11.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

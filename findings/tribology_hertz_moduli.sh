@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# The package tribology has one argument `e_eff` for its functions of Hertzian contact, and a function `eeff` that computes it:
-# E' = 2 / ((1 - n1^2)/E1 + (1 - n2^2)/E2). `ahertz` (contact area) and `phertz` (pressure) take this E'. `dhertz` (approach of the
+# The package tribology has one argument `e_eff` for its functions of Hertzian contact, and a function `eeff` that computes it: E' =
+# 2 / ((1 - n1^2)/E1 + (1 - n2^2)/E2). `ahertz` (contact area) and `phertz` (pressure) take this E'. `dhertz` (approach of the
 # bodies) takes half of it, E* = 1 / ((1 - n1^2)/E1 + (1 - n2^2)/E2), but its documentation does not state this. With the modulus
 # that the package computes, the approach is 2^(-2/3) = 63 % of Hertz's F-d relation, while pressure and area are right to the last
-# digit. Seen: tribology 0.5.16, steel ball of 10 mm radius on a steel plane, 100 N: area and pressure as Hertz, approach 2.194 um,
-# Hertz 3.483 um.
+# digit.
+# Seen: tribology 0.5.16, steel ball of 10 mm radius on a steel plane, 100 N: area and pressure as Hertz, approach 2.194 um, Hertz
+# 3.483 um.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
