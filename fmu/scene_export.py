@@ -102,7 +102,7 @@ def export(
     step = read.time(step, "step")
     wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
     if reference and starts:
-        wrong.append(Problem("starts", "reference results are those of the scene's own values", "change the scene by overrides"))
+        wrong.append(Problem("starts", "reference results need the scene's own values", "change the scene by overrides"))
     check(flavour, kernel, kind, target, step, wrong)
     names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)

@@ -54,8 +54,8 @@ def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
 
 
 def _sensor(model: Model, j: Joint, given: set[str]) -> Terminal:
-    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> are those of the
-    outputs."""
+    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> equal the names of
+    the outputs."""
     of = f"{j.name}."
     inputs = {name for d in j.devices for s in (d.drive, d.effort) if (name := _input_of(model, s)) in given}
     found = [(n, n.removeprefix(of)) for n in sorted(given) if n.startswith(of)] + [(n, f"inputs.{n}") for n in sorted(inputs)]

@@ -37,8 +37,8 @@ class Mapped:
 
 
 def with_mapped_values(system: System) -> Mapped:
-    """The system with the values of its parameters as settings of its components. A parameter without a mapping counts for the
-    variable whose name it has, COMPONENT.VARIABLE. SceneError for files that cannot be read."""
+    """The system with the values of its parameters as settings of its components. A parameter without a mapping sets the variable
+    of the same name, COMPONENT.VARIABLE. SceneError for files that cannot be read."""
     mistakes: list[Finding] = []
     parameters = _read_or(system.parameters, read_values, {}, ("parameters",), mistakes)
     links = _read_or(system.mappings, read_links, [], ("mappings",), mistakes)
@@ -94,7 +94,7 @@ def read_values(file: Path) -> dict[str, Any]:
 
 
 def _value(given: Any, bases: Mapping[str, Mapping[str, str]]) -> Any:
-    """The value of a parameter, of which ``given`` is the element with type, value and unit."""
+    """The value of a parameter. given: its element with type, value and unit."""
     kind, text, unit = given.tag.removeprefix(SSV_SPACE), given.get("value"), given.get("unit") or ""
     if kind not in ("Real", "Integer"):
         return text in ("true", "1") if kind == "Boolean" else text

@@ -30,7 +30,7 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
 TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
 """Connector types by type of an FMU variable. Variables of other types have no connectors."""
-SUMS = "remove one connection; only a scene adds its sources, so name the scene of this FMU, or connect through one that adds"
+SUMS = "remove one connection, or replace the FMU by its scene: only FMUs that are exported with the system can add several sources"
 X = TypeVar("X")
 Sources = Mapping[str, Mapping[str, Sequence[Source]]]
 """The sources of inputs that are sums, by component and input."""
@@ -242,7 +242,7 @@ def _values(system: System, parts: dict[str, Part], sums: Sources, wrong: list[F
 
 
 def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> Given:
-    """A value with the type and unit of its variable; UnitError for a wrong unit. base: that of the variable's unit."""
+    """A value with the type and unit of its variable; UnitError for a wrong unit. base: base unit of the variable's unit."""
     value = setting.value
     if port.type in ("String", "Boolean"):
         return Given(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
@@ -266,7 +266,7 @@ def _units(parts: dict[str, Part]) -> dict[str, dict[str, str]]:
 
 def description(system: System, parts: dict[str, Part], bound: Sequence[str]) -> bytes:
     """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components. bound:
-    the files with values of parameters; later ones count more."""
+    the files with values of parameters; values of later files replace values of earlier files."""
     root = Element(
         "SystemStructureDescription",
         {"xmlns:ssd": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},

@@ -1,4 +1,4 @@
-"""Variables of FMI 3.0. The components of a vector form an array, whose value reference is that of its first component. An integer
+"""Variables of FMI 3.0. The components of a vector form an array, which has the value reference of its first component. An integer
 variable gets one of FMI 3.0's integer types."""
 
 from __future__ import annotations

@@ -125,7 +125,7 @@ def refusals(model: Model) -> list[Problem]:
         why = "a jam that ends by an impact occurs where friction has no solution, and no event indicator detects this in advance"
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
     for j in model.system.unilateral:
-        why = "an impact changes rates, and the limit of impacts is found by the run's own steps"
+        why = "an impact changes rates, and only the run's own steps find the end of accumulating impacts"
         out.append(Problem(f"joints.{j.name}.unilateral", f"no model exchange: {why}", "--type cs"))
     for name in followed(model):
         why = f"the motion that follows input {name} depends on the input's values at communication points"

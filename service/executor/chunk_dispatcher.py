@@ -18,7 +18,7 @@ from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost, chec
 from trunnion.service.executor.dask_cluster import Cluster, NoCluster
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, document_bytes
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
 from trunnion.service.store.store_records import Chunk
@@ -142,7 +142,7 @@ class Dispatcher(LeasedJobs):
             return 0
         active.planned = max(active.planned, *(chunk.stop for chunk in chunks))
         early = [chunk for chunk in chunks if chunk.stop > active.known]
-        if early:  # this server took the study over, and has not yet read the study's earlier results
+        if early:  # the server has taken over the study, but not yet read the results of its earlier rounds
             self._give_back(early, "not known yet")
         todo = [chunk for chunk in chunks if chunk.stop <= active.known]
         for k, chunk in enumerate(todo):
@@ -155,9 +155,9 @@ class Dispatcher(LeasedJobs):
         return len(todo)
 
     def _submit(self, active: Active, chunk: Chunk, time_grant: tuple[float, float], pause: float) -> None:
-        piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
+        case_range = CaseRange(chunk.job, active.document, chunk.start, chunk.stop)
         values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
-        future = self.cluster.submit(run_chunk, self.parts.url, piece, *time_grant, values, pause)
+        future = self.cluster.submit(run_chunk, self.parts.url, case_range, *time_grant, values, pause)
         active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), time_grant[0]
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._put_returned(job, start, f))
 
@@ -259,7 +259,7 @@ class Dispatcher(LeasedJobs):
         written."""
         try:
             return dict(future.result(timeout=RESULT_SECONDS))
-        except Exception as e:  # noqa: BLE001  # after any error, the chunk is requested again
+        except Exception as e:  # noqa: BLE001  # after any error, the chunk runs again
             log.info("a result was lost: %s", e)
             return None
 

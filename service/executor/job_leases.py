@@ -17,7 +17,7 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_size import COMMIT_SIZE
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.executor.study_round_results import round_results
 from trunnion.service.request_models.job_request import current_settings, study_of_document
 from trunnion.service.store.leases_and_chunks import Done, Lost, WorkStore
@@ -93,8 +93,8 @@ class LeasedJobs:
         done: dict[int, Done] = {}
         for chunk in chunks:
             self._renew()
-            piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
-            found = self.parts.part_outcomes(piece) if self.parts.part(piece).rpartition("/")[2] in there else None
+            case_range = CaseRange(chunk.job, active.document, chunk.start, chunk.stop)
+            found = self.parts.part_outcomes(case_range) if self.parts.part(case_range).rpartition("/")[2] in there else None
             if found is not None:
                 done[chunk.start] = Done(found[0], 0.0, 0.0, found[1], version=found[2])
         gone = {c.start: Lost("its server was lost", 0.0, False) for c in chunks if c.start not in done}
@@ -119,7 +119,7 @@ class LeasedJobs:
         for start, (_, future) in list(active.flying.items()):
             if future.status in ("cancelled", "lost"):
                 self.returned.put((active.job.id, start, future))
-        if max(active.planned, active.job.planned) >= active.known:  # before, the question costs a transaction in vain
+        if max(active.planned, active.job.planned) >= active.known:  # an earlier query would only cost a transaction
             self._end_if_over(active)
 
     def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:

@@ -62,7 +62,7 @@ class FitCandidate(RequestModel):
 
 
 class FitTrial(RequestModel):
-    """A possible experiment. Omitted fields are those of the first run."""
+    """A possible experiment. Omitted fields have the values of the first run."""
 
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=100, description=CHANGES)
     outputs: list[PlainText] | None = Field(None, min_length=1, max_length=100, description="Measured columns.")

@@ -57,7 +57,7 @@ def serve_tasks(connection: Connection, memory: int) -> None:
     or error, notes about deprecated words), until the connection closes."""
     _isolate()
     _limit_memory(memory)
-    importlib.import_module(TASK_MODULE)  # before the first request; a forked process has it already
+    importlib.import_module(TASK_MODULE)  # not during the first request; a forked process has imported the tasks
     connection.send(READY)
     while True:
         try:

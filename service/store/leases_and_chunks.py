@@ -26,11 +26,11 @@ OVERRAN = "it overran"
 
 
 CHANGED = "rows_changed"
-"""Kind of the event that another version than before computed rows again, because their part was damaged."""
+"""Kind of an event: another version computed rows again, because their part was damaged."""
 
 
 class LeaseLost(RuntimeError):
-    """Another server has the lease of the job. This server must write nothing more about the job."""
+    """Another server has the lease of the job. This server must not write anything more about the job."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Lost:
 class WorkStore(Store):
     """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews the server's leases.
     A server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. It also expires if
-    another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore a database clock that is set
-    back blocks no job. A server that lost its lease gets LeaseLost and must drop the job. Its workers may still write, because they
-    write the same rows to the same files."""
+    another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore no job is blocked if the clock
+    of the database is set back. A server that lost its lease gets LeaseLost and must drop the job. Its workers may still write,
+    because they write the same rows to the same files."""
 
     def __init__(self, url: str):
         super().__init__(url)
@@ -204,7 +204,7 @@ class WorkStore(Store):
             self._end(c, job, state, problems)
 
     def _end(self, c: Connection, job: str, state: str, problems: list[dict[str, Any]]) -> str:
-        """End a job. A job that was continued to repair a part keeps the time at which it ended first."""
+        """End a job. A job that continued in order to repair a part keeps the time of its first end."""
         problems = [*self._changes(c, job), *problems]
         values = {
             "state": state,
@@ -221,7 +221,7 @@ class WorkStore(Store):
 
     @staticmethod
     def _changes(c: Connection, job: str) -> list[dict[str, Any]]:
-        """The problems that state which rows of a job another version computed again."""
+        """Problems that list the rows of a job that another version computed again."""
         told = c.execute(select(events.c.data).where(events.c.job == job, events.c.kind == CHANGED).order_by(events.c.id)).scalars()
         return [
             {

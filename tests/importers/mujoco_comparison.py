@@ -144,7 +144,7 @@ def _given(m: Any, bodies: Bodies) -> float:
     m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # MuJoCo's short cuts for bodies with principal axes
     named = {n: mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, n) for n in bodies.places if n}
     at = {named[n]: p.link for n, p in bodies.places.items() if n and np.array_equal(p.at, np.eye(4))}
-    at |= {int(i): bodies.linkage.ties[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
+    at |= {int(i): bodies.linkage.joints[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
     done = set()
     for i, link in at.items():
         if i < 1 or link not in bodies.linkage.links or link in done:  # a body without mass may be fixed to another at its place

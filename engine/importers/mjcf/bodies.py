@@ -1,4 +1,5 @@
-"""Conversion of MJCF bodies to links and MJCF joints to ties. A body with several joints becomes a chain of massless links."""
+"""Conversion of MJCF bodies and joints to links and joints of the linkage. A body with several joints becomes a chain of massless
+links."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, Names, Tie, floats
+from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, LinkageJoint, Names, floats
 from trunnion.importers.mass_matrix import mass_matrix
 from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn
 from trunnion.importers.mjcf.includes_and_defaults import Model
@@ -94,7 +95,8 @@ class Bodies:
             place = self._links_of(e, inside, Place(carrier.link, at), mass, geoms)
         elif mass.mass > 0:
             place = Place(self._link(e.get("name"), "body", mass, geoms, carrier.link, at), np.eye(4))
-            self._tie(f"{e.get('name') or place.link}_mount", Tie("fixed", carrier.link, place.link, at, np.eye(4)))
+            mount = LinkageJoint("fixed", carrier.link, place.link, at, np.eye(4))
+            self._store_joint(f"{e.get('name') or place.link}_mount", mount)
         else:
             self.scenery += not matters
             place = Place(carrier.link, at)
@@ -116,9 +118,9 @@ class Bodies:
         self.world[made] = self.world[carrier] @ at
         return made
 
-    def _tie(self, name: str, tie: Tie) -> str:
+    def _store_joint(self, name: str, joint: LinkageJoint) -> str:
         made = self.names.new(name, "joint")
-        self.linkage.ties[made] = tie
+        self.linkage.joints[made] = joint
         return made
 
     def _links_of(self, e: Element, inside: Inside, start: Place, mass: Mass, geoms: list[Geom]) -> Place:
@@ -141,7 +143,7 @@ class Bodies:
         return Place(link, at)
 
     def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> Freedom:
-        """Add one joint as a tie. ``at`` is the pose of the body in the inboard link."""
+        """Add one joint to the linkage. ``at`` is the pose of the body in the inboard link."""
         f = freedom(self.model, e, around, self.linkage)
         frame = framed @ along(f.axis, f.place)
         more: dict[str, Any] = dict(f.more)
@@ -153,7 +155,7 @@ class Bodies:
             more["start"] = {"q": f.start}
         if f.kind.quaternion == 0:
             ends = (at @ pose(frame[:3, 3]), pose(frame[:3, 3]))
-        f.name = self._tie(e.get("name") or f"{outboard}_joint", Tie(f.kind.name, inboard, outboard, *ends, more))
+        f.name = self._store_joint(e.get("name") or f"{outboard}_joint", LinkageJoint(f.kind.name, inboard, outboard, *ends, more))
         return f
 
     # -- completion ---------------------------------------------------------------------------------------------------------
@@ -167,21 +169,21 @@ class Bodies:
                 link.mass, link.inertia = link.mass * scale, link.inertia * scale
         self.linkage.complete_masses()
         self._tune_springs()
-        lifts = not {"spring", "damper"} <= self.model.disabled  # with both disabled, MuJoCo omits all passive forces
+        lifts = not {"spring", "damper"} <= self.model.disabled  # MuJoCo then omits all passive forces
         for name, share in self.lifted.items():
             if share and lifts and any(self.linkage.gravity):
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio. These refer to
-        the initial pose."""
+        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio in the initial
+        pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:
             return
         rows, M = mass_matrix(self.linkage, self.world)
         weight = 1.0 / np.diag(np.linalg.inv(M))
         for name, (time, ratio) in swinging.items():
-            own, more = float(weight[rows.index((name, 0))]), self.linkage.ties[name].more
+            own, more = float(weight[rows.index((name, 0))]), self.linkage.joints[name].more
             if "spring" in more:
                 more["spring"]["stiffness"] = own / (time * ratio) ** 2
             if "damper" not in self.model.disabled:

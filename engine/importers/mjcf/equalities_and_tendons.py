@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import GROUND, Tie, floats, plain_name
+from trunnion.importers.intermediate_linkage import GROUND, LinkageJoint, floats, plain_name
 from trunnion.importers.mjcf.bodies import Bodies, Place
 from trunnion.importers.mjcf.joints import CLOSING
 from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose
@@ -102,8 +102,8 @@ class Closing:
             one, two = two, one
         if one.link == GROUND:
             return
-        tie = Tie(CLOSING[e.tag], two.link, one.link, two.at, one.at)
-        self.bodies.linkage.ties[self.bodies.names.new(e.get("name") or f"{one.link}_to_{two.link}", "joint")] = tie
+        joint = LinkageJoint(CLOSING[e.tag], two.link, one.link, two.at, one.at)
+        self.bodies.linkage.joints[self.bodies.names.new(e.get("name") or f"{one.link}_to_{two.link}", "joint")] = joint
 
     # -- tendons ------------------------------------------------------------------------------------------------------------
 

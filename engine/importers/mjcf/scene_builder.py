@@ -20,10 +20,9 @@ def scene_of_mjcf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     """(scene, notes on omissions).
 
     Joints keep their names; coordinates are zero in the file's initial pose. armature becomes ``rotor_inertia``, frictionloss
-    becomes constant friction, and connect and weld become joints that close loops. The scene starts in the first keyframe. What
-    <flag> disables is omitted.
-    ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the limits. SceneError lists everything
-    that a scene cannot represent, with file and line."""
+    becomes constant friction, and connect and weld become joints that close loops. The scene starts in the first keyframe. Content
+    that <flag> disables is omitted. ``stops`` is the stiffness of end stops at joint limits, N/m and N m/rad; None omits the
+    limits. SceneError lists everything that a scene cannot represent, with file and line."""
     linkage, model, _ = linkage_of_mjcf(Path(file))
     return linkage.scene(stops), model.found.notes
 
@@ -63,7 +62,7 @@ def _actuators(model: Model, bodies: Bodies) -> None:
             continue
         said = model.attributes(e, "")
         ratio = (model.found.numbers(e, RATIO, said.get(RATIO, "1"), range(1, 7)) or [1.0])[0]
-        more = bodies.linkage.ties[f.name].more
+        more = bodies.linkage.joints[f.name].more
         add_damping(model, e, said, 1, more, ratio * ratio)
         if "armature" in said:
             rotor = model.found.number(e, "armature", said["armature"], 0.0)
@@ -77,7 +76,7 @@ def _keyframe(model: Model, bodies: Bodies) -> None:
         return
     q, qd = _key_numbers(model, key, bodies.freedoms, "qpos"), _key_numbers(model, key, bodies.freedoms, "qvel")
     for k, f in enumerate(bodies.freedoms):
-        more = bodies.linkage.ties[f.name].more
+        more = bodies.linkage.joints[f.name].more
         at = q[k] if q else f.start if f.start else [f.ref] if f.kind.nv == 1 else [1.0, 0.0, 0.0, 0.0]
         rates = qd[k] if qd else [0.0] * f.kind.nv
         if f.kind.nv > 1:
@@ -103,7 +102,7 @@ def _key_numbers(model: Model, key: Element, freedoms: list[Freedom], name: str)
 
 def _body_start(f: Freedom, at: list[float], rates: list[float]) -> tuple[list[float], list[float]]:
     """(coordinates, rates) of a ball or a free joint in the scene. MuJoCo gives angular velocities in the axes of the moving body,
-    scenes in those of the inboard part. The coordinates of an aligned free joint are those of ``f.frame``."""
+    scenes in the axes of the inboard part. The coordinates of an aligned free joint place the frame ``f.frame``."""
     moved = of_quaternion(at[-4:])
     spin = moved @ rates[-3:]
     if len(rates) == 3:

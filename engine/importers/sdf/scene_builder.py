@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, Names, Tie, plain_name, tensor
+from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, LinkageJoint, Names, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse
 from trunnion.importers.sdf.frames import WORLD
 from trunnion.importers.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
@@ -141,7 +141,8 @@ class SdfReader:
             return
         frame = at @ (crossed(first, second) if kind == "universal" else first)
         more = acting(self.found, e, TYPES[kind], out) | pitch_of(self.found, e)
-        made = self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
+        full = self.frames.full(j.scope, e.get("name"))
+        made = self.made[full] = self._add_joint(e.get("name"), TYPES[kind], ends, frame, more, out)
         self._store_limit(e, "axis", made, out)
 
     def _store_limit(self, e: Element, tag: str, made: str, out: Linkage) -> None:
@@ -172,17 +173,17 @@ class SdfReader:
         out.links[middle] = Link(light, np.zeros(3), np.zeros((3, 3)))
         self.place[middle] = middle
         self.added[middle] = at
-        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out)
+        one = self._add_joint(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out)
         last = at @ self._axis(j, at, "axis2")
-        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out)
+        two = self._add_joint(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out)
         self._store_limit(j.element, "axis", one, out)
         self._store_limit(j.element, "axis2", two, out)
 
-    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage) -> str:
+    def _add_joint(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage) -> str:
         """Add a joint whose frame is given in the world, and return its name."""
         sides = [inverse(self._link_pose(n)) @ frame for n in ends]
         made = self.names.new(name, "joint")
-        out.ties[made] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
+        out.joints[made] = LinkageJoint(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
         return made
 
     def _link_pose(self, name: str) -> Pose:

@@ -7,7 +7,7 @@
 /* Header of a serialized state. */
 typedef struct fmu_seal {
   char mark[8];
-  uint64_t sum; /* checksum of the state behind it */
+  uint64_t sum; /* checksum of the state, which follows the header */
 } fmu_seal;
 
 /* Checksum of all whole 8-byte words of the data. */

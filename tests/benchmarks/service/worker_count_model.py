@@ -26,7 +26,7 @@ from trunnion.service.executor.active_job import Active
 from trunnion.service.executor.chunk_dispatcher import AHEAD
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece
+from trunnion.service.executor.part_file_format import CaseRange
 from trunnion.service.store.leases_and_chunks import Done, WorkStore
 from trunnion.service.store.store_records import Job
 
@@ -187,7 +187,7 @@ def of_parts(cases: int) -> dict[str, float]:
     of = plan(scene_given("spherical_pendulum"), sample=SAMPLE, count=cases, keep=KEEP, run=Run(until=0.05, every=0.05))
     table = Runner(of).chunk(0, cases)
     with tempfile.TemporaryDirectory() as folder:
-        parts, piece = Parts(folder), Piece("job", "digest", 0, cases)
+        parts, piece = Parts(folder), CaseRange("job", "digest", 0, cases)
         size = parts.write_part(piece, table)
         return {
             "part written": timed(lambda: parts.write_part(piece, table), 9),
