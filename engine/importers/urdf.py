@@ -11,7 +11,7 @@ from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, LinkageJoint, Names, floats, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse, pose, rpy
 from trunnion.importers.schema_coverage import schema
-from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.visual_meshes import MeshReader
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, Findings, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
@@ -31,7 +31,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     path = existing(file)
     hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
     root, found = read_root(path, "robot", hint)
-    reader = UrdfReader(root, found, Pictures(path.resolve().parent, found))
+    reader = UrdfReader(root, found, MeshReader(path.resolve().parent, found))
     schema("URDF").tell(root, found)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
@@ -39,7 +39,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
 
 
 class UrdfReader:
-    def __init__(self, root: Element, found: Findings, meshes: Pictures):
+    def __init__(self, root: Element, found: Findings, meshes: MeshReader):
         self.root, self.found, self.names, self.meshes = root, found, Names(), meshes
         self.made: dict[str, str] = {}
         self.links = {e.get("name"): e for e in root.all("link")}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
-from trunnion.fmu.variables.fmi3_arrays import Face
+from trunnion.fmu.variables.fmi3_arrays import Fmi3Variable
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.simulation.run import Model
 from trunnion.system.structure.bodies_and_joints import Joint
@@ -35,7 +35,7 @@ class Terminal:
     members: tuple[tuple[str, str, str], ...]
 
 
-def terminals(model: Model, made: Iterable[Face]) -> list[Terminal]:
+def terminals(model: Model, made: Iterable[Fmi3Variable]) -> list[Terminal]:
     """The terminals of the FMU. made: its variables. Only inputs and outputs can be members."""
     given = {f.name for f in made if f.first.causality in ("input", "output")}
     return [t for j in model.system.joints if (t := _flange(model, j, given) or _sensor(model, j, given)).members]

@@ -23,7 +23,7 @@ RATES = {"rad": "rad/s", "m": "m/s", "1": "1/s", "rad/s": "rad/s^2", "m/s": "m/s
 
 
 @dataclass(frozen=True)
-class Exchanged:
+class ModelExchangeVariables:
     """The variables of model exchange. states: in the order of ``tr_states``. rates: their time derivatives. indicators: event
     indicators."""
 
@@ -43,7 +43,7 @@ def does(kind: str, bit: str) -> bool:
     return bool(KINDS[kind] & KINDS[bit])
 
 
-def exchanged(model: Model) -> Exchanged:
+def exchanged(model: Model) -> ModelExchangeVariables:
     """The variables of model exchange. SceneError with all reasons when the scene does not allow model exchange."""
     wrong = refusals(model)
     if wrong:
@@ -60,7 +60,7 @@ def exchanged(model: Model) -> Exchanged:
         for s in states
     ]  # fmt: skip
     told = [Variable(f"indicators.{n}", "1", t, "local", "continuous", "calculated", None) for n, t in _indicators(model)]
-    return Exchanged(tuple(states), tuple(rates), tuple(told))
+    return ModelExchangeVariables(tuple(states), tuple(rates), tuple(told))
 
 
 def _states(model: Model) -> Iterator[tuple[str, str, str]]:

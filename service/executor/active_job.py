@@ -35,7 +35,7 @@ LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
 
 
 @dataclass
-class Active:
+class ActiveJob:
     """A job that the dispatcher works on. flying: (chunk, future) of each chunk on the cluster, by first case. granted: part of the
     budget that is reserved for each chunk on the cluster, s. spent: used part of the budget, s. cost: mean computing time of a
     case, s; 0 before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut.

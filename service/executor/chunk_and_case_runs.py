@@ -62,11 +62,11 @@ class Cancelled(RuntimeError):
 def run_chunk(
     url: str, case_range: CaseRange, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
 ) -> dict[str, Any]:
-    """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``Done``. If a
-    valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the finished
-    cases. url: location of the parts and of the job's document. case_range: the cases of the chunk. seconds: limit of the processor
-    time of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases of a
-    study. pause: shortest time between two checks of the stop marker, s."""
+    """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``ChunkReport``.
+    If a valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the
+    finished cases. url: location of the parts and of the job's document. case_range: the cases of the chunk. seconds: limit of the
+    processor time of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases
+    of a study. pause: shortest time between two checks of the stop marker, s."""
     parts = Parts(url)
     start, stop = case_range.start, case_range.stop
     there = parts.part_outcomes(case_range)

@@ -34,7 +34,7 @@ class LeaseLost(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Done:
+class ChunkReport:
     """The report of a chunk. counts: number of cases by outcome. seconds, build_seconds: time of stepping and of building, s.
     bytes: size of the part. reached: end of the finished cases, None if all are finished; the remaining cases must still run.
     version: version that computed the rows, "" if unknown."""
@@ -49,7 +49,7 @@ class Done:
 
 
 @dataclass(frozen=True)
-class Lost:
+class FailedAttempt:
     """A failed attempt. delay: time until the next attempt, s. blame: whether the attempt counts towards the limit of attempts."""
 
     error: str
@@ -242,7 +242,7 @@ class WorkStore(Store):
         return row
 
     def record_outcomes(
-        self, server: str, job: str, done: Mapping[int, Done], lost: Mapping[int, Lost] | None = None, most: int = 1
+        self, server: str, job: str, done: Mapping[int, ChunkReport], lost: Mapping[int, FailedAttempt] | None = None, most: int = 1
     ) -> dict[int, str]:
         """Store the outcomes of chunks of a job, by first case, in one transaction. done: chunks with parts. lost: failed attempts.
         most: number of attempts after which a chunk has failed. Returns the new states of the lost chunks. A repeated report has no
@@ -256,7 +256,7 @@ class WorkStore(Store):
             going = [(there[start], gone) for start, gone in lost.items() if there[start]["state"] == "running"]
             return {start: str(there[start]["state"]) for start in lost} | self._record_lost(c, job, going, most, now)
 
-    def _record_done(self, c: Connection, row: Any, landed: list[tuple[Any, Done]], now: float) -> None:
+    def _record_done(self, c: Connection, row: Any, landed: list[tuple[Any, ChunkReport]], now: float) -> None:
         """Store the reports of chunks with parts. landed: (row of the chunk, report)."""
         if not landed:
             return
@@ -285,7 +285,7 @@ class WorkStore(Store):
         ]
         self._events(c, row["id"], changed)
 
-    def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, Lost]], most: int, now: float) -> dict[int, str]:
+    def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, FailedAttempt]], most: int, now: float) -> dict[int, str]:
         """Store failed attempts to run chunks. gone: (row of the chunk, failed attempt). Returns the new states by first case."""
         if not gone:
             return {}
@@ -307,7 +307,7 @@ class WorkStore(Store):
         self._events(c, job, told)
         return states
 
-    def _add_costs(self, c: Connection, row: Any, landed: Sequence[Done], now: float) -> None:
+    def _add_costs(self, c: Connection, row: Any, landed: Sequence[ChunkReport], now: float) -> None:
         """Add the reports of chunks to the sums and to the pace of their job."""
         counts = sum((Counter(d.counts) for d in landed), Counter(json.loads(row["counts"])))
         n, build = sum(sum(d.counts.values()) for d in landed), sum(d.build_seconds for d in landed)

@@ -11,16 +11,16 @@ import numpy as np
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, LinkageJoint, Names, floats
 from trunnion.importers.mass_matrix import mass_matrix
-from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn
+from trunnion.importers.mjcf.body_masses import Geom, MassReader, drawn
 from trunnion.importers.mjcf.includes_and_defaults import Model
-from trunnion.importers.mjcf.joints import JOINTS, Freedom, freedom
-from trunnion.importers.mjcf.mesh_solids import Mass
+from trunnion.importers.mjcf.joints import JOINTS, MjcfJoint, freedom
+from trunnion.importers.mjcf.mesh_solids import MassProperties
 from trunnion.importers.pose_matrices import Pose, along, pose, to_quaternion
 from trunnion.importers.xml_reader import Element
 
 
 @dataclass
-class Place:
+class LinkPose:
     """A pose relative to a link, or to the world."""
 
     link: str
@@ -33,7 +33,7 @@ Inside = dict[str, list[tuple[Element, Pose, str]]]
 """The content of a body by kind, with <frame> elements resolved: (element, pose of its frame in the body, default class)."""
 
 
-class Bodies:
+class BodyConverter:
     """Converts the bodies of a model into a linkage.
 
     places    place of each body by name
@@ -45,11 +45,11 @@ class Bodies:
 
     def __init__(self, model: Model, linkage: Linkage):
         self.model, self.linkage, self.found = model, linkage, model.found
-        self.masses, self.names = Masses(model), Names()
-        self.places: dict[str, Place] = {"world": Place(GROUND, np.eye(4))}
-        self.sites: dict[str, Place] = {}
+        self.masses, self.names = MassReader(model), Names()
+        self.places: dict[str, LinkPose] = {"world": LinkPose(GROUND, np.eye(4))}
+        self.sites: dict[str, LinkPose] = {}
         self.world: dict[str, Pose] = {GROUND: np.eye(4)}
-        self.freedoms: list[Freedom] = []
+        self.freedoms: list[MjcfJoint] = []
         self.elements: list[Element] = []
         self.lifted: dict[str, float] = {}
         self.scenery = 0
@@ -71,35 +71,35 @@ class Bodies:
                 out[CONTENT[c.tag]].append((c, at, around))
         return out
 
-    def _inside(self, inside: Inside, place: Place) -> None:
+    def _inside(self, inside: Inside, place: LinkPose) -> None:
         """Add the sites and the child bodies of a body."""
         for e, at, around in inside["sites"]:
             said = self.model.attributes(e, around)
             if e.get("name"):
                 own, _ = self.masses.pose_and_size(e, said, said.get("type", "sphere"))
-                self.sites[e.get("name")] = Place(place.link, place.at @ at @ own)
+                self.sites[e.get("name")] = LinkPose(place.link, place.at @ at @ own)
         for e, at, around in inside["bodies"]:
-            self._body(e, Place(place.link, place.at @ at), e.get("childclass") or around)
+            self._body(e, LinkPose(place.link, place.at @ at), e.get("childclass") or around)
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
-    def _body(self, e: Element, carrier: Place, around: str) -> None:
+    def _body(self, e: Element, carrier: LinkPose, around: str) -> None:
         at = carrier.at @ self.model.pose(e, e.attributes)
         inside = self._sorted(e, np.eye(4), around)
         moving = bool(inside["joints"])
         matters = moving or carrier.link != GROUND or any(c.tag in JOINTS for c in e.inside())
         weighs = matters and e.first("inertial") is None
         geoms = [g for g in (self._geom(*each, weighs) for each in inside["geoms"]) if g is not None]
-        mass = self.masses.body(e, geoms) if matters else Mass()
+        mass = self.masses.body(e, geoms) if matters else MassProperties()
         if moving:
-            place = self._links_of(e, inside, Place(carrier.link, at), mass, geoms)
+            place = self._links_of(e, inside, LinkPose(carrier.link, at), mass, geoms)
         elif mass.mass > 0:
-            place = Place(self._link(e.get("name"), "body", mass, geoms, carrier.link, at), np.eye(4))
+            place = LinkPose(self._link(e.get("name"), "body", mass, geoms, carrier.link, at), np.eye(4))
             mount = LinkageJoint("fixed", carrier.link, place.link, at, np.eye(4))
             self._store_joint(f"{e.get('name') or place.link}_mount", mount)
         else:
             self.scenery += not matters
-            place = Place(carrier.link, at)
+            place = LinkPose(carrier.link, at)
         self.places[e.get("name")] = place
         if place.link != GROUND and e.get("gravcomp"):
             self.lifted[place.link] = self.found.attribute(e, "gravcomp")
@@ -111,7 +111,7 @@ class Bodies:
             return g
         return replace(g, at=at @ g.at, mass=g.mass.placed(at))
 
-    def _link(self, name: str, kind: str, mass: Mass, geoms: list[Geom], carrier: str, at: Pose) -> str:
+    def _link(self, name: str, kind: str, mass: MassProperties, geoms: list[Geom], carrier: str, at: Pose) -> str:
         """Add a link and return its name. ``at`` is its initial pose in the link ``carrier``."""
         made = self.names.new(name, kind)
         self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms, mass.center))
@@ -123,14 +123,14 @@ class Bodies:
         self.linkage.joints[made] = joint
         return made
 
-    def _links_of(self, e: Element, inside: Inside, start: Place, mass: Mass, geoms: list[Geom]) -> Place:
+    def _links_of(self, e: Element, inside: Inside, start: LinkPose, mass: MassProperties, geoms: list[Geom]) -> LinkPose:
         """Add one link for each joint of a body; the last link is the body itself."""
         if not mass.mass and not any(c.tag in ("inertial", "geom") for c in e.inside() if c is not e):
             self.found.add(e, e.get("name") or "body", "moves and has no mass", "give it a geom with mass, or an <inertial>")
         last = len(inside["joints"]) - 1
         link, at = start.link, start.at
         for k, (j, framed, around) in enumerate(inside["joints"]):
-            own = mass if k == last else Mass()
+            own = mass if k == last else MassProperties()
             body = e.get("name") or f"body{len(self.linkage.links)}"
             made = self._link(body if k == last else f"{body}_{k + 1}", "body", own, geoms if k == last else [], link, at)
             self.elements.append(j)
@@ -140,9 +140,9 @@ class Bodies:
                 f.frame = self.masses.principal_frame(e)
             self.freedoms.append(f)
             link, at = made, np.eye(4)
-        return Place(link, at)
+        return LinkPose(link, at)
 
-    def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> Freedom:
+    def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> MjcfJoint:
         """Add one joint to the linkage. ``at`` is the pose of the body in the inboard link."""
         f = freedom(self.model, e, around, self.linkage)
         frame = framed @ along(f.axis, f.place)

@@ -11,8 +11,8 @@ from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link
 from trunnion.importers.pose_matrices import Pose, along, inverse
 from trunnion.importers.sdf.frames import WORLD
 from trunnion.importers.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
-from trunnion.importers.sdf.model_tree import Held, Models
-from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.sdf.model_tree import ModelItem, Models
+from trunnion.importers.visual_meshes import MeshReader
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
@@ -31,7 +31,7 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     path = existing(file)
     root, found = read_root(path, "sdf", "SDF files begin with <sdf>")
     folder = path.resolve().parent
-    reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
+    reader = SdfReader(root, Models(root, folder, found), MeshReader(folder, found))
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
@@ -41,7 +41,7 @@ PARALLEL = 1.0 - 1e-9
 
 
 class SdfReader:
-    def __init__(self, root: Element, models: Models, meshes: Pictures):
+    def __init__(self, root: Element, models: Models, meshes: MeshReader):
         self.root, self.models, self.meshes, self.found, self.frames = root, models, meshes, models.found, models.frames
         self.links, self.joints = models.links, models.joints
         self.names, self.place = Names(), {WORLD: GROUND}
@@ -76,7 +76,7 @@ class SdfReader:
             self.found.add(self.root, "sdf", "nothing in it moves")
         return out
 
-    def _couple(self, j: Held, out: Linkage) -> None:
+    def _couple(self, j: ModelItem, out: Linkage) -> None:
         """Add the mimic constraints of a joint: q = multiplier · (q of the leader − reference) + offset."""
         for m in (m for a in j.element.all("axis", "axis2") for m in a.all("mimic")):
             ratio, offset, ref = (self.found.child(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
@@ -115,11 +115,11 @@ class SdfReader:
 
     # -- joints -------------------------------------------------------------------------------------------------------------
 
-    def _end(self, j: Held, side: str) -> str:
+    def _end(self, j: ModelItem, side: str) -> str:
         """Full name of the link on one side of a joint; "" if there is no such link."""
         return self.frames.link(self.frames.full(j.scope, j.element.text_of(side))) or ""
 
-    def _joint(self, j: Held, out: Linkage) -> None:
+    def _joint(self, j: ModelItem, out: Linkage) -> None:
         e, kind = j.element, j.element.get("type")
         ends = [self._end(j, side) for side in ("parent", "child")]
         missing = [side for side, end in zip(("parent", "child"), ends, strict=True) if end not in self.place]
@@ -151,7 +151,7 @@ class SdfReader:
         if limit is not None and e.get("type") != "continuous":
             out.limits[made] = (self.found.child(limit, "lower", -np.inf), self.found.child(limit, "upper", np.inf))
 
-    def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
+    def _axis(self, j: ModelItem, at: Pose, tag: str) -> Pose:
         """Pose of a frame whose first direction is the axis, relative to the joint's frame."""
         e = j.element.first(tag)
         given, expressed = axis_of(self.found, j.element, e)
@@ -165,7 +165,7 @@ class SdfReader:
             given = at[:3, :3].T @ self.frames.place(name)[:3, :3] @ given
         return along(given)
 
-    def _add_two_hinges(self, j: Held, out: Linkage, ends: list[str], at: Pose, first: Pose) -> None:
+    def _add_two_hinges(self, j: ModelItem, out: Linkage, ends: list[str], at: Pose, first: Pose) -> None:
         """Add two hinges and a nearly massless link between them."""
         name, child = j.element.get("name"), self.place[ends[1]]
         light = LIGHT * (out.links[child].mass if child in out.links else 1.0)

@@ -12,7 +12,7 @@ import pytest
 from tests.benchmarks.service.dispatcher_with_idle_workers import Later
 from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.basics.server_settings import Settings
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.chunk_dispatcher import AHEAD, Dispatcher
 from trunnion.service.executor.chunk_size import COMMIT_SIZE
 from trunnion.service.executor.dask_cluster import NoCluster
@@ -85,7 +85,7 @@ def dispatcher(store: Counted, tmp_path: Path) -> Dispatcher:
     return made
 
 
-def held(dispatcher: Dispatcher) -> Active:
+def held(dispatcher: Dispatcher) -> ActiveJob:
     (active,) = dispatcher.jobs.values()
     return active
 

@@ -20,7 +20,7 @@ from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, d
 from trunnion.service.executor.part_versions import shaped, with_version
 from trunnion.service.executor.parts_of_earlier_versions import adopt_parts
 from trunnion.service.store.database_connection import transaction
-from trunnion.service.store.leases_and_chunks import Done, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, WorkStore
 from trunnion.service.store.table_definitions import EARLIER, UNKNOWN, chunks
 
 FIRST, SECOND = range(4), range(4, 6)
@@ -45,7 +45,7 @@ def early(tmp_path: Path) -> tuple[WorkStore, Parts, str]:
     store.begin("a server", job.id)
     for cases in (FIRST, SECOND):
         cut(store, "a server", job.id, len(cases))
-        chunk_done(store, "a server", job.id, cases.start, Done({"done": len(cases)}, 0.1, 0.0, 10))
+        chunk_done(store, "a server", job.id, cases.start, ChunkReport({"done": len(cases)}, 0.1, 0.0, 10))
         parts.write(parts.part(CaseRange(job.id, "", cases.start, cases.stop)), early_part(cases)[: None if cases is FIRST else -9])
     assert store.end_if_over("a server", job.id) == "done"
     with transaction(store.engine, writing=True) as c:
