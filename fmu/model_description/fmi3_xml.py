@@ -29,7 +29,7 @@ TIME = "time"
 
 
 def _own(made: ExportedModel) -> int:
-    """The value reference of the time. The next references are those of the clocks, of their times and of their counts."""
+    """The value reference of the time. The clocks, their times and their counts have the next references."""
     return len(made.listed)
 
 

@@ -66,7 +66,7 @@ def with_mapped_values(system: System) -> MappedSystem:
 
 
 def _read_or(given: X | Path, read: Callable[[Path], X], otherwise: X, place: tuple[str], mistakes: list[Finding]) -> X:
-    """The contents that are given, or those of the given file; ``otherwise`` for a file that cannot be read."""
+    """The given contents, or the contents of the given file. If the file cannot be read, ``otherwise``."""
     if not isinstance(given, Path):
         return given
     try:
