@@ -28,7 +28,7 @@ from tests.importers import mujoco_comparison, pinocchio_comparison
 from tests.importers.mujoco_comparison import Compared
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.importers.mjcf import bodies
-from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.visual_meshes import MeshReader
 
 PAGE = Path(__file__).resolve().parents[2] / "engine" / "importers" / "TESTED_MODELS.md"
 PACKAGES = ("dm_control", "gymnasium", "gymnasium_robotics", "robosuite", "metaworld", "brax", "mujoco_playground", "pybullet_data")
@@ -95,7 +95,9 @@ def result(file: Path) -> tuple[str, str, Compared | None]:
     """(column of the table, reason, comparison) of a file. Pictures, which take most of the time, are left out."""
     program = mujoco_comparison if b"<mujoco" in file.read_bytes()[:20000] else pinocchio_comparison
     try:
-        with silent(), mock.patch.object(Pictures, "solids", return_value=[]), mock.patch.object(bodies, "drawn", return_value={}):
+        no_meshes = mock.patch.object(MeshReader, "solids", return_value=[])
+        no_shapes = mock.patch.object(bodies, "drawn", return_value={})
+        with silent(), no_meshes, no_shapes:
             c = program.compared(file, STATES)
     except SceneError as e:
         if any(p.what.startswith(NOTHING) for p in e.problems):

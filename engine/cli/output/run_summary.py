@@ -58,7 +58,7 @@ def error_line(c: Certainty) -> str:
     """One line about the estimated errors."""
     requested = f"accuracy {c.asked}: {'met' if c.met else 'NOT met'}; " if c.asked else ""
     shift = c.shift.max(initial=0.0)
-    jumps = f"; rows near events may be off by {rough(shift)} s" if shift > 0.0 else ""
+    jumps = f"; values near events may belong to a time up to {rough(shift)} s earlier or later" if shift > 0.0 else ""
     return f"{requested}{c}{jumps} {DIM}({c.cost:.2g} runs){PLAIN}"
 
 

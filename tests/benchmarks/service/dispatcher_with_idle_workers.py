@@ -16,7 +16,7 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece
+from trunnion.service.executor.part_file_format import CaseRange
 from trunnion.service.store.leases_and_chunks import WorkStore
 
 
@@ -68,7 +68,7 @@ class Waiting:
         """Number of workers."""
         return self.counted
 
-    def submit(self, function: Any, url: str, piece: Piece, *_: Any) -> Later:
+    def submit(self, function: Any, url: str, piece: CaseRange, *_: Any) -> Later:
         """Give a piece to the worker that is free first."""
         n = piece.stop - piece.start
         later = Later({"counts": {"done": n}, "seconds": n * self.case, "build_seconds": 0.0, "bytes": 25 * n})

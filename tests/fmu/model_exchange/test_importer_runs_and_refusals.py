@@ -19,7 +19,7 @@ from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_validation import validated
 from tests.fmu.model_exchange.model_exchange_host import EVERY, Importer, engine_run, exchange, run_me, run_scipy, scene_of
 from trunnion.basics.problems import SceneError
-from trunnion.fmu.scene_export import Made, export, started
+from trunnion.fmu.scene_export import ExportedScene, export, started
 from trunnion.scene import model_names, scene_from_dict
 
 MOTION = 1e-6
@@ -126,7 +126,7 @@ def described(name: str) -> list[tuple[bytes, bytes]]:
     for standard in ("2.0", "3.0"):
         box = io.BytesIO()
         with zipfile.ZipFile(box, "w") as z:
-            z.writestr("modelDescription.xml", Made(model, first, 0.0, True, standard, "both").described("{}", "native"))
+            z.writestr("modelDescription.xml", ExportedScene(model, first, 0.0, True, standard, "both").described("{}", "native"))
         out.append(box.getvalue())
     return out
 

@@ -32,7 +32,7 @@ from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.store import leases_and_chunks
 from trunnion.service.store.database_connection import alembic_config, transaction
-from trunnion.service.store.leases_and_chunks import Done, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, WorkStore
 from trunnion.service.store.table_definitions import jobs as table
 
 HOUR = 3600.0
@@ -88,7 +88,7 @@ def test_a_clock_that_was_set_back_leaves_the_pace_as_it_is(store: WorkStore, mo
         monkeypatch.setattr(store, "now", lambda c, s=shift: clock(c) + s)
         chunk = cut(store, ME, job.id, 10)
         assert chunk is not None
-        chunk_done(store, ME, job.id, chunk.start, Done({"done": 10}, 0.1, 0.0, 1))
+        chunk_done(store, ME, job.id, chunk.start, ChunkReport({"done": 10}, 0.1, 0.0, 1))
         now = store.job(job.id)
         assert now is not None
         paces.append(now.pace)

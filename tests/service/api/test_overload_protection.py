@@ -33,8 +33,8 @@ from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFul
 from trunnion.service.request_workers.worker_processes import (
     READY,
     START_SECONDS,
-    Ended,
     NotReady,
+    ProcessEnded,
     TookTooLong,
     WorkerPool,
     WorkerProcess,
@@ -148,7 +148,7 @@ def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
         waiting = pool.submit(worker.run_task, check_scene, long, PATIENCE)
         time.sleep(0.3)
         worker.end()
-        assert isinstance(waiting.exception(), Ended)
+        assert isinstance(waiting.exception(), ProcessEnded)
     worker.end()
 
 
@@ -188,7 +188,7 @@ def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
 def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
     worker, limits = WorkerProcess(1_500_000_000), Limits(cases=10**9, output_bytes=10**12)
     over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # the list of end times would take 3 GB
-    for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, Ended), ({"scene": "no_such_model"}, SceneError)):
+    for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, ProcessEnded), ({"scene": "no_such_model"}, SceneError)):
         with pytest.raises(ends):
             worker.run_task(check_job, (json.dumps(asked).encode(), "application/json", limits), PATIENCE)
     assert worker.process.is_alive()

@@ -22,7 +22,7 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.executor import chunk_and_case_runs
 from trunnion.service.executor.chunk_and_case_runs import Cancelled, OutOfTime, run_chunk
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.request_models.job_request import JobRequest, document_of, plan_of_document, plan_of_request
 
 MU = "joints.ball.friction.mu"
@@ -58,7 +58,7 @@ def chunk(parts: Parts, seconds: float = 600.0) -> BaseException | dict[str, Any
 
     def working() -> None:
         try:
-            found.append(run_chunk(parts.url, Piece("a", digest_of(document_bytes(JOB)), 0, 4), seconds))
+            found.append(run_chunk(parts.url, CaseRange("a", digest_of(document_bytes(JOB)), 0, 4), seconds))
         except BaseException as e:  # noqa: BLE001
             found.append(e)
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.benchmarks.service.worker_count_model import Fleet, simulated
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.chunk_and_case_runs import MARKER_SECONDS
 from trunnion.service.executor.chunk_size import BUSY, CHECKS_PER_SECOND, COMMIT_SIZE, DispatchCost, check_pause
 from trunnion.service.store.store_records import Job
@@ -19,9 +19,9 @@ PIECE = 5e-3
 """Time of the dispatcher for each piece, s."""
 
 
-def active(cases: int, planned: int = 0) -> Active:
+def active(cases: int, planned: int = 0) -> ActiveJob:
     job = Job("", 0.0, None, None, "", "", "", "", "running", cases, planned, 0, 0, {}, 0.0, 0.0, 0, math.inf, [])
-    return Active(job, cost=CASE, warm=True, planned=planned)
+    return ActiveJob(job, cost=CASE, warm=True, planned=planned)
 
 
 @pytest.mark.parametrize("slots", [1, 2, 16, 200, 1000, 10_000])

@@ -13,7 +13,7 @@ from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.executor import job_leases
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.job_leases import LeasedJobs
-from trunnion.service.store.leases_and_chunks import Lost
+from trunnion.service.store.leases_and_chunks import FailedAttempt
 
 LEASE, PIECES = 6.0, 100
 
@@ -31,9 +31,9 @@ class Clock:
     def works(self, *given: Any) -> None:
         self.now += 1.0
 
-    def reports(self, *given: Any) -> tuple[None, Lost]:
+    def reports(self, *given: Any) -> tuple[None, FailedAttempt]:
         self.works()
-        return None, Lost("gone", 0.0)
+        return None, FailedAttempt("gone", 0.0)
 
 
 @pytest.fixture
