@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import sys
@@ -17,6 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from trunnion.basics.interrupts import held
 
     gc.set_threshold(GARBAGE)
+    atexit.register(gc.freeze)  # keeps Python from searching all objects for garbage twice before the process ends
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # keeps pydantic from searching all installed packages for plugins
     words = list(sys.argv[1:] if arguments is None else arguments)
     with held() as interrupt:
