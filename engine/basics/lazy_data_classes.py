@@ -6,10 +6,9 @@ an own ``__init__``, ``__eq__``, ``__setattr__`` or slots are made at once."""
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 from typing import TYPE_CHECKING, Any
-
-from trunnion.basics.data_class_methods import data_class
 
 _LOCK = threading.RLock()
 METHODS = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
@@ -59,7 +58,7 @@ def _make(owner: type, options: dict[str, Any]) -> None:
 
 def _decorated(cls: type, options: dict[str, Any]) -> Any:
     if "config" not in options:
-        return data_class(cls, **options)
+        return dataclasses.dataclass(**options)(cls)
     from pydantic.dataclasses import dataclass as by_pydantic
 
     return by_pydantic(**options)(cls)
