@@ -163,7 +163,7 @@ def test_the_summary_shows_the_main_columns_where_all_are_computed(capsys: pytes
     assert tables[0] == tables[1]
 
 
-def test_check_reports_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_reports_masses_loops_and_freedoms_of_a_scene(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "crank_slider", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert {b["name"]: round(b["mass"], 3) for b in data["bodies"]} == {"crank": 39.005, "rod": 78.01, "slider": 62.408}
@@ -270,7 +270,7 @@ def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp
 
 
 @pytest.mark.slow
-def test_a_hundred_of_thousands_of_mistakes_are_reported_and_all_are_counted(
+def test_the_first_hundred_of_thousands_of_mistakes_are_reported_and_all_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "s.yaml").write_text("bodies: {}\njoints: {}\n" + "".join(f"wrong{i}: 1\n" for i in range(4000)))

@@ -36,7 +36,7 @@ ASKED: dict[str, Callable[[], object]] = {
 
 @pytest.mark.usefixtures("small")
 @pytest.mark.parametrize("who", ASKED)
-def test_python_is_refused_with_how_many_rows_and_what_to_set(who: str) -> None:
+def test_a_run_in_python_beyond_memory_is_refused_with_its_rows_and_a_remedy(who: str) -> None:
     with pytest.raises(trunnion.SceneError) as told:
         ASKED[who]()
     (problem,) = told.value.problems

@@ -144,7 +144,7 @@ def test_all_that_is_wrong_with_a_law_is_reported_at_once() -> None:
         law(rest=Rest.SET_VALUED, formula="")
 
 
-def test_a_right_one_can() -> None:
+def test_a_right_declaration_is_registered() -> None:
     assert registered_laws([law()])["trial"].numbers == (MU,)
     assert registered_elements([element()])["trial"].count == 2
 

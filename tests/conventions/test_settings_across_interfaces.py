@@ -100,7 +100,7 @@ def test_a_wrong_value_is_refused_in_the_same_words(s: Setting, who: str) -> Non
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize(("s", "who"), [c for c in CASES if c.values[1] in COMMANDS])
-def test_the_command_line_refuses_it_in_these_words_too(s: Setting, who: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_refuse_a_wrong_setting_in_the_same_words(s: Setting, who: str, capsys: pytest.CaptureFixture[str]) -> None:
     for text in WRONG[s.name]:
         _, (problem,) = settings_read(who, {s.name: [text] if who in s.several else text}, option)
         assert main([*who.split()[1:], "simple_pendulum", f"{option(s.name)}={text}"]) == 2

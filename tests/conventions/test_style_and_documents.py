@@ -105,7 +105,7 @@ def test_ci_runs_the_readmes_test_command() -> None:
     assert subprocess.run(["bash", "-c", joined], capture_output=True, text=True).stdout.strip() == got
 
 
-def test_the_lines_for_windows_are_the_same_two() -> None:
+def test_the_lines_for_windows_are_those_for_other_systems() -> None:
     def plain(line: str) -> str:
         return line.replace("\\Scripts\\", "/bin/").replace("py -m", "python3 -m")
 

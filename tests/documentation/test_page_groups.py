@@ -18,7 +18,7 @@ def test_every_page_with_something_to_run_is_run() -> None:
     assert found == {page for group in GROUPS.values() for page in group if steps(ROOT / page)}
 
 
-def test_every_page_begins_with_what_it_installs() -> None:
+def test_every_page_begins_with_its_installation() -> None:
     """A page must say how to install a command before it uses the command."""
     for page in (page for group in GROUPS.values() for page in group if steps(ROOT / page)):
         first = begins(page)[0].text

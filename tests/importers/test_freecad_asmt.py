@@ -171,7 +171,7 @@ def test_four_hinges_close_a_loop(tmp_path: Path) -> None:
     assert np.ptp(r["h0.q[1]"]) > 0.1
 
 
-def test_masses_that_nobody_gave_are_reported(tmp_path: Path) -> None:
+def test_masses_that_freecad_only_guessed_are_reported(tmp_path: Path) -> None:
     moments = {"guessed": (1, 1, 1), "known": (1, 1, 2)}
     parts = [part(n, at(k, 0, 0), {}, mass=1.0, moments=m) for k, (n, m) in enumerate(moments.items())]
     scene, notes = read(tmp_path, parts, [], {})

@@ -137,7 +137,7 @@ def test_two_joints_with_one_child_close_a_loop(tmp_path: Path) -> None:
     assert r["a.qdd[1]"] == pytest.approx(9.81 * 2 * np.sin(angle) / (2 / 3 + 1), rel=1e-8)
 
 
-def test_other_joints_are_taken_over(tmp_path: Path) -> None:
+def test_ball_cross_screw_and_hinges_in_series_are_taken_over(tmp_path: Path) -> None:
     """A ball, two crossing axes, a thread (2 m a turn, written as −π rad/m), two hinges in series."""
     links = "".join(f'<link name="{n}"><pose>{i} 0 0 0 0 0</pose>{WEIGHED}</link>' for i, n in enumerate("abcd"))
     axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"

@@ -240,7 +240,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
         scene_of(file)
 
 
-def test_the_command_takes_over_both(
+def test_the_command_imports_a_urdf_and_refuses_a_step_file(
     urdf: Path, tmp_path: Path, needs: Callable[[str], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["import", str(urdf), "-o", str(tmp_path / "arm.yaml")]) == 0

@@ -34,7 +34,7 @@ def test_the_designs_are_all_there() -> None:
 
 @pytest.mark.default_cases(8)
 @pytest.mark.parametrize("name", design_names())
-def test_a_design_fits_on_a_page_and_says_what_it_asks(name: str) -> None:
+def test_a_design_fits_on_a_page_and_begins_with_its_question(name: str) -> None:
     lines = model_file(name).read_text(encoding="utf-8").splitlines()
     assert len(lines) <= PAGE
     assert lines[0].startswith("# ")

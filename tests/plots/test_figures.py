@@ -132,7 +132,7 @@ def test_the_same_run_draws_the_same_bytes(pendulum: Result, tmp_path: Path, suf
     assert len(a) > 5000
 
 
-def test_another_suffix_is_a_problem(pendulum: Result, tmp_path: Path) -> None:
+def test_a_figure_with_another_suffix_is_refused(pendulum: Result, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"\.png or \.svg or \.pdf"):
         save_figure(figure(pendulum), tmp_path / "x.bmp")
 

@@ -30,7 +30,7 @@ def test_the_text_of_a_result_has_no_scripts_and_fetches_nothing(pendulum: Resul
     assert "http" not in text
 
 
-def test_names_cannot_break_out_of_it(pendulum: Result) -> None:
+def test_titles_in_a_notebook_are_escaped(pendulum: Result) -> None:
     named = replace(pendulum, scene=replace(pendulum.scene, title="<b>&</b>"))
     ElementTree.fromstring(named._repr_html_())
     assert "<b>&</b>" not in named._repr_html_()

@@ -120,7 +120,7 @@ def shown(browser: str, file: Path, query: str, tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("query", ["?t=1.5", "#t=1.5"])
-def test_a_browser_opens_it_from_disk_at_the_time_asked_for(swing: Result, tmp_path: Path, query: str) -> None:
+def test_a_browser_opens_a_viewer_file_from_disk_at_the_time_asked_for(swing: Result, tmp_path: Path, query: str) -> None:
     browser = chromium()
     text = shown(browser, animate(swing, tmp_path / "swing.html"), query, tmp_path)
     row = int(np.argmin(np.abs(swing.time - 1.5)))

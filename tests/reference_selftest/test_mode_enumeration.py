@@ -98,7 +98,7 @@ def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_ha
 
 
 @pytest.mark.slow
-def test_where_all_stick_or_all_slip_both_are_found() -> None:
+def test_both_solutions_are_found_where_all_pairs_stick_or_all_slip() -> None:
     scene = load_scene(str(CASES / "two_initial_solutions.yaml"))
     starts = {n: j.start.q for n, j in scene.joints.items() if j.start is not None and n != "jc"}
     found = Decision(forward(scene, starts), starts=3).motions()

@@ -22,7 +22,7 @@ FOLDER = models_dir() / "stability"
 @pytest.mark.default_cases(41)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
-def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
+def test_a_row_has_its_stated_results_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
     asked(row, telling, slow=False)
 
 
@@ -39,7 +39,7 @@ def test_compiled_scenes_have_the_same_verdicts(row: Row, monkeypatch: pytest.Mo
 @pytest.mark.default_cases(41)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", [r for r in ROWS if any(e.slow for e in r.edges)], ids=lambda r: f"{r.number}_{r.name}")
-def test_below_and_beyond_a_threshold_that_takes_long(row: Row, telling: str) -> None:
+def test_a_row_with_a_slow_threshold_has_its_stated_results_below_and_beyond_the_threshold(row: Row, telling: str) -> None:
     asked(row, telling, slow=True)
 
 

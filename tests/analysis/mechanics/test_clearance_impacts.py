@@ -134,7 +134,7 @@ def test_time_and_speed_of_an_impact_equal_those_of_a_simulated_gap() -> None:
     assert first.speed == pytest.approx(abs(gap["rail.qd[1]"][row]), rel=1e-4)
 
 
-def test_without_clearance_it_is_the_ideal_joint() -> None:
+def test_a_joint_whose_clearance_vanishes_tends_to_the_ideal_joint() -> None:
     """The time of flight is proportional to the third root of the clearance, and the speed to the square of this root: (12 c
     m/Ṅ)^(1/3), Ṅ t²/(2 m)."""
     r = simulate(shaken(), until=0.4, every=5e-4)

@@ -57,7 +57,7 @@ def pinned(torque: float, **joint: Any) -> sm.Scene:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("below", [0.3, 1e-2, 1.5e-3, 1e-5, 1e-8])
-def test_friction_just_below_what_tips_a_pendulum_has_a_band_with_ends(below: float) -> None:
+def test_friction_just_too_weak_to_hold_a_pendulum_everywhere_has_a_band_with_ends(below: float) -> None:
     """The band ends where m g l sin q equals the torque. Beyond it a pose can hold again, near the top."""
     (band,) = equilibrium(pinned(0.981 * (1.0 - below))).bands
     end = np.arcsin(1.0 - below)

@@ -44,7 +44,7 @@ def test_a_crank_slider_without_masses_goes_where_geometry_takes_it(tmp_path: Pa
         load_scene(str(file))
 
 
-def test_masses_friction_and_loads_change_nothing_of_it() -> None:
+def test_masses_friction_and_loads_do_not_change_the_kinematics() -> None:
     scene = load_scene("crank_slider")
     a, b = kinematics(scene, until=0.5), simulate(scene, until=0.5)
     names = [n for n in a.names if ".q" in n or "position" in n or "acceleration" in n]

@@ -52,7 +52,7 @@ def test_an_arm_on_its_hook_rests_and_oscillates_there(seed: int) -> None:
     assert [m.frequency for m in found.modes] == pytest.approx([swing], rel=1e-7)
 
 
-def test_friction_holds_it_on_its_hook_in_a_band() -> None:
+def test_friction_holds_the_block_on_its_hook_in_a_band() -> None:
     at, stiff, scene = raised(0, friction=0.8)
     (band,) = equilibrium(scene).bands
     assert (band.low, band.high) == pytest.approx((rests(at, stiff, -0.8), rests(at, stiff, 0.8)), abs=1e-9)

@@ -19,7 +19,7 @@ CLOSED = 1e-8
 
 
 @pytest.mark.slow
-def test_no_admissible_state_has_a_norm_beyond_what_friction_can_move_it_to() -> None:
+def test_no_admissible_state_has_a_norm_beyond_its_bound_by_friction() -> None:
     """Random states that the kernel's laws admit, with friction up to five times as large as in the other scenes."""
     for scene in (scenes.four_bar(cross=True), scenes.four_bar(ball=True), scenes.four_bar(mu=1.0)):
         st = statics(scene_given(scene))

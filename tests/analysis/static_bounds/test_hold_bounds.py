@@ -65,7 +65,7 @@ def test_a_door_is_sure_to_hold_what_its_four_contacts_carry_with_the_longest_ar
     assert load.more.joints == ("low", "high")
 
 
-def test_without_self_stress_a_door_holds_what_four_equal_springs_make_its_contacts_carry() -> None:
+def test_a_door_without_self_stress_holds_as_with_four_equal_springs_at_its_contacts() -> None:
     """Four equal contacts at heights h_i: f_i = M h_i/Σh², Σ|f| = 2 M s/(s² + 4c²)."""
     s, c = scenes.SPACING, scenes.HALF
     radial = 2.0 * scenes.WEIGHT * scenes.ARM * s / (s * s + 4.0 * c * c)
@@ -116,7 +116,7 @@ def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float
     assert load.more.possible.certified == pytest.approx(held, rel=CLOSED)
 
 
-def test_a_beam_on_three_supports_is_sure_to_hold_what_the_smoothest_of_them_do() -> None:
+def test_a_beam_on_three_supports_certainly_holds_the_load_that_its_smoothest_supports_hold() -> None:
     """Least Σ μ_i |f| over forces at the ends of all guides with Σ f = W, Σ x f = 1.2 m W. Most of the load is on the smoothest
     guide, at x = 0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold any push."""
     load = load_alone(scenes.beam(), "joints.s0.effort", 8)
@@ -214,6 +214,6 @@ def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
     assert sorted(tuple(ps[i].joint for i in m.moving) for m in found) == [("low", "high"), ("own",)]
 
 
-def test_a_wrong_question_says_where_and_what_to_do() -> None:
+def test_all_wrong_settings_of_bounds_are_reported_at_once() -> None:
     with pytest.raises(trunnion.SceneError, match=r"(?s)self_stress.*budget"):
         trunnion.hold(scenes.guide(0.1), bounds=True, self_stress=-1.0, budget=0.0)

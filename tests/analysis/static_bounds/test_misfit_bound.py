@@ -43,7 +43,7 @@ def test_a_weightless_door_holds_at_most_the_friction_of_its_misfit_loads() -> N
 
 
 @pytest.mark.slow
-def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
+def test_a_hinge_with_one_softer_joint_has_a_bound_between_those_of_equal_joints() -> None:
     """The bounds lie between those with the softer stiffness in both joints and those with the stiffer stiffness in both joints.
     The faces press no more than with the softer stiffness."""
     soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))

@@ -54,7 +54,7 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
 
 
 @pytest.mark.slow
-def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hardly_a_linear_program_is_solved_once_the_budget_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search may end anywhere, also while it computes the first cones. After the end, the search solves at most the programs of
     one vector and one program of the next question."""
     st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._solve
@@ -79,7 +79,7 @@ def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.M
         assert most <= Until.solved <= most + 5
 
 
-def test_a_spent_budget_says_what_is_certain_and_what_it_left() -> None:
+def test_a_spent_budget_leaves_certain_bounds_and_a_note() -> None:
     b = trunnion.hold(scenes.four_bar(), bounds=True, budget=1e-9)
     assert (b.ended, b.holds) == ("budget", "possible")
     assert b["a"].normal_force.least.certified == 0.0

@@ -209,7 +209,7 @@ def test_coordinates_are_quantities_of_their_own_and_vectors_are_not() -> None:
     assert m.groups == ((0, 1, 2), (3,), (4,))
 
 
-def test_the_pareto_front_keeps_what_nothing_else_beats() -> None:
+def test_the_pareto_front_keeps_the_points_that_no_other_point_beats() -> None:
     def at(error: float, seconds: float) -> Measurement:
         return Measurement("trunnion", "m", 1e-6, 0, "", 0, error, error, seconds, seconds, 1)
 

@@ -69,7 +69,7 @@ def test_the_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
     assert math.degrees(found) == pytest.approx(turn, abs=5e-4)
 
 
-def test_with_adams_friction_it_stops_when_that_program_says() -> None:
+def test_a_ball_pendulum_with_adams_friction_stops_at_the_time_of_that_program() -> None:
     """With Adams' friction r μ |f| instead of r μ |f|/√(1+μ²) (151), the ball stops at 7.719710 s. The paper reads 7.7 s off its
     figure."""
     r = run("spherical_pendulum", 8.0, 1.0, 1e-11, friction__normal_force="adams")
@@ -81,14 +81,14 @@ LIMIT = math.degrees(math.asin(RADIUS * MU / math.sqrt(1 + MU * MU) / ARM))
 
 
 @pytest.mark.parametrize("angle", [2.0, 2.949, LIMIT - 1e-8, -2.949])
-def test_inside_its_friction_cone_it_holds_for_ever(angle: float) -> None:
+def test_a_ball_pendulum_inside_its_friction_cone_holds_for_ever(angle: float) -> None:
     r = pendulum_at(angle, 100.0, 1000.0)
     assert not r.events
     assert np.abs(pendulum_angle(r) - angle).max() <= 1e-12
 
 
 @pytest.mark.parametrize("angle", [2.95, LIMIT + 1e-8, -2.95])
-def test_outside_its_friction_cone_it_slips(angle: float) -> None:
+def test_a_ball_pendulum_outside_its_friction_cone_slips(angle: float) -> None:
     r = pendulum_at(angle, 0.1, 1.0)
     assert abs(pendulum_angle(r)[-1]) < abs(angle)
 

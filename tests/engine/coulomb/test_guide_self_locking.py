@@ -64,7 +64,7 @@ def test_a_guide_that_static_friction_holds_lets_go_at_static_friction(kind: str
     assert travel(gone) == pytest.approx(10.0 * (1 - MU / 0.6) / MASS * 0.1**2 / 2, rel=1e-7)
 
 
-def test_a_guide_pushed_ever_harder_lets_go_where_weight_and_push_say() -> None:
+def test_a_guide_under_a_growing_push_slips_when_the_push_exceeds_friction() -> None:
     """The weight acts across the guide, and a growing push acts through the mass centre. The guide slips when F = μ m g."""
     scene = pushed("cylindrical", 1.0, 0.0)
     ramp = sm.Signal(table=sm.Table((0.0, 10.0), (0.0, 20.0)))

@@ -43,7 +43,7 @@ def test_a_sticking_loop_holds_up_to_the_most_that_any_distribution_of_friction_
 
 
 @pytest.mark.parametrize("which", WHICH)
-def test_a_sticking_loop_is_let_go_when_a_growing_torque_reaches_that(which: str) -> None:
+def test_a_sticking_loop_slips_when_a_growing_torque_reaches_the_largest_it_holds(which: str) -> None:
     ramp = sm.Signal(table=sm.Table((0.0, 10.0), (0.0, 2.0 * most(which, 1.0))))
     r = run(LOOPS[which].scene(ramp), 5.01, 0.5, rtol=1e-8, outputs=("*.q[1]", "*.qd[1]"))
     assert r.events[0].kind == "slip"

@@ -70,7 +70,7 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [1060, 1122, slow(1144), slow(1166), 1215])
-def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
+def test_a_chain_whose_friction_has_no_solution_ends_there_with_that_outcome(seed: int) -> None:
     """The first two chains end at the start, the others during the motion, the last one where a joint has just come to rest."""
     has_no_answer(chain(seed), 3.0)
 
@@ -109,7 +109,7 @@ def test_random_chains_end_and_lose_energy_only_to_friction(block: int) -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("seed", [0, 13, 14, 19, 21, 22])
-def test_random_chains_with_balls_end_too(seed: int) -> None:
+def test_random_chains_with_balls_end_and_lose_energy_only_to_friction(seed: int) -> None:
     checked(seed, 1.0, balls=0.2)
 
 

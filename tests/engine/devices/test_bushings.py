@@ -51,7 +51,7 @@ def with_bushings(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), [(random_tree, 1), (random_tree, 5), (random_loop, 3)])
-def test_a_bushing_is_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_a_bushing_acts_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_bushings(make, seed))
 
 
@@ -79,7 +79,7 @@ def test_a_bushing_yields_by_load_over_stiffness() -> None:
     assert 2 * np.arctan2(q[6], q[3]) == pytest.approx(angle, abs=CLOSE)
 
 
-def test_about_one_axis_it_is_a_pendulum() -> None:
+def test_a_bushing_about_one_axis_swings_as_a_pendulum() -> None:
     """J q̈ = −κ sin q: q = 2 asin(k cd(t √(κ/J))), k = sin(q0/2), over three swings of 150° each way."""
     stiffness, inertia, start = SIX["turning_stiffness"][2], 0.4, np.radians(150)
     hinge = sm.Joint("revolute", "ground", "b", axis="z", start=sm.Start(q=float(start)))
@@ -100,7 +100,7 @@ def test_small_swings_have_the_six_frequencies_of_its_stiffnesses() -> None:
     assert [m.frequency for m in trunnion.modes(scene).modes] == pytest.approx(sorted(expected / (2 * np.pi)), rel=CLOSE)
 
 
-def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
+def test_a_bushing_keeps_energy_without_damping_and_accounts_for_it_with_damping() -> None:
     """The body tumbles through whole turns about all axes, where any sequence of angles would be singular."""
     start = {"start": {"qd": (0.5, -0.7, 0.3, 18.0, -16.0, 14.0)}}
     r = simulate(held(**start), until=3.0, every=0.01, rtol=1e-11)
@@ -118,7 +118,7 @@ def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
     assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)
 
 
-def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
+def test_a_bushing_between_placed_bodies_is_relaxed_in_their_placement() -> None:
     """A tilted arm on the ground: the bushing's axes are the world's, and it exerts no force until the arm moves."""
     tilt = sm.Turn(axis="y", angle=0.4)
     arm = sm.Body(mass=MASS, inertia=(0.2, 0.3, 0.4), points={"eye": (0.3, 0.0, 0.0)}, position=(0.2, 0.1, 0.5), orientation=tilt)

@@ -47,7 +47,7 @@ def with_both(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), sampled([(random_tree, 1), (random_loop, 3), (random_tree, 5), (random_loop, 4)], 2))
-def test_both_are_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_drag_and_point_gravity_act_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_both(make, seed))
 
 

@@ -55,7 +55,7 @@ def test_the_hook_falls_without_force_as_the_body_passes_and_catches_its_return(
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(kernel: str) -> None:
+def test_a_damped_block_comes_to_rest_on_its_hook_and_is_released_on_time(kernel: str) -> None:
     """At rest the hook carries the pull. After the release, the block falls from its position as without a hook."""
     let_go = sm.Signal(table=sm.Table((0.0, 20.0, 21.0), (0.0, 0.0, 1.0)))
     r = simulate(thrown(sm.Latch(AT, STIFF, damping=5.0, release=let_go)), until=21.0, every=0.01, rtol=1e-10, kernel=kernel)
@@ -85,7 +85,7 @@ def test_the_hook_releases_under_too_large_a_load(kernel: str) -> None:
     assert again["j.latch.state[1]"].min() == 1.0  # the start is behind the hook, which is down
 
 
-def test_below_is_above_seen_in_a_mirror_and_a_lifted_hook_lets_pass() -> None:
+def test_a_latch_that_keeps_below_is_a_mirror_image_and_a_lifted_hook_lets_pass() -> None:
     up = simulate(thrown(sm.Latch(AT, STIFF, damping=1.0)), until=3.0, rtol=1e-9)
     scene = thrown(sm.Latch(-AT, STIFF, keeps="below", damping=1.0), speed=-3.0, pull=-PULL)
     down = simulate(scene, until=3.0, rtol=1e-9)
@@ -103,7 +103,7 @@ def test_the_body_ends_on_the_hook_by_every_kind_of_method(method: str) -> None:
     assert [k for k, _ in kinds(r)] == ["latch"]
 
 
-def test_in_a_loop_and_in_both_kernels() -> None:
+def test_a_latch_in_a_loop_acts_alike_in_both_kernels() -> None:
     scene = trunnion.scene.load_scene("crank_slider_free")  # type: ignore[attr-defined]
     joints = {n: replace(j, latch=sm.Latch(0.1, 1e3, damping=0.1, holds=5.0)) if j.type == "prismatic" else j
               for n, j in scene.joints.items()}  # fmt: skip

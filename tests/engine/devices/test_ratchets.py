@@ -50,7 +50,7 @@ def test_the_pawl_falls_behind_every_tooth_that_passes_and_catches_the_last(kern
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_too_strong_a_pull_slips_tooth_by_tooth_and_below_the_first_it_is_free(kernel: str) -> None:
+def test_a_body_under_too_strong_a_pull_slips_tooth_by_tooth_and_is_free_below_the_first(kernel: str) -> None:
     """The pull alone exceeds the capacity of a tooth. The body slips at the corresponding depth on each tooth, and loses the energy
     that the tooth stored."""
     holds = 0.9 * PULL
@@ -67,7 +67,7 @@ def test_too_strong_a_pull_slips_tooth_by_tooth_and_below_the_first_it_is_free(k
     assert r.audit.verdict == "within"
 
 
-def test_below_is_above_seen_in_a_mirror() -> None:
+def test_a_ratchet_that_keeps_below_is_the_mirror_image_of_one_that_keeps_above() -> None:
     latch = replace(TEETH, damping=1.0)
     up = simulate(thrown(latch), until=3.0, rtol=1e-9)
     down = simulate(thrown(replace(latch, at=-AT, keeps="below"), speed=-3.0, pull=-PULL), until=3.0, rtol=1e-9)

@@ -61,7 +61,7 @@ def test_a_brake_that_is_let_go_and_put_on_again_slips_and_stops_when_it_must(ke
     assert np.abs(r["energy.residual"]).max() <= 1e-9 * r["energy.kinetic"].max()
 
 
-def test_a_brake_on_a_turning_joint_and_one_that_is_pressed_beside_the_load() -> None:
+def test_a_brake_on_a_turning_joint_adds_to_the_friction_of_its_load() -> None:
     """The brake is a ramp of torque; a preload by an input adds μ P r to the friction from the journal's load."""
     edge = WEIGHT * LENGTH / 2
     ramp = sm.Signal(ramp=sm.Ramp(2 * edge, 0.0, duration=1.0))
@@ -135,7 +135,7 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
         derivatives_agree(scene)
 
 
-def test_stiff_steps_follow_it_too() -> None:
+def test_stiff_steps_follow_a_variable_coefficient() -> None:
     wave = sm.Signal(harmonic=sm.Harmonic(amplitude=0.1, frequency=2.0, offset=0.2))
     how = {"until": 0.3, "every": 0.1, "rtol": 1e-9}
     runs = [simulate(guided(wave, start=1.0), method=m, **how)["joint.q[1]"] for m in ("rk8", "rosenbrock")]
@@ -157,7 +157,7 @@ def test_linearizations_and_sensitivities_include_brakes_and_variable_friction()
     assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
 
 
-def test_statics_asks_what_is_there_at_the_start() -> None:
+def test_statics_take_the_brake_as_it_is_at_the_start() -> None:
     bounds = trunnion.hold(braked(sm.FromInput("pedal"), 2 * PULL), bounds=True)
     assert bounds.holds
     fading = sm.Signal(ramp=sm.Ramp(0.5 * PULL, 9 * PULL, duration=1.0))

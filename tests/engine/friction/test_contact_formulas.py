@@ -72,7 +72,7 @@ def test_no_load_no_friction_and_a_finite_slope(element: str, law: str, adams: b
 
 
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
-def test_no_sliding_no_friction(element: str, law: str, adams: bool, pin: int) -> None:
+def test_contacts_that_do_not_slide_have_no_friction(element: str, law: str, adams: bool, pin: int) -> None:
     s = random_states(element, law, 50)
     s = States(element, law, s.wrench, np.zeros_like(s.rates), s.numbers)
     friction, derivative, contacts = evaluated(s, adams, pin)

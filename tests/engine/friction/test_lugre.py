@@ -82,7 +82,7 @@ def prescribed(amplitude: float) -> Result:
 
 
 @pytest.mark.parametrize("amplitude", [1e-6, 1e-4, 1e-3])
-def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> None:
+def test_bristles_below_break_away_are_a_spring_with_hysteresis(amplitude: float) -> None:
     """Between reversals of the motion z − s g/σ0 falls by exp(−s σ0 Δx/g), at any speed (Dahl)."""
     r, soft = prescribed(amplitude), 0.3 / 1e3
     z, last, expected = 0.0, 0.0, []

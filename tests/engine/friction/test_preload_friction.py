@@ -145,7 +145,7 @@ def test_constant_friction_acts_in_random_trees_as_efforts_of_its_size(seed: int
         assert a[n] == pytest.approx(b[n], rel=1e-7, abs=1e-7 * np.abs(b[n]).max())
 
 
-def test_check_hold_knows_it() -> None:
+def test_hold_includes_the_friction_of_a_preload() -> None:
     make, edge = JUST["bar"]
     assert hold(make(edge * 1.1)).holds
     assert not hold(make(edge * 0.9)).holds

@@ -77,7 +77,7 @@ def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_ac
         assert np.abs(f - fn * (ratio * slip / np.linalg.norm(slip) - n)).max() <= 1e-9 * np.abs(f).max()
 
 
-def test_with_one_coefficient_it_is_coulombs_law_in_time() -> None:
+def test_stribecks_law_with_one_coefficient_stops_at_the_times_of_coulombs_law() -> None:
     stops = [[e.time for e in swing(law).events] for law in ("coulomb", "stribeck")]
     assert len(stops[0]) >= 10
     assert stops[1] == pytest.approx(stops[0], abs=1e-9)  # the equations are the same, and so are the steps

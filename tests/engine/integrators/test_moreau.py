@@ -36,7 +36,7 @@ def swing(step: float) -> float:
     return float(np.degrees(np.arctan2(r["pendulum.position[1]"][-1], -r["pendulum.position[3]"][-1])))
 
 
-def test_with_fixed_steps_its_error_is_first_order_in_the_step() -> None:
+def test_the_error_of_fixed_steps_is_first_order_in_the_step() -> None:
     """The angle at 2 s is 57.500835748° (F1). Ten times smaller steps make about ten times smaller errors."""
     coarse, fine = (abs(swing(h) - 57.500835748) for h in (1e-2, 1e-3))
     assert fine < 0.01
@@ -186,7 +186,7 @@ def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
     assert 0.85 <= slope <= 1.15, off
 
 
-def test_tighter_tolerances_take_steps_by_its_order() -> None:
+def test_tighter_tolerances_take_steps_by_the_order_of_time_stepping() -> None:
     """h ∝ rtol^(1/order): ten times more steps for a hundred times less error."""
     scene, _, until, _ = swinging()
     few, many = (simulate(scene, until=until, rtol=r, method="moreau").stats.steps for r in (1e-4, 1e-8))

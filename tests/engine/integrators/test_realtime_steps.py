@@ -107,7 +107,7 @@ def test_a_jam_is_passed_by_impulses_and_reported() -> None:
     assert overruns(run.stats.counters)
 
 
-def test_a_scene_without_bounds_has_none_of_this() -> None:
+def test_a_scene_without_bounds_has_no_columns_and_counters_of_bounded_steps() -> None:
     """The run has no columns and no counters of bounded steps."""
     run = trunnion.simulate(BALL, until=0.1, kernel="parts")
     assert not run.matching("realtime.*")

@@ -94,7 +94,7 @@ simulation: {until: 1 s, every: 0.1 s}
 """
 
 
-def test_a_chain_that_follows_takes_from_what_drives_it_all_that_it_needs() -> None:
+def test_a_chain_of_mimic_joints_takes_all_its_power_from_its_drive() -> None:
     even = GRIPPER.replace("DRIVE", "drive: {constant: {rate: 2}}").replace("center: [30 mm, 0, 0]}", "center: [0, 0, 0]}")
     r = simulate(scene_from_text(even), rtol=1e-10)
     assert r["far.q[1]"] == pytest.approx(0.7 * 2 * r.time + np.radians(10), rel=1e-12)

@@ -168,7 +168,7 @@ def pendulum(rotor: float, **more: object) -> sm.Scene:
     return scene_from_dict({"schema": 1, "bodies": {"rod": rod}, "joints": {"hinge": joint | {"rotor_inertia": rotor} | more}})
 
 
-def test_questions_know_rotors() -> None:
+def test_modes_and_inverse_dynamics_include_rotors() -> None:
     """Small oscillations have the frequency √(m g l/(I + J)), and the effort of a motion is (I + J) q̈ + m g l sin q."""
     swing = trunnion.modes(pendulum(0.4)).modes[0]
     assert 2 * np.pi * swing.frequency == pytest.approx(np.sqrt(2 * 9.81 * 0.5 / (2 / 3 + 0.4)), rel=1e-8)

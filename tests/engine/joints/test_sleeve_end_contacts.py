@@ -143,7 +143,7 @@ def test_overlaps_are_those_of_one_dense_solve(seed: int) -> None:
     compared(overlapping(random_tree(f"ends{seed}", **how), seed))
 
 
-def test_an_overlap_in_a_joint_that_is_cut_is_so_too() -> None:
+def test_an_overlap_in_a_joint_that_is_cut_is_that_of_one_dense_solve() -> None:
     how = {"bodies": 3, "closing": ("cylindrical",), "cut": True, "friction": 1.0, "laws": ("regularized",), "adams": 0.0}
     compared(overlapping(random_loop("ends cylindrical", t=TIME, **how), 0))
 

@@ -143,7 +143,7 @@ def test_c_code_is_casadis_value_bit_for_bit(library, seed: int, piece: int) -> 
             assert np.array_equal(one, other)
 
 
-def test_small_pieces_are_many_functions(library) -> None:
+def test_code_cut_into_small_pieces_has_many_functions(library) -> None:
     _, cases = library
     assert all(code.count("noinline") > 20 for (_, piece), (*_, code) in cases.items() if piece == 3)
     assert all("noinline" not in code for (_, piece), (*_, code) in cases.items() if piece == 2500)

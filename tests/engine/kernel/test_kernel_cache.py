@@ -155,7 +155,7 @@ def test_pruning_respects_the_bound_and_takes_the_longest_unused_first(home: Pat
     assert [f.exists() for f in (old, new)] == [True, False]
 
 
-def test_pruning_leaves_what_was_used_a_moment_ago_and_what_is_being_made(home: Path) -> None:
+def test_pruning_leaves_recent_libraries_and_those_being_made(home: Path) -> None:
     fresh = filled(home, "a", 1000, 5.0)
     work = home / ".kernel-1-abc"
     work.mkdir()
@@ -247,7 +247,7 @@ def test_the_compilers_cache_is_left_alone_while_builds_may_use_it(tmp_path: Pat
 # -- keys ---------------------------------------------------------------------------------------------------------------------
 
 
-def test_another_value_is_the_same_kernel() -> None:
+def test_a_scene_with_other_values_has_the_same_kernel() -> None:
     scene = load_scene("simple_pendulum")
     base = key(scene)
     for path, value in (

@@ -81,7 +81,7 @@ def test_a_loop_at_the_end_of_its_reach_is_named(method: str, telling: str) -> N
     assert np.isfinite(r.data).all()
 
 
-def test_a_fixed_step_across_the_end_of_reach_is_named_too() -> None:
+def test_a_fixed_step_across_the_end_of_reach_ends_as_an_open_loop() -> None:
     r = simulate(short_rod(), step=1e-4, method="rk5")
     assert (r.outcome.name, r.outcome.joint) == ("open_loop", "crank_pin")
     assert REACH - 2e-4 <= r.outcome.time <= REACH
@@ -211,5 +211,5 @@ def test_a_driven_loop_that_passes_its_dead_centre_ends_by_this_name(method: str
 
 
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
-def test_a_drive_that_begins_on_the_dead_centre_ends_as_that(method: str) -> None:
+def test_a_drive_that_begins_on_the_dead_centre_ends_as_dead_centre(method: str) -> None:
     assert simulate(driven_piston(math.pi / 2, 0.05), method=method).outcome.name == "dead_centre"

@@ -142,7 +142,7 @@ def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matri
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
-def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
+def test_given_multipliers_leave_the_residual_of_the_maps(name: str) -> None:
     """A separate pass, without the derivative of friction, checks solutions."""
     it = equations(name)
     t, rng = it.table, np.random.default_rng(4)

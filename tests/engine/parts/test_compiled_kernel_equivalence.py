@@ -139,7 +139,7 @@ OPEN = [(seed, redundant) for seed in LOOPS for redundant in (False, True)]
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "redundant"), sampled(OPEN, lambda c: c[1] == LOOPS.index(c[0]) % 2))
-def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bool) -> None:
+def test_loops_with_and_without_the_choice_of_open_reactions_agree(seed: int, redundant: bool) -> None:
     """By default, each loop is tested either with or without the choice of open reactions, in turn."""
     agree(loop(seed), redundant=redundant)
 

@@ -63,7 +63,7 @@ def test_the_jacobian_made_of_parts_is_the_compiled_one(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", LOOPS)
-def test_with_loops_too_and_what_decides_open_reactions(seed: int) -> None:
+def test_derivatives_of_loops_with_and_without_the_choice_of_open_reactions_agree(seed: int) -> None:
     agree(loop(seed), redundant=bool(build(loop(seed)).system.frictional))
 
 

@@ -63,7 +63,7 @@ def disturbed(model: Model, until: float, at: float, change: Callable[[Block], N
 @pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider", "simple_pendulum"])
-def test_right_runs_are_within(name: str, method: str, outputs: str) -> None:
+def test_the_audit_of_correct_runs_is_within_its_bounds(name: str, method: str, outputs: str) -> None:
     for rtol in (1e-4, 1e-8):
         r = simulate(name, rtol=rtol, method=method, outputs=outputs, every=0)
         assert r.outcome.ok

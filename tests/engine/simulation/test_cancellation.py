@@ -82,7 +82,7 @@ def test_a_block_that_moves_in_memory_during_a_request_is_found_again() -> None:
     assert told == [(1, True), (2, False)]
 
 
-def test_loops_that_are_closed_for_long_ask_too() -> None:
+def test_a_long_search_for_a_closed_loop_asks_whether_it_is_cancelled() -> None:
     """A bar of a scissor is far too long: no position closes it, and the search tries many."""
     given = scissor(3)
     free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}

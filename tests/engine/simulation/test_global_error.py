@@ -141,7 +141,7 @@ def test_an_event_that_one_run_has_alone_is_found_where_it_is() -> None:
     assert math.isinf(pair_events(told, [], math.inf).alone)
 
 
-def test_a_fixed_step_has_its_error_too() -> None:
+def test_a_run_with_fixed_steps_states_its_error() -> None:
     r = simulate("simple_pendulum", until=2.0, every=0.05, step=0.05, method="rk5", outputs="bob.position*", certify=True)
     angle = 2 * np.arcsin(math.sqrt(0.5) * ellipj(ellipk(0.5) - math.sqrt(G) * r.time, 0.5)[0])
     true, stated = so_far(r["bob.position[1]"] + np.sin(angle)), certain(r)["bob.position[1]"]

@@ -70,7 +70,7 @@ def test_the_tighter_run_ends_steps_elsewhere_between_kinks_that_are_few_steps_a
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
-def test_a_run_whose_tolerance_follows_its_cost_takes_what_it_may_and_stays_tighter(method: str, rtol: float) -> None:
+def test_a_run_whose_tolerance_follows_its_cost_uses_its_budget_and_stays_tighter(method: str, rtol: float) -> None:
     model = Model(simulate("crank_slider_free", until=0.01).scene, ("*.q*",))
     first = CountedRun(model, 10.0, 0.1, Settings(rtol, method), None)
     run = first.result()

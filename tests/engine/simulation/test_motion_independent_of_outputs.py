@@ -64,7 +64,7 @@ def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("scene", [chain(5), random_tree(20, laws=LAWS).scene], ids=["chain", "balls"])
-def test_friction_along_the_recursion_too(scene: Scene) -> None:
+def test_motion_with_friction_along_the_recursion_does_not_depend_on_outputs(scene: Scene) -> None:
     first, *others = runs(scene, ["*"], until=0.5, every=0.01, kernel="parts")
     for other in others:
         same(first, other)
@@ -75,7 +75,7 @@ def test_friction_along_the_recursion_too(scene: Scene) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
-def test_random_trees_too(seed: int) -> None:
+def test_motion_of_random_trees_does_not_depend_on_outputs(seed: int) -> None:
     for method in ("auto", "rosenbrock"):
         first, *others = runs(random_tree(seed, laws=LAWS).scene, until=0.5, every=0.01, method=method)
         for other in others:
@@ -84,7 +84,7 @@ def test_random_trees_too(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", LOOPS)
-def test_random_loops_too(seed: int) -> None:
+def test_motion_of_random_loops_does_not_depend_on_outputs(seed: int) -> None:
     for method in ("auto", "rosenbrock"):
         first, *others = runs(random_loop(seed, laws=LAWS).scene, until=0.5, every=0.01, method=method)
         for other in others:

@@ -37,7 +37,7 @@ def turned_over(r: Result) -> float:
 
 
 @pytest.mark.parametrize(("t", "degrees"), [(2.0, 57.5007026), (7.0, 19.2749251)])
-def test_pendulum_angles(t: float, degrees: float) -> None:
+def test_the_pendulum_has_the_known_angles(t: float, degrees: float) -> None:
     row = round(t / 0.01)
     assert pendulum().time[row] == pytest.approx(t, abs=1e-12)
     assert angle(pendulum())[row] == pytest.approx(degrees, abs=1e-6)

@@ -218,7 +218,7 @@ def test_a_freedom_without_inertia_is_named() -> None:
     assert (r.outcome.name, r.outcome.time, r.outcome.joint) == ("no_inertia", 0.0, "spin")
 
 
-def test_an_interrupt_in_the_progress_callback_keeps_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_in_the_progress_callback_keeps_the_rows_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(float(t) for t in range(100000))
     monkeypatch.setattr("time.perf_counter", lambda: next(clock))
     told: list[tuple[float, float]] = []

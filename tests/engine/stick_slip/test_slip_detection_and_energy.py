@@ -161,7 +161,7 @@ def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_perio
 
 
 @pytest.mark.slow
-def test_a_pair_held_at_a_dead_centre_is_not_what_ends_a_run() -> None:
+def test_a_pair_held_at_a_dead_centre_does_not_end_a_run() -> None:
     """A driven crank, a rod on a ball joint and a universal joint, and a slider on a cylindrical guide. At both dead centres the
     universal joint's second axis is held and does not move. Every method finds the reversals of each half turn."""
     steel = {"density": 7801.0}

@@ -74,7 +74,7 @@ def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, brok
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["spherical_pendulum", "double_pendulum", "crank_slider"])
-def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: str) -> None:
+def test_laws_and_limits_at_rest_are_the_same_without_their_derivatives(name: str) -> None:
     block = begun(load_scene(name), kernel="compiled")
     unit, sizes = block.kernel.libraries["kernel"], block.kernel.sizes
     rng = stream(name, "alone")

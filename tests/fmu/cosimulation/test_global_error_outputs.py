@@ -37,7 +37,7 @@ def run(file: Path, errors: int, rtol: float) -> np.ndarray:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
-def test_errors_told_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> None:
+def test_errors_that_an_fmu_states_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> None:
     file = certified(fmi)
     plain, told, exact = run(file, 0, rtol), run(file, 1, rtol), run(file, 0, 1e-13)
     names = [n for n in plain.dtype.names[1:] if n.partition(".")[2] and plain[n].dtype.kind == "f" and ".events." not in n]

@@ -42,7 +42,7 @@ def test_the_run_reports_how_it_proceeds(flavour: str) -> None:
 
 
 @BOTH
-def test_categories_are_heeded(flavour: str) -> None:
+def test_the_log_has_the_categories_that_the_host_asked_for(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour))
     host.run(0.0, 5, H)
     assert host.log == []

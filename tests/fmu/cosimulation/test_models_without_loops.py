@@ -80,5 +80,5 @@ def test_a_quaternion_of_zeros_is_refused_until_it_is_a_rotation() -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["lugre", "stribeck", "regularized"])
-def test_with_other_laws_too(law: str) -> None:
+def test_an_fmu_with_another_friction_law_is_the_engine(law: str) -> None:
     claim_equal_to_engine(f"spherical_pendulum:{law}")

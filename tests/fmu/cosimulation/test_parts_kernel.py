@@ -102,7 +102,7 @@ def test_for_another_structure_of_the_same_kinds_only_tables_are_compiled(monkey
     assert {Path(name).stem for name in compiled} <= {"kernel", "outputs", "jacobian", "model", "-lc"}
 
 
-def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None:
+def test_the_default_kernel_is_the_fastest_for_long_runs(tmp_path: Path) -> None:
     export("spherical_pendulum", tmp_path / "usual.fmu")
     assert (tmp_path / "usual.fmu").read_bytes() == exported("spherical_pendulum").read_bytes()
 

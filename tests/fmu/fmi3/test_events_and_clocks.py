@@ -82,7 +82,7 @@ def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: s
         assert compared == len(two)
 
 
-def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_after_it() -> None:
+def test_outputs_are_those_up_to_an_event_until_the_event_is_handled_and_then_those_just_after() -> None:
     """The acceleration jumps at a reversal. It is compared with accelerations of the FMI 2.0 FMU slightly before and after."""
     (time, clocks, before, after), *_ = Host3(exported("spherical_pendulum", fmi=3)).run(1.0, 0.1, *BALL)[0]
     assert clocks == ["ball.events.reversal"]
@@ -98,7 +98,7 @@ def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_af
     assert abs(before[4] - after[4]) > 0.1
 
 
-def test_a_clock_that_was_asked_for_ticks_no_more_and_what_goes_with_it_stays() -> None:
+def test_a_clock_ticks_once_when_it_is_read_and_its_variables_stay() -> None:
     host = Host3(exported("spherical_pendulum", fmi=3))
     due, _, early, reached = host.step(2.0)
     assert (due, early) == (True, True)

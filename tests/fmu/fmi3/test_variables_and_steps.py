@@ -58,7 +58,7 @@ def test_fmpy_finds_no_problem_in_any_bundled_model_and_terminals_follow_their_s
     assert {f"terminalsAndIcons/{g.get('iconBaseName')}.png" for g in found.iter("TerminalGraphicalRepresentation")} <= names
 
 
-def test_without_arrays_it_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path: Path) -> None:
+def test_an_fmu_without_arrays_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path: Path) -> None:
     file = tmp_path / "scalars.fmu"
     export("spherical_pendulum", file, fmi=3, scalars=True)
     assert validated(str(file)) == []

@@ -53,7 +53,7 @@ def library(fmu: Path, place: str, folder: Path) -> tuple[Path, str]:
 
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the linux64 library")
 @pytest.mark.parametrize("model", ["spherical_pendulum", "crank_slider"])
-def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_behind(model: str, tmp_path: Path) -> None:
+def test_a_plain_host_can_misuse_an_fmu_and_ten_thousand_instances_leave_nothing_behind(model: str, tmp_path: Path) -> None:
     host = built("x86_64-linux-gnu.2.17", tmp_path / "host")
     file, guid = library(exported(model), "linux64", tmp_path)
     done = subprocess.run([host, file, guid, "10000"], capture_output=True, text=True, check=False)

@@ -18,7 +18,7 @@ SHARP = 1e-300
 
 
 @dataclass
-class Seen:
+class RelativeMotion:
     """Motion of bearings relative to pins, in the pins' frames. x, turn: displacements, plus a share of their rates; slide, spin:
     rates; ends: place of the ends' point along the axis, from the bearing's point."""
 
@@ -39,11 +39,11 @@ class Wrench:
     taken: np.ndarray
 
 
-def _zeros(s: Seen) -> Wrench:
+def _zeros(s: RelativeMotion) -> Wrench:
     return Wrench(np.zeros_like(s.x), np.zeros_like(s.x), np.zeros(s.x.shape[:-1]))
 
 
-def shaft(s: Seen, k, size, slope) -> Wrench:
+def shaft(s: RelativeMotion, k, size, slope) -> Wrench:
     """Two lateral contacts at the ends. ``slope(speed)``; size: radius, half length, preload; thrust radius of a journal."""
     out, r = _zeros(s), size["radius"]
     way, rate = s.slide[..., 0] * size["slides"], s.spin[..., 0]
@@ -70,7 +70,7 @@ def shaft(s: Seen, k, size, slope) -> Wrench:
     return out
 
 
-def sleeve(s: Seen, k, size, slope) -> Wrench:
+def sleeve(s: RelativeMotion, k, size, slope) -> Wrench:
     """A rectangular sleeve: ends press along e2 and e3, torsion is a couple at the longer arm."""
     out, way = _zeros(s), s.slide[..., 0]
     grip = slope(np.abs(way)) * way
@@ -92,7 +92,7 @@ def sleeve(s: Seen, k, size, slope) -> Wrench:
     return out
 
 
-def ball(s: Seen, k, size, slope) -> Wrench:
+def ball(s: RelativeMotion, k, size, slope) -> Wrench:
     """One contact; ``slope`` of the speed at it."""
     out, r = _zeros(s), size["radius"]
     N = k[..., None] * s.x
@@ -106,7 +106,7 @@ def ball(s: Seen, k, size, slope) -> Wrench:
     return out
 
 
-def given(s: Seen, size, slope_turn, slope_way, forward) -> Wrench:
+def given(s: RelativeMotion, size, slope_turn, slope_way, forward) -> Wrench:
     """Friction of a given size, about and along the axis; ``forward``: +1 where the pin is inboard, else -1."""
     out, way, rate = _zeros(s), s.slide[..., 0], s.spin[..., 0]
     T = np.where(rate * forward >= 0, size["torque"](s.t), size["back_torque"](s.t))

@@ -74,7 +74,7 @@ class Wheels:
     def rows(self, m: Motion) -> tuple:
         """(rate, direction, inner point, torque per force on the inner wheel, outer point, torque per force on the outer wheel,
         axis of sliding, direction in which the wheels are pushed apart, relative rate about the axis of sliding)."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         a, b = s.A[..., 0], s.B[..., 0]
         across = s.q - s.p
         # Wheels about parallel axes, and belts.
@@ -158,7 +158,7 @@ class Rods:
 
     def stretch(self, m: Motion) -> tuple[np.ndarray, np.ndarray]:
         """The stretches of the rods, m, and their rates."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         across = s.q - s.p
         far = np.sqrt(dot(across, across))
         one, two = self.sides.one, self.sides.two
@@ -188,12 +188,12 @@ class Screws:
 
     def rate(self, m: Motion) -> np.ndarray:
         """The rates of the rows."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         return dot(s.slide, s.A[..., 0]) - self.lead * dot(s.turn, s.A[..., 0])
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
         """Add the forces; the rates of the rows."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         a = s.A[..., 0]
         spin = dot(s.turn, a)
         rate = dot(s.slide, a) - self.lead * spin

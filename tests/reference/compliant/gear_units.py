@@ -108,12 +108,12 @@ class Units:
 
     def rate(self, m: Motion) -> np.ndarray:
         """The rates of the rows."""
-        qd = self.free.seen(m)[1]
+        qd = self.free.coordinates(m)[1]
         return self.ratio * qd[:, self.two] - qd[:, self.one]
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
         """Add the forces; the rates of the rows."""
-        _, qd, axes, at = self.free.seen(m)
+        _, qd, axes, at = self.free.coordinates(m)
         rate = self.ratio * qd[:, self.two] - qd[:, self.one]
         push = -self.k * (rolled + self.level.delay * rate)
         given, effort = self.ratio * push, np.zeros_like(qd)
@@ -180,7 +180,7 @@ class Worms:
     def _touch(self, m: Motion) -> tuple[np.ndarray, ...]:
         """(normal of the flanks, thread, direction to the wheel, point on the worm, point on the wheel, velocity of the point on
         the wheel relative to the worm)."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         a, b, across = s.A[..., 0], s.B[..., 0], s.q - s.p
         u = cross(a, b)
         u = u / np.sqrt(dot(u, u))[..., None]

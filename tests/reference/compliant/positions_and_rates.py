@@ -67,7 +67,7 @@ class Sides:
     x_two: np.ndarray
     F_two: np.ndarray
 
-    def seen(self, m: Motion) -> Pairs:
+    def pairs(self, m: Motion) -> Pairs:
         """Frames, points and relative rates of both sides."""
         one, two = self.one, self.two
         p, q = m.c[:, one] + times(m.R[:, one], self.x_one), m.c[:, two] + times(m.R[:, two], self.x_two)

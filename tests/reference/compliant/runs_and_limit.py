@@ -137,7 +137,7 @@ def _labels(model: Model) -> list[str]:
 
 
 def _row(model: Model, y: np.ndarray) -> np.ndarray:
-    q, qd, _, _ = model.free.seen(model.frames.motion(np.zeros(1), y[None]))
+    q, qd, _, _ = model.free.coordinates(model.frames.motion(np.zeros(1), y[None]))
     return np.concatenate([q[0], qd[0], [y[model.frames.at["taken"]]]])
 
 
@@ -206,4 +206,4 @@ def _tidy(model: Model, run: Run) -> None:
     q = run.y[f.at["q"]].reshape(-1, 4)
     run.y = run.y.copy()
     run.y[f.at["q"]] = (q / np.linalg.norm(q, axis=1)[:, None]).reshape(-1)
-    model.free.near = model.free.seen(f.motion(np.array([run.t]), run.y[None]))[0][0]
+    model.free.near = model.free.coordinates(f.motion(np.array([run.t]), run.y[None]))[0][0]

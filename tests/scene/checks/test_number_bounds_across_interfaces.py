@@ -114,7 +114,7 @@ def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
     return out
 
 
-def test_kinds_of_numbers_that_are_refused_are_met() -> None:
+def test_every_model_has_numbers_of_kinds_that_are_refused() -> None:
     """Each model has at least a mass or density, a size and settings of the run."""
     for model in model_names():
         scene = load_scene(model)

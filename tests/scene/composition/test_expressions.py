@@ -55,7 +55,7 @@ def test_random_expressions_have_the_value_python_gives_and_the_slope_of_a_compl
     [("abs(x)", -2.0, -1.0), ("min(x, 3)", 2.0, 1.0), ("max(x, 3)", 2.0, 0.0), ("atan2(x, 2)", 1.0, 0.4),
      ("2^x", 1.0, 2 * math.log(2)), ("x^0", 0.0, 0.0), ("atan2(3, x)", 4.0, -0.12)],
 )  # fmt: skip
-def test_slopes_of_the_other_functions(text: str, x: float, wanted: float) -> None:
+def test_slopes_of_the_other_functions_are_exact(text: str, x: float, wanted: float) -> None:
     found = slope(parse_formula(text).root, {"x": x}, {"x": {"x": 1.0}})[1]
     assert found["x"] == pytest.approx(wanted, rel=1e-15, abs=1e-15)
 
@@ -66,7 +66,7 @@ def test_slopes_of_the_other_functions(text: str, x: float, wanted: float) -> No
      ("7.8 g/cm^3", 7800), ("2.5 kN/m * 2", 5000), ("90 deg / 2", math.pi / 4), ("min(3, 1, 2)", 1), ("2**3", 8), ("1e3", 1000),
      ("3 − 1", 2), ("( 1 + 2 )*3", 9), ("sqrt(9)*pi", 3 * math.pi), ("+3", 3), ("0.5 SI", 0.5)],
 )  # fmt: skip
-def test_grammar(text: str, wanted: float) -> None:
+def test_a_formula_has_the_value_of_its_grammar(text: str, wanted: float) -> None:
     assert value(parse_formula(text).root, {}) == wanted
 
 

@@ -90,7 +90,7 @@ def test_a_number_that_is_allowed_but_seldom_meant_is_noted_and_is_no_problem(pa
     assert meant in notes[0]
 
 
-def test_usual_scenes_have_no_such_note():
+def test_usual_scenes_have_no_note_about_magnitudes():
     assert magnitude_notes(scene_from_dict(VALID)) == []
     assert [n for name in model_names() for n in magnitude_notes(load_scene(name))] == []
 

@@ -16,7 +16,7 @@ from trunnion.service.api.server_state.row_read_queue import READERS, ReadTurns
 from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
 
 
-def test_nobody_reads_at_all_places_and_others_come_soon() -> None:
+def test_no_client_takes_all_places_of_readers_and_others_come_soon() -> None:
     reads, now, most, order, lock = ReadTurns(), Counter[str](), Counter[str](), list[str](), threading.Lock()
 
     def work(who: str) -> None:
@@ -39,7 +39,7 @@ def test_nobody_reads_at_all_places_and_others_come_soon() -> None:
     assert (reads.busy, reads.waiting, len(reads.free)) == ({}, {}, READERS)
 
 
-def test_too_many_are_sent_away_but_none_who_is_being_answered() -> None:
+def test_too_many_readers_are_refused_but_no_answer_that_has_begun() -> None:
     reads = ReadTurns()
 
     async def pieces(of: int) -> int:

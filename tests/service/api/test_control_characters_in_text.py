@@ -20,7 +20,7 @@ HOSTILE = ["\x1b[2J", "\x7f", "\x9b31m", "a\nb", "\u202egnp.exe", "\u2066x", "\u
 
 
 @pytest.mark.parametrize("text", HOSTILE)
-def test_labels_tags_and_names_hold_no_such_characters(text: str, tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_labels_tags_and_names_hold_no_control_characters(text: str, tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     for kind in (PlainText, Tag):
         with pytest.raises(ValidationError):
             TypeAdapter(kind).validate_python(text)

@@ -100,7 +100,7 @@ def test_nothing_to_differentiate_is_a_mistake(server: InProcess, empty: str) ->
         ({"bodies": 0}, {}, "bodies"),
     ],
 )
-def test_more_than_the_limits_is_refused_at_once(
+def test_a_request_beyond_the_limits_is_refused_at_once(
     tmp_path_factory: pytest.TempPathFactory, limits: dict[str, Any], asked: dict[str, Any], where: str
 ) -> None:
     with unstarted(Settings(tmp_path_factory.mktemp("limited"), limits=Limits(**limits))) as s:
@@ -127,7 +127,7 @@ def test_a_request_beyond_its_budget_is_ended_and_frees_its_worker(server: InPro
     assert server.post("/v1/sensitivities", ASKED).status_code == 200
 
 
-def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> None:
+def test_long_requests_hold_up_no_others_and_end_when_their_clients_disconnect(served: Served) -> None:
     """More requests than the queue accepts, on one worker: other requests are answered, and those beyond the queue are refused. The
     worker is free for a job when the clients disconnect."""
     assert served.post("/v1/sensitivities", ASKED).status_code == 200
@@ -152,7 +152,7 @@ def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> N
 
 
 @pytest.mark.slow
-def test_jobs_continue_beside_them(tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_jobs_continue_beside_sensitivity_requests(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Requests for sensitivities take half of the workers at most."""
     with Served(tmp_path_factory.mktemp("beside") / "data", "--workers", "2") as s:
         assert s.post("/v1/sensitivities", ASKED).status_code == 200

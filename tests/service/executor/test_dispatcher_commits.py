@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from tests.benchmarks.service.dispatcher_with_idle_workers import Later
+from tests.benchmarks.service.dispatcher_with_idle_workers import PendingResult
 from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.active_job import ActiveJob
@@ -52,17 +52,17 @@ class Workers:
     """A cluster whose workers do nothing. room: number of pieces that it accepts before it disconnects."""
 
     def __init__(self) -> None:
-        self.counted, self.room, self.sent = WORKERS, 10**6, list[tuple[CaseRange, Later]]()
+        self.counted, self.room, self.sent = WORKERS, 10**6, list[tuple[CaseRange, PendingResult]]()
 
     def slots(self) -> int:
         return self.counted
 
-    def submit(self, function: Any, url: str, case_range: CaseRange, *_: Any) -> Later:
+    def submit(self, function: Any, url: str, case_range: CaseRange, *_: Any) -> PendingResult:
         if len(self.sent) >= self.room:
             raise NoCluster("it went away")
         n = case_range.stop - case_range.start
         said = {"counts": {"done": n}, "seconds": n * CASE, "build_seconds": 0.0, "bytes": 9}
-        self.sent.append((case_range, Later(said)))
+        self.sent.append((case_range, PendingResult(said)))
         return self.sent[-1][1]
 
 

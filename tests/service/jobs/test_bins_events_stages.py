@@ -49,7 +49,7 @@ def test_bins_of_a_job_are_those_of_its_whole_table(job: Job) -> None:
     assert (got["x"]["unit"], got["y"]["unit"]) == ("1", "m")
 
 
-def test_bins_keep_to_conditions_and_say_what_has_no_number(job: Job) -> None:
+def test_bins_keep_to_conditions_and_count_cases_without_a_number(job: Job) -> None:
     table = job.to_arrow().to_pydict()
     got = job.bins(FORCE, within={GUIDE: (0.1, 0.3), "outcome": ("done",)}, nx=4)
     inside = [0.1 <= m <= 0.3 and o == "done" for m, o in zip(table[GUIDE], table["outcome"], strict=True)]

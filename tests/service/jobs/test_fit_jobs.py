@@ -60,7 +60,7 @@ def evidence() -> trunnion.ModelComparison:
     return trunnion.compare(GLIDER, LAWS, QD, **GIVEN)
 
 
-def test_a_job_finds_what_the_functions_find(job: Job, evidence: trunnion.ModelComparison) -> None:
+def test_a_job_has_the_results_of_the_functions(job: Job, evidence: trunnion.ModelComparison) -> None:
     best = evidence.best.fit
     assert best is not None
     assert (job.state, job.document["cases"], job.document["outcomes"]) == ("done", 2, {"done": 2})

@@ -263,7 +263,7 @@ def test_models_and_the_format_are_reported(server: InProcess) -> None:
     assert "properties" in server.get("/v1/schema").json()
 
 
-def test_health_readiness_and_metrics(server: InProcess, small: str) -> None:
+def test_health_readiness_and_metrics_are_reported(server: InProcess, small: str) -> None:
     assert server.get("/healthz").json()["status"] == "ok"
     assert server.get("/readyz").status_code == 200
     text = server.get("/metrics").text

@@ -249,7 +249,7 @@ def test_every_view_is_usable_by_all_and_on_a_narrow_screen(page: Any, grid: Job
         page.set_viewport_size(wide)
 
 
-def test_axe_is_there_where_it_is_required() -> None:
+def test_axe_is_installed_where_it_is_required() -> None:
     try:
         import axe_playwright_python  # noqa: F401
     except ImportError as e:

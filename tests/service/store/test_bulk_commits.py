@@ -42,7 +42,7 @@ def test_many_chunks_cut_at_once_are_those_that_are_cut_one_by_one(store: WorkSt
         store.cut_chunks(OTHER, many.id, sizes)
 
 
-def test_many_chunks_recorded_at_once_come_to_what_they_come_to_one_by_one(store: WorkStore) -> None:
+def test_many_chunks_recorded_at_once_have_the_results_of_chunks_recorded_one_by_one(store: WorkStore) -> None:
     def cut() -> Job:
         job = taken(store, 100)
         assert len(store.cut_chunks(ME, job.id, [10] * 10)) == 10
