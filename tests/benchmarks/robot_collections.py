@@ -40,12 +40,12 @@ HEAD = """# Models of robots tried
 
 `python -m tests.benchmarks.robot_collections --write` writes this page. The script imports every MJCF and URDF file of the packages
 below with `trunnion import`, and compares accelerations at {states} random states with MuJoCo {mujoco} (MJCF) or Pinocchio {pin}
-(URDF). Constraints, contacts, actuators and fluid are switched off in MuJoCo, friction and couplings here.
+(URDF). In MuJoCo, constraints, contacts, actuators and fluid are switched off; in Trunnion, friction and couplings.
 
-*Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo has
-Trunnion's inertias there: its own rotation into principal axes is precise to about 1e-8. *Worst* is the largest difference of
-these. *No mechanism*: settings, materials, props that do not move, parts to be included. *Not compared*: files that the other
-program refuses.
+*Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo uses
+Trunnion's inertias, because its own rotation into principal axes is accurate to about 1e-8 only. *Worst* is the largest difference
+of these models. *No mechanism*: files with settings, materials, objects that do not move, or parts for other files. *Not compared*:
+files that the other program refuses.
 
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|
