@@ -61,7 +61,7 @@ def test_each_of_200_random_bit_flips_is_found(pieces: tuple[Parts, list[CaseRan
     parts.read_part(case_range)
 
 
-def test_files_of_other_parts_and_cut_or_empty_files_are_not_taken_for_a_part(pieces: tuple[Parts, list[CaseRange], list[Any]]) -> None:
+def test_files_of_other_parts_and_cut_or_empty_files_are_no_parts(pieces: tuple[Parts, list[CaseRange], list[Any]]) -> None:
     parts, (case_range, neighbour, stranger), _ = pieces
     file = Path(parts.part(case_range))
     whole = file.read_bytes()
