@@ -137,7 +137,7 @@ def _move_body(name: str, b: Any, move: Transformation, notes: list[Note]) -> An
     if "center" in out:
         out["center"] = _mirror_vector(out["center"], k)
     if isinstance(out.get("surface"), str):
-        with suppress(ValueError):  # checks.bodies reports an invalid surface
+        with suppress(ValueError):  # the checks report an invalid surface
             out["surface"] = packed_surfaces.mirrored(out["surface"], k)
     if isinstance(out.get("inertia"), dict) and "axis" in out["inertia"]:
         out["inertia"] = {**out["inertia"], "axis": _mirror_vector(out["inertia"]["axis"], k)}
