@@ -49,8 +49,8 @@ Derivatives and fits:
 Many runs and searches:
     sweep: run a scene over a grid, a list or a sample of parameter values.
     Sweep: the table of all runs of a sweep.
-    optimise: search the parameter values that minimise or maximise a result, or bring it to a target.
-    refine: search the parameter values at which results jump or outcomes change.
+    optimise: find the parameter values that minimise or maximise a result, or bring the result to a target.
+    refine: find the parameter values at which results jump or outcomes change.
     StudyResult: the result of ``optimise`` or ``refine``, and all its runs.
 
 Errors:
@@ -81,7 +81,7 @@ if TYPE_CHECKING:
     from trunnion.analysis.static_bounds.bounds_results import HoldBounds
     from trunnion.analysis.static_bounds.hold_check import hold
     from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
-    from trunnion.analysis.studies.local_studies import StudyResult, optimise, refine
+    from trunnion.analysis.studies.optimise_and_refine import StudyResult, optimise, refine
     from trunnion.basics.problems import Problem, SceneError, SimulationError
     from trunnion.batch.sweep import Sweep, sweep
     from trunnion.scene import Scene, load_scene, models_dir, scene_from_dict
@@ -89,7 +89,7 @@ if TYPE_CHECKING:
     from trunnion.simulation.results.result import Result
     from trunnion.simulation.run import simulate
 
-__all__ = [  # noqa: RUF022  # by purpose
+__all__ = [  # noqa: RUF022  # grouped by purpose
     # load and run a scene
     "load_scene", "scene_from_dict", "models_dir", "Scene", "simulate", "kinematics", "inverse",
     # look at results
@@ -122,7 +122,7 @@ _MODULES = {
     "analysis.static_bounds.bounds_results": ("HoldBounds",),
     "analysis.static_bounds.hold_check": ("hold",),
     "analysis.static_bounds.start_pose_statics": ("HoldReport",),
-    "analysis.studies.local_studies": ("StudyResult", "optimise", "refine"),
+    "analysis.studies.optimise_and_refine": ("StudyResult", "optimise", "refine"),
     "basics.problems": ("Problem", "SceneError", "SimulationError"),
     "batch.sweep": ("Sweep", "sweep"),
     "scene": ("Scene", "load_scene", "models_dir", "scene_from_dict"),

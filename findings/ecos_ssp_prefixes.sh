@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# ecospy 0.7.2 finds the elements of an SSP file by their usual prefixes, not by their namespace: with `ssd:` the file is read. The
-# same file with a default namespace, which means the same in XML, is refused with "Unsupported SSP version: ''!".
-# Whoever writes SSP files for many readers writes the prefixes ssd, ssv and ssc.
+# ecospy 0.7.2 finds the elements of an SSP file by their usual prefixes, not by their namespace. It reads a file with the prefix
+# `ssd:`. It refuses an equivalent file with a default namespace, with the message "Unsupported SSP version: ''!". SSP files for
+# many readers should therefore use the prefixes ssd, ssv and ssc.
 # Seen: 0.7.2 on Linux x86-64 (Debian 12 with libtbb12).
 set -euo pipefail
 folder=$(mktemp -d)

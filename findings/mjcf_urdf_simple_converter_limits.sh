@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# mjcf-urdf-simple-converter writes every hinge of an MJCF as a `revolute` joint with the limits of `jnt_range`. MuJoCo stores 0 0
-# there for a hinge without range, so that a free hinge becomes a joint locked at 0: lower = upper = 0, no `continuous`. Each joint
-# also adds a link of 1 g, slides become fixed joints, and damping and friction are left out. Readers that honour limits then hold
-# the pendulum upright without a word.
+# mjcf-urdf-simple-converter writes every hinge of an MJCF as a `revolute` joint with the limits of `jnt_range`. For a hinge without
+# range, MuJoCo stores 0 0 in `jnt_range`, so a free hinge becomes a joint locked at 0: lower = upper = 0, not `continuous`. Each
+# joint also adds a link of 1 g, slides become fixed joints, and damping and friction are omitted. Readers that enforce limits then
+# hold the pendulum upright without a warning.
 # Seen: mjcf-urdf-simple-converter 0.7.3 with mujoco 4.0.0: lower 0, upper 0, total mass 1.001 kg instead of 1 kg.
 set -euo pipefail
 folder=$(mktemp -d)

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# MuJoCo 4.0.0 takes polynomials for `stiffness` and `damping` of a joint, and treats their second coefficients differently:
-# the damping d1 d2 d3 gives -(d1 v + d2 |v| v + d3 v^3), which opposes both directions alike; the stiffness k1 k2 k3 gives
-# -(k1 x + k2 x^2 + k3 x^3), so that k2 > 0 weakens the spring on one side, and beyond x = -k1/k2 pushes away from rest.
+# MuJoCo 4.0.0 takes polynomials for `stiffness` and `damping` of a joint, and treats their second coefficients differently: the
+# damping d1 d2 d3 gives -(d1 v + d2 |v| v + d3 v^3), which opposes the motion in both directions equally. The stiffness k1 k2 k3
+# gives -(k1 x + k2 x^2 + k3 x^3). So k2 > 0 weakens the spring on one side, and beyond x = -k1/k2 the spring pushes away from rest.
 # The `damping` of an actuator with gear g is multiplied by g^2 in all its terms, although the rate of its shaft is g v and power
-# balance would give g^2, |g|^3 and g^4. A catalogue's quadratic drag of a motor behind a gear therefore comes out too small by |g|.
+# balance would give g^2, |g|^3 and g^4. The quadratic drag of a motor behind a gear, as given in a catalogue, is therefore too
+# small by the factor |g|.
 # Seen: 4.0.0 on Linux x86-64: damping 2.1 and -2.1 N m at 3 and -3 rad/s; stiffness 1.75 and -0.25 N m at 0.5 and -0.5 rad.
 set -euo pipefail
 folder=$(mktemp -d)

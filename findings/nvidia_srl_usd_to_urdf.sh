@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# nvidia-srl-usd-to-urdf writes a URDF from OpenUSD physics, and takes four things that the format's schema defines another way:
-# A mass without `physics:centerOfMass` has the schema's default there, -inf, which means "computed by the reader": the URDF gets
-# <origin xyz="-inf -inf -inf"/>. `metersPerUnit` is not used: a guide of 0.2 m in a stage of centimetres becomes one of 20 m. A
-# spherical joint, which URDF lacks, becomes a fixed joint, although the code has words for joints that it skips. A guide without a
-# drive gets effort="0" velocity="0", the URDF words for an actuator that can do nothing; a hinge without limits loses its maxForce.
-# The command's exit code is 0 each time, and no warning is printed.
+# nvidia-srl-usd-to-urdf writes a URDF from OpenUSD physics. Its output contradicts the schema of OpenUSD physics in four cases. A
+# mass without `physics:centerOfMass` has the schema's default there, -inf, which means "computed by the reader": the URDF gets
+# <origin xyz="-inf -inf -inf"/>. `metersPerUnit` is not used: a guide of 0.2 m in a stage of centimetres becomes a guide of 20 m. A
+# spherical joint, which URDF lacks, becomes a fixed joint, although the code has messages for joints that it skips. A guide without
+# a drive gets effort="0" velocity="0", which in URDF is an actuator without force and speed. A hinge without limits loses its
+# maxForce. In each case the command's exit code is 0, and it prints no warning.
 # Seen: nvidia-srl-usd-to-urdf 1.0.3 with usd-core 25.11.
 set -euo pipefail
 folder=$(mktemp -d)
@@ -53,7 +53,7 @@ def Xform "World"
 
 
 def urdf(name: str, metres: float, kind: str, lines: str = "", schema: str = "") -> tuple[str, list[str]]:
-    """The URDF of a file, and the warnings."""
+    """Convert a file. Returns the URDF and the warnings."""
     Path(f"{name}.usda").write_text(TEXT % (metres, kind, schema, lines))
     with warnings.catch_warnings(record=True) as told, contextlib.redirect_stdout(io.StringIO()):
         warnings.simplefilter("always")

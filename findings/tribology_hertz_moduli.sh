@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
-# The package tribology has one argument `e_eff` for its functions of Hertzian contact, and a function `eeff` that computes it:
-# E' = 2 / ((1 - n1^2)/E1 + (1 - n2^2)/E2). `ahertz` (contact area) and `phertz` (pressure) take this E'. `dhertz` (approach of the
-# bodies) takes half of it, E* = 1 / ((1 - n1^2)/E1 + (1 - n2^2)/E2), and does not say so: with the modulus of its own package the
-# approach comes out as 2^(-2/3) = 63 % of Hertz's F-d relation, while pressure and area are right to the last digit.
-# Seen: tribology 0.5.16, steel ball of 10 mm radius on a steel plane, 100 N: area and pressure as Hertz, approach 2.194 um, Hertz 3.483 um.
+# The package tribology has one argument `e_eff` for its functions of Hertzian contact, and a function `eeff` that computes it: E' =
+# 2 / ((1 - n1^2)/E1 + (1 - n2^2)/E2). `ahertz` (contact area) and `phertz` (pressure) take this E'. `dhertz` (approach of the
+# bodies) takes half of it, E* = 1 / ((1 - n1^2)/E1 + (1 - n2^2)/E2), but its documentation does not state this. With the modulus
+# that the package computes, the approach is 2^(-2/3) = 63 % of Hertz's F-d relation, while pressure and area are right to the last
+# digit.
+# Seen: tribology 0.5.16, steel ball of 10 mm radius on a steel plane, 100 N: area and pressure as Hertz, approach 2.194 um, Hertz
+# 3.483 um.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv"
 "$folder/venv/bin/pip" install -q "numpy==2.2.6" "numexpr==2.14.2" "scipy==1.15.3"
-"$folder/venv/bin/pip" install -q --no-deps "tribology==0.5.16" # its pins of numpy and OpenCV are older than this Python
+"$folder/venv/bin/pip" install -q --no-deps "tribology==0.5.16" # --no-deps: the package requires versions of numpy and OpenCV that do not support this Python
 "$folder/venv/bin/python" - <<'PY'
 import importlib
 import importlib.metadata
@@ -19,7 +21,7 @@ import sys
 import types
 
 where = importlib.util.find_spec("tribology").submodule_search_locations
-sys.modules["tribology"] = package = types.ModuleType("tribology")  # without the parts that import OpenCV
+sys.modules["tribology"] = package = types.ModuleType("tribology")  # an empty package, so that its __init__, which imports OpenCV, does not run
 package.__path__ = list(where)
 hertz = importlib.import_module("tribology.hertz")
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# truerig converts robots between URDF, MJCF and USD and prints a "fidelity report" of what it changed. Its URDF reader has the
-# friction of joints, its MJCF writer does not write it, and the report does not list it: with damping 0.3 and friction 0.7 the
-# damping arrives, no `frictionloss` does, and the report has no error and no warning. From MJCF to URDF the damping is lost, too,
-# with armature and spring, which URDF lacks: the verdict is PASS, without a note.
+# truerig converts robots between URDF, MJCF and USD and prints a "fidelity report" of what it changed. Its URDF reader reads the
+# friction of joints. Its MJCF writer omits this friction, and the report does not list it. A joint with damping 0.3 and friction
+# 0.7 gets the damping, but no `frictionloss`; the report has no error and no warning. A conversion from MJCF to URDF also loses the
+# damping, together with armature and spring, which URDF lacks. Its verdict is PASS, without a note.
 # Seen: truerig 0.1.1 with mujoco 4.0.0.
 set -euo pipefail
 folder=$(mktemp -d)

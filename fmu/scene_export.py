@@ -24,11 +24,11 @@ from trunnion.fmu.model_description.fmi3_xml import model_description3
 from trunnion.fmu.model_description.parameter_set_ssv import of_scene, parameter_set
 from trunnion.fmu.model_description.reference_results_ls_ref import reference_files
 from trunnion.fmu.variables.exported_model import ExportedModel
-from trunnion.fmu.variables.fmi3_arrays import face_tables, faces
+from trunnion.fmu.variables.fmi3_arrays import fmi3_variable_tables, fmi3_variables
 from trunnion.fmu.variables.fmi3_event_clocks import clock_table, clocks
 from trunnion.fmu.variables.input_sums import Sums
-from trunnion.fmu.variables.model_exchange_states import KINDS, Exchanged, does, exchanged
-from trunnion.fmu.variables.output_dependencies import Dependence, dependencies
+from trunnion.fmu.variables.model_exchange_states import KINDS, ModelExchangeVariables, does, exchanged
+from trunnion.fmu.variables.output_dependencies import ColumnDependence, dependencies
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.fmu.variables.scene_parameters import arranged, begun, left_out, summed
 from trunnion.kernel.compilation import c_compiler, library_cache
@@ -102,7 +102,7 @@ def export(
     step = read.time(step, "step")
     wrong = [*read.problems, *apart(flavour, fmi, parameters, kind, step, of, certify, scalars)]
     if reference and starts:
-        wrong.append(Problem("starts", "reference results are those of the scene's own values", "change the scene by overrides"))
+        wrong.append(Problem("starts", "reference results need the scene's own values", "change the scene by overrides"))
     check(flavour, kernel, kind, target, step, wrong)
     names = _platforms(flavour, platform, STANDARDS[fmi])
     loaded = scene_given(scene, overrides)
@@ -111,7 +111,7 @@ def export(
     tell("deriving the equations", 0, 2 + len(names))
     model, first = started(loaded, outputs, "compiled" if sources else kernel)
     brief = outputs is None and loaded.outputs == EVERYTHING
-    made = Made(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars, sums)
+    made = ExportedScene(model, first, step, brief, STANDARDS[fmi], kind, certify, starts, scalars, sums)
     also = _related(made, outputs, step, scalars) if reference else {}
     libraries = _libraries(made, names, tell)
     tell("writing", 1 + len(names), 2 + len(names))
@@ -121,14 +121,14 @@ def export(
     return _written(target, made, first, tuple(names))
 
 
-def _written(target: Path, made: Made, first: Result, names: tuple[str, ...]) -> Export:
+def _written(target: Path, made: ExportedScene, first: Result, names: tuple[str, ...]) -> Export:
     count = {c: sum(v.causality == c for _, v in made.titled()) for c in ("output", "local", "input", "parameter")}
     steps = made.model.built.scene, made.model.kernel
     notes = (*filter(None, [promise(*steps)]), *first.notes, *left_out(made.all))
     return Export(target, target.stat().st_size, made.guid, count, names, notes, most_operations(*steps))
 
 
-def _related(made: Made, outputs: Names | None, step: float, scalars: bool) -> dict[str, bytes]:
+def _related(made: ExportedScene, outputs: Names | None, step: float, scalars: bool) -> dict[str, bytes]:
     """The files of FMI-LS-REF, from a run of the whole scene with error estimates."""
     kernel = "parts" if isinstance(made.model.kernel, PartsKernel) else "compiled"
     run = simulate(made.scene, every=made.step, kernel=kernel, outputs=outputs, step=step or None, certify=True)
@@ -146,7 +146,7 @@ def _platforms(flavour: str, platform: Sequence[str] | str, standard: str) -> li
     return made
 
 
-def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
+def _libraries(made: ExportedScene, names: Sequence[str], tell: Progress) -> dict[str, bytes]:
     """The compiled libraries by platform."""
     libraries: dict[str, bytes] = {}
     platforms.prepare(names, made.sources, made.standard)
@@ -156,7 +156,7 @@ def _libraries(made: Made, names: Sequence[str], tell: Progress) -> dict[str, by
     return libraries
 
 
-def _binaries(made: Made, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
+def _binaries(made: ExportedScene, flavour: str, libraries: dict[str, bytes]) -> dict[str, bytes]:
     """The binaries and the files that they need, by path in the archive. libraries: compiled libraries by platform."""
     if flavour == "python":
         return python_flavour.contents(made.identifier, made.guid, libraries)
@@ -178,14 +178,14 @@ def started(scene: Scene, outputs: Names | None, kernel: str) -> tuple[Model, Re
     return model, result
 
 
-class Made(ExportedModel):
+class ExportedScene(ExportedModel):
     """The platform-independent parts of an exported model."""
 
     def __init__(self, model: Model, first: Result, step: float, brief: bool = False, standard: str = "2.0",
                  kind: str = "cs", certify: bool = False, starts: Mapping[str, float] | None = None,
                  scalars: bool = False, sums: Sums | None = None):  # fmt: skip
         self.model, self.first, self.standard, self.kind = model, first, standard, kind
-        self.exchanged = exchanged(model) if does(kind, "me") else Exchanged()
+        self.exchanged = exchanged(model) if does(kind, "me") else ModelExchangeVariables()
         self.scene = model.built.scene
         sim = self.scene.simulation
         listed = variables(model, step, float(sim.rtol), brief, does(kind, "cs"), certify)
@@ -196,11 +196,11 @@ class Made(ExportedModel):
         self.identifier = re.sub(r"\W", "_", self.scene.name, flags=re.ASCII)
         if not self.identifier[:1].isalpha():
             self.identifier = f"m_{self.identifier}"
-        self.known: list[Dependence] | None = None
+        self.known: list[ColumnDependence] | None = None
         units = self._units()
         self.depends = dependencies(model, self.listed, self.known)
-        self.faces, self.clocks = faces(self.listed, scalars), clocks(model)
-        tables = face_tables(self.faces) + clock_table(model, self.clocks) if standard == "3.0" else ""
+        self.fmi3_variables, self.clocks = fmi3_variables(self.listed, scalars), clocks(model)
+        tables = fmi3_variable_tables(self.fmi3_variables) + clock_table(model, self.clocks) if standard == "3.0" else ""
         text = model_text(model, self.all, "", "linear" in units, tables, KINDS[kind])
         plain = self.described("", "native")
         self.guid = uuid(
@@ -235,7 +235,7 @@ class Made(ExportedModel):
         folder, _ = library_cache.entry(f"units-2{'-linear' * derived}-{library_cache.digest(kernel.key, names)}", make)
         made["jacobian"] = (folder / "jacobian.c").read_text()
         if system.inputs:
-            self.known = [Dependence(*d) for d in json.loads((folder / "depends.json").read_text())]
+            self.known = [ColumnDependence(*d) for d in json.loads((folder / "depends.json").read_text())]
         if derived:
             made["linear"] = (folder / "linear.c").read_text()
         return made
@@ -256,7 +256,7 @@ class Made(ExportedModel):
         picture = picture_of(self.first)
         pictures = {"model.png": picture} if self.standard == "2.0" else {
             "documentation/diagram.png": picture,
-            **terminals_and_icons.files(terminals_and_icons.terminals(self.model, self.faces), picture),
+            **terminals_and_icons.files(terminals_and_icons.terminals(self.model, self.fmi3_variables), picture),
         }
         plain = {
             "modelDescription.xml": self.described(self.guid, flavour),

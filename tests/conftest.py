@@ -1,5 +1,5 @@
-"""Settings that all tests share: linear algebra has one thread, kernels are compiled fast, Python programs that tests start keep
-their compiled modules for the next program, and drawing examples has no time limit."""
+"""Settings that all tests share: linear algebra has one thread, and kernels are compiled fast. Python programs that tests start
+keep their compiled modules for the next program. Drawing examples has no time limit."""
 
 from __future__ import annotations
 

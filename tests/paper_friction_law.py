@@ -1,4 +1,4 @@
-"""Friction laws as tests name them: changes to a scene (a bundled paper scene names none)."""
+"""The friction law of the paper, as changes to a scene. Bundled scenes of the paper's examples name no law."""
 
 PAPER = {"friction.law": "regularized", "friction.v_eps": 1e-4}
 """The paper's regularised law (104) with the v_eps that the paper uses, 1e-4 m/s."""

@@ -18,7 +18,7 @@ from trunnion.batch.sweep_result import Sweep, trajectory
 from trunnion.batch.tables.table_merge import TableMerge
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
-from trunnion.simulation.settings.run_settings import Run, described, settings_read
+from trunnion.simulation.settings.run_settings import Run, settings_read, with_setting_docs
 
 CHUNK_SECONDS = 0.25
 FIRST_CHUNK, LARGEST_CHUNK = 16, 20_000
@@ -28,7 +28,7 @@ SweepProgress = Callable[[int, int], None]
 """progress(number of finished cases, number of all cases), called a few times a second."""
 
 
-@described("trunnion.sweep")
+@with_setting_docs("trunnion.sweep")
 def sweep(
     scene: Given,
     vary: Mapping[str, Any] | None = None,
@@ -55,9 +55,9 @@ def sweep(
 ) -> Sweep:
     """Run a scene over many values of its numbers.
 
-    A failed case has a row with its outcome, too. Reductions are computed from the same rows that ``simulate`` gives with the same
-    settings. After Ctrl-C, the result holds the finished cases, and ``cancelled`` is set. If no case has finished,
-    KeyboardInterrupt is raised.
+    Give exactly one of ``vary``, ``cases`` and ``sample``. A failed case has a row with its outcome, too. Reductions are computed
+    from the same rows that ``simulate`` gives with the same settings. After Ctrl-C, the result holds the finished cases, and
+    ``cancelled`` is set. If no case has finished, KeyboardInterrupt is raised.
 
     Args:
         scene: as for ``simulate``.
@@ -77,7 +77,7 @@ def sweep(
         progress: called with (number of finished cases, number of all cases).
 
     Returns:
-        The sweep with a row for each case. Exactly one of vary, cases and sample must be given.
+        The sweep with a row for each case.
 
     Raises:
         SceneError: for wrong input.
@@ -139,7 +139,7 @@ class _Work:
 
     def take(self) -> None:
         """Run chunks in one thread, until none is left or the work is stopped."""
-        with watched(self._look), suppress(Unwanted):  # the watch raises Unwanted between chunks
+        with watched(self._look), suppress(Unwanted):  # ``_look`` raises Unwanted between chunks
             self._take()
 
     def _take(self) -> None:

@@ -42,7 +42,7 @@ class DeclaredCommand(TyperCommand):
 
 
 class AsGiven:
-    """Stands for the conversion of text to text and of flags to flags, for which typer imports pydantic."""
+    """Replaces typer's conversion of texts and flags, which imports pydantic and changes nothing."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         """The value of an argument or option: a list if it is repeatable, None if it is not given."""
@@ -50,8 +50,8 @@ class AsGiven:
 
 
 def take_as_given(parameters: Sequence[Any]) -> None:
-    """Let arguments and options keep their words where the values are text, and flags their values. Earlier versions of typer have
-    no such conversion."""
+    """Remove typer's conversion of arguments and options whose values are texts or flags. Earlier versions of typer have no such
+    conversion."""
     for p in parameters:
         kind = getattr(getattr(p, "type_descriptor", None), "annotation", None)
         if kind in (str, list[str]) or (kind is bool and not p.envvar):
@@ -96,7 +96,7 @@ def with_common_options(name: str, function: Callable[..., Any]) -> Callable[...
     options = [option_of(s, who) for s in offered(who)]
     declared = inspect.signature(function, eval_str=True).parameters
     if ("settings" in declared) != bool(options):
-        raise ValueError(f"{who}: a command has the parameter `settings` exactly if settings name it in `offered`")
+        raise ValueError(f"{who}: a command has the parameter `settings` if and only if settings name the command in `offered`")
     parameters: list[inspect.Parameter] = []
     for p in declared.values():
         parameters += options if p.name == "settings" else [p]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.basics.problems import Problem, SceneError
-from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, Names, Tie, listed, plain_name
+from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, LinkageJoint, Names, listed, plain_name
 from trunnion.importers.mesh_mass_properties import UNITS
 from trunnion.importers.pose_matrices import Pose, inverse, pose
 from trunnion.importers.xml_reader import LARGEST, MOST, Element, Findings, existing
@@ -156,7 +156,7 @@ class AsmtReader:
                 self.found.add(e, name or e.tag, f"a {e.tag}, which scenes do not support", f"supported: {known}")
             elif ends[0] is not None and ends[1] is not None and ends[0][0] != ends[1][0]:
                 tied |= {ends[0][0], ends[1][0]}
-                out.ties[self.names.new(name.rpartition("#")[2], "joint")] = self._joint(e, ends[0], ends[1])
+                out.joints[self.names.new(name.rpartition("#")[2], "joint")] = self._joint(e, ends[0], ends[1])
         for link in out.links:
             if link not in tied:
                 out.release(self.names.new(f"{link}_flies", "joint"), link, self.places[link])
@@ -168,7 +168,7 @@ class AsmtReader:
             return None
         return self.markers[path]
 
-    def _joint(self, e: Element, one: tuple[str, Pose], two: tuple[str, Pose]) -> Tie:
+    def _joint(self, e: Element, one: tuple[str, Pose], two: tuple[str, Pose]) -> LinkageJoint:
         """The joint of two markers; marker I is on the inboard part. The joint's coordinates are zero in the exported pose."""
         first, second = self.places[one[0]] @ one[1], self.places[two[0]] @ two[1]
         more: dict[str, Any] = {}
@@ -189,8 +189,8 @@ class AsmtReader:
         ends = ((one[0], first[:3, 3], frames[0]), (two[0], spot, frames[1]))
         sides = [inverse(self.places[link]) @ pose(p, R) for link, p, R in ends]
         if two[0] == GROUND:  # the ground is always the inboard part
-            return Tie(JOINTS[e.tag], two[0], one[0], sides[1], sides[0], more)
-        return Tie(JOINTS[e.tag], one[0], two[0], sides[0], sides[1], more)
+            return LinkageJoint(JOINTS[e.tag], two[0], one[0], sides[1], sides[0], more)
+        return LinkageJoint(JOINTS[e.tag], one[0], two[0], sides[0], sides[1], more)
 
     def _note_distance(self, e: Element, distance: float) -> None:
         """Add a note if the distance between the planes of a planar joint differs from the joint's offset."""

@@ -1,4 +1,4 @@
-"""The linkage, an intermediate form of imported mechanisms: links, ties (joints) with a frame on each link, and the scene."""
+"""The linkage, an intermediate form of imported mechanisms: links, joints with a frame on each link, and the scene."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Link:
 
 
 @dataclass
-class Tie:
+class LinkageJoint:
     """A joint of two links. ``kind`` is the scene's joint type; ``at_in`` and ``at_out`` are the joint frames in the two links
     (first axis e1), which coincide at q = 0. ``more`` holds further keys of the scene's joint."""
 
@@ -80,7 +80,7 @@ class Linkage:
     found: Findings
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     links: dict[str, Link] = field(default_factory=dict)
-    ties: dict[str, Tie] = field(default_factory=dict)
+    joints: dict[str, LinkageJoint] = field(default_factory=dict)
     ground: dict[str, list[float]] = field(default_factory=dict)
     forces: dict[str, dict[str, Any]] = field(default_factory=dict)
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -90,12 +90,12 @@ class Linkage:
         omits the limits. SceneError with all collected faults."""
         self.found.end()
         self._stop(stops)
-        for name in [n for n, t in self.ties.items() if "mimic" in t.more]:
+        for name in [n for n, t in self.joints.items() if "mimic" in t.more]:
             self._start_followers(name)
         data: dict[str, Any] = {
             "schema": 1, "name": self.name, "gravity": floats(self.gravity),
             "bodies": {n: _body(link) for n, link in self.links.items()},
-            "joints": {n: _joint(t) for n, t in self.ties.items()},
+            "joints": {n: _joint(t) for n, t in self.joints.items()},
         }  # fmt: skip
         if self.ground:
             data["ground"] = {"points": self.ground}
@@ -110,23 +110,24 @@ class Linkage:
             link.mass = link.mass or LIGHT * least
 
     def _start_followers(self, name: str) -> None:
-        """Give a joint that follows another the start coordinate that follows from its leader's, unless it has its own."""
+        """Give a joint that follows another joint the start coordinate that follows from its leader's coordinate, unless it has its
+        own start coordinate."""
         following: list[str] = []
-        while "mimic" in (more := self.ties[name].more) and "start" not in more and name not in following:
+        while "mimic" in (more := self.joints[name].more) and "start" not in more and name not in following:
             following.append(name)
             name = more["mimic"]["joint"]
         q = float(more.get("start", {}).get("q", 0.0))
         for name in reversed(following):
-            own = self.ties[name].more
+            own = self.joints[name].more
             q = own["mimic"]["ratio"] * q + own["mimic"]["offset"]
             own["start"] = {"q": q}
 
     def _stop(self, stiffness: float | None) -> None:
-        single = [n for n in self.limits if stiffness and REGISTRY[self.ties[n].kind].nv == 1]
+        single = [n for n in self.limits if stiffness and REGISTRY[self.joints[n].kind].nv == 1]
         for n in single:
             ends = {k: x for k, x in zip(("lower", "upper"), self.limits[n], strict=True) if abs(x) < UNLIMITED}
             if ends:
-                self.ties[n].more["end_stops"] = {"stiffness": stiffness, **ends}
+                self.joints[n].more["end_stops"] = {"stiffness": stiffness, **ends}
         left = [n for n in self.limits if n not in single]
         if left:
             why = "of several freedoms" if stiffness else "end stops need a stiffness: --end-stops"
@@ -135,7 +136,7 @@ class Linkage:
     def release(self, name: str, link: str, at: Pose) -> None:
         """Add a free joint between the ground and a link; ``at`` is the link's start pose."""
         start = {"start": {"q": [*floats(at[:3, 3]), *to_quaternion(at[:3, :3])]}}
-        self.ties[name] = Tie("free", GROUND, link, np.eye(4), np.eye(4), start)
+        self.joints[name] = LinkageJoint("free", GROUND, link, np.eye(4), np.eye(4), start)
 
     def lift(self, name: str, link: str, share: float) -> None:
         """Add a force on a link that is opposite to its weight, times ``share``."""
@@ -157,17 +158,17 @@ class Linkage:
     def follow(self, e: Element, follower: str, leader: str, ratio: float, offset: float) -> None:
         """Make the coordinate of joint ``follower`` equal ratio · (coordinate of ``leader``) + offset. "" means an unknown joint.
         Faults are collected."""
-        name, ties = e.title, self.ties
-        if leader not in ties or follower not in ties:
+        name, joints = e.title, self.joints
+        if leader not in joints or follower not in joints:
             self.found.add(e, name, "follows an unknown joint", "name a joint of the file that moves")
-        elif any(REGISTRY[ties[n].kind].nv != 1 for n in (leader, follower)):
-            self.found.add(e, name, "couples joints that do not have exactly one freedom", "only hinges and slides can follow")
+        elif any(REGISTRY[joints[n].kind].nv != 1 for n in (leader, follower)):
+            self.found.add(e, name, "couples a joint that does not have exactly one freedom", "only hinges and slides can follow")
         elif not ratio:
             self.found.add(e, name, "follows a joint by a ratio of 0", "make it a fixed joint")
-        elif "mimic" in ties[follower].more:
+        elif "mimic" in joints[follower].more:
             self.found.add(e, name, "makes a joint follow two others", "remove one of the couplings")
         else:
-            ties[follower].more["mimic"] = {"joint": leader, "ratio": ratio, "offset": offset}
+            joints[follower].more["mimic"] = {"joint": leader, "ratio": ratio, "offset": offset}
 
 
 def tensor(six: Sequence[float], frame: Pose) -> np.ndarray:
@@ -189,7 +190,7 @@ def _body(link: Link) -> dict[str, Any]:
     return out | ({"points": link.points} if link.points else {})
 
 
-def _joint(t: Tie) -> dict[str, Any]:
+def _joint(t: LinkageJoint) -> dict[str, Any]:
     turned = REGISTRY[t.kind].needs_axis or any(np.abs(p[:3, :3] - np.eye(3)).max() > 1e-15 for p in (t.at_in, t.at_out))
     sides = []
     for link, at in ((t.inboard, t.at_in), (t.outboard, t.at_out)):

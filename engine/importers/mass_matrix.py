@@ -15,7 +15,7 @@ def mass_matrix(linkage: Linkage, world: dict[str, Pose]) -> tuple[list[tuple[st
     rows: list[tuple[str, int]] = []
     columns: dict[str, list[tuple[int, bool, np.ndarray, np.ndarray]]] = {GROUND: []}
     rotors: list[float] = []
-    for name, t in linkage.ties.items():
+    for name, t in linkage.joints.items():
         if t.outboard in columns or t.inboard not in columns:
             continue
         at = world[t.outboard] @ t.at_out

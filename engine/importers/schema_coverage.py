@@ -1,7 +1,7 @@
 """Tables of all elements and attributes in the schemas of the formats, with the treatment (fate) of each: the folder ``schemas``.
 
 A line names elements, indented below the element that holds them, then segments. A segment is a fate with the attributes and
-elements that have it; without a fate, a segment has the fate of the element. The first segment is that of the element itself.
+elements that have it; without a fate, a segment has the fate of the element. The first segment is for the element itself.
 
     contacts = contacts                             a label with the words of its notes; of refusals, also ; and a remedy
     joint | taken name +pose | noted:contacts gap   +pose: the element ``pose`` of the table's margin; +any: any content
@@ -52,8 +52,8 @@ class Table:
     labels: dict[str, str]
 
     def child(self, row: Row, tag: str) -> tuple[Row, str] | None:
-        """(row, fate) of an element inside another; None if the schema does not have it there. The fate is "" if it is that of the
-        row, otherwise it applies to all content of the element, too."""
+        """(row, fate) of an element inside another; None if the schema does not have it there. The fate is "" if the row's fate
+        applies. Another fate applies to all content of the element, too."""
         if tag in row.children:
             return row.children[tag], ""
         if tag not in row.uses:

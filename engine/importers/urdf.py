@@ -1,4 +1,4 @@
-"""Importer of URDF: links become bodies, joints keep their frames. Notes list what a scene cannot represent."""
+"""Importer of URDF: links become bodies, joints keep their frames. Notes list content that a scene cannot represent."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from trunnion.elements.joints import REGISTRY
-from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, Names, Tie, floats, plain_name, tensor
+from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Link, Linkage, LinkageJoint, Names, floats, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse, pose, rpy
 from trunnion.importers.schema_coverage import schema
-from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.visual_meshes import MeshReader
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, Findings, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
@@ -31,7 +31,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
     path = existing(file)
     hint = "URDF files begin with <robot>; expand a xacro file first: xacro robot.xacro > robot.urdf"
     root, found = read_root(path, "robot", hint)
-    reader = UrdfReader(root, found, Pictures(path.resolve().parent, found))
+    reader = UrdfReader(root, found, MeshReader(path.resolve().parent, found))
     schema("URDF").tell(root, found)
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
@@ -39,7 +39,7 @@ def scene_of_urdf(file: str | Path, stops: float | None = None) -> tuple[Scene, 
 
 
 class UrdfReader:
-    def __init__(self, root: Element, found: Findings, meshes: Pictures):
+    def __init__(self, root: Element, found: Findings, meshes: MeshReader):
         self.root, self.found, self.names, self.meshes = root, found, Names(), meshes
         self.made: dict[str, str] = {}
         self.links = {e.get("name"): e for e in root.all("link")}
@@ -76,7 +76,7 @@ class UrdfReader:
         out.complete_masses()
         self._place_frames(frames, out)
         if not grounded:
-            out.ties[self.names.new("base", "joint")] = Tie("fixed", GROUND, self.place[root][0], np.eye(4), np.eye(4))
+            out.joints[self.names.new("base", "joint")] = LinkageJoint("fixed", GROUND, self.place[root][0], np.eye(4), np.eye(4))
         for j in self.joints:
             if id(j) not in holding:
                 self._joint(j, out)
@@ -120,7 +120,8 @@ class UrdfReader:
         return frames
 
     def _place_frames(self, frames: dict[str, Element], out: Linkage) -> None:
-        """Make each frame a named point of the body that holds it. The body gets the moments of inertia of a frame."""
+        """Make each massless link in a chain of fixed joints a named point of the body that holds it. The body gets the moments of
+        inertia of this link."""
         for n, j in frames.items():
             holder, at = self.place[_other_link(j, n)]
             origin = self._origin(j)
@@ -191,7 +192,7 @@ class UrdfReader:
         (inboard, holder), (outboard, carried) = self.place[_link_of(j, "parent")], self.place[_link_of(j, "child")]
         made = self.made[name] = self.names.new(name, "joint")
         more = self._devices(j, kind, out)
-        out.ties[made] = Tie(kind, inboard, outboard, holder @ self._origin(j) @ frame, carried @ frame, more)
+        out.joints[made] = LinkageJoint(kind, inboard, outboard, holder @ self._origin(j) @ frame, carried @ frame, more)
         limit = j.first("limit")
         if limit is not None and said != "continuous" and REGISTRY[kind].nv == 1:
             ends = [self.found.attribute(limit, key) for key in ("lower", "upper")]

@@ -1,4 +1,4 @@
-"""URDF from a scene: bodies become links, joints keep their frames. Notes list every key of the scene that URDF cannot hold."""
+"""URDF from a scene: bodies become links, joints keep their frames. Notes list every key of the scene that URDF cannot express."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ from trunnion.system.construction.spanning_tree import Spanning, span
 ENDLESS = "continuous"
 """Hinge without limits."""
 SAID = {kind: said for said, kind in TYPES.items() if said != ENDLESS}
-"""{joint type of a scene: that of URDF}."""
+"""{joint type of a scene: joint type of URDF}."""
 GRAVITY = 9.81
-"""Gravity of the importer of URDF, m/s², along -z. A URDF file has none, and other programs have their own."""
+"""Gravity of the importer of URDF, m/s², along -z. A URDF file has no gravity, and other programs have their own values."""
 UNLIMITED = 1e16
-"""Limit of a prismatic joint without end stops. URDF requires limits; readers take those that are left out as 0."""
+"""Limit of a prismatic joint without end stops. URDF requires limits; readers replace missing limits by 0."""
 NORMAL = (0.0, 0.0, 1.0)
-"""Axis of planar joints. Only with the same axis, to the last digit, do readers choose the same directions in the plane."""
+"""Axis of planar joints. Readers choose the directions in the plane from the axis; all digits of the axis must agree to give the
+same directions."""
 WRITTEN = {
     "scene": {"schema", "name", "gravity", "bodies", "joints", "ground"},
     "bodies": {"box", "cylinder", "sphere", "density", "mass", "center", "inertia", "position", "orientation", "points"},
@@ -40,9 +41,9 @@ WRITTEN = {
 
 
 def urdf_of_scene(scene: Scene) -> tuple[str, list[str]]:
-    """(text of the URDF file, notes on what it does not hold) of a checked scene. The file's z axis is opposite to gravity.
-
-    SceneError lists every joint that URDF cannot hold: closing a loop, of another type, or measured towards the ground."""
+    """(text of the URDF file, notes on omitted keys) of a checked scene. The file's z axis is opposite to gravity. SceneError lists
+    every joint that URDF cannot express: a joint that closes a loop, has another type, or measures its motion towards the
+    ground."""
     writer = UrdfWriter(scene)
     writer.refuse()
     return writer.text(), writer.notes()
@@ -61,7 +62,7 @@ class UrdfWriter:
         self.held: dict[str, set[str]] = {name: set(WRITTEN["joints"]) for name in scene.joints}
 
     def refuse(self) -> None:
-        """Raise SceneError if URDF cannot hold a joint."""
+        """Raise SceneError if URDF cannot express a joint."""
         wrong = [
             Problem(f"joints.{n}", f"is of type {j.type}, which URDF does not have", f"URDF has {', '.join(SAID)}")
             for n, j in self.scene.joints.items()
@@ -177,7 +178,7 @@ class UrdfWriter:
     # -- what is lost -------------------------------------------------------------------------------------------------------
 
     def notes(self) -> list[str]:
-        """A note for each key of the scene that the file does not hold, with the names of the joints or bodies that have it."""
+        """A note for each key of the scene that the file omits, with the names of the joints or bodies that have this key."""
         general = [key for key in self.data if key not in WRITTEN["scene"]]
         out = [f"left out: {', '.join(general)}"] if general else []
         for group in ("bodies", "joints"):
@@ -189,7 +190,7 @@ class UrdfWriter:
             out += [f"left out: {key} of {listed(names)}" for key, names in lost.items()]
         size = float(np.linalg.norm(self.scene.gravity))
         if not math.isclose(size, GRAVITY, rel_tol=1e-12):
-            out.append(f"left out: gravity of {size:g} m/s^2; URDF has none, and the importer takes {GRAVITY} m/s^2 along -z")
+            out.append(f"left out: gravity of {size:g} m/s^2; URDF has no gravity, and the importer uses {GRAVITY} m/s^2 along -z")
         stopped = [n for n in self.scene.joints if "end_stops" in self.data["joints"][n] and "end_stops" in self.held[n]]
         out += [f"limits without stiffness: end stops of {listed(stopped)}"] if stopped else []
         return out

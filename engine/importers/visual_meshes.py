@@ -17,7 +17,7 @@ LISTED = 3
 """Largest number of names in a note."""
 
 
-class Pictures:
+class MeshReader:
     """Reads each mesh once and collects the names of missing meshes."""
 
     def __init__(self, folder: Path, findings: Findings):

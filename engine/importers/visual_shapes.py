@@ -18,8 +18,8 @@ AROUND = 20
 FACES = 800
 """Largest number of triangles in a body's surface; a finer surface is coarsened."""
 FINEST = 96
-"""Number of cells along the longest side of the finest grid. Points in one cell are merged. A coarser grid follows if too many
-triangles remain."""
+"""Number of cells along the longest side of the finest grid. Points in one cell are merged. If too many triangles remain, a coarser
+grid is used."""
 NEAR = 1e-6
 """Largest allowed deviation of a solid's pose from the pose of the scene's shape, relative to the solid's size."""
 

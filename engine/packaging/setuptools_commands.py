@@ -136,7 +136,7 @@ class BdistWheel(bdist_wheel):
     """Names the platform in the wheel's tag if the wheel holds libraries."""
 
     def finalize_options(self) -> None:
-        self.distribution.has_ext_modules = prebuilt  # setuptools calls this to choose the folder of the wheel
+        self.distribution.has_ext_modules = prebuilt  # setuptools calls this function to choose between purelib and platlib
         super().finalize_options()
 
     def get_tag(self) -> tuple[str, str, str]:

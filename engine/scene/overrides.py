@@ -63,7 +63,7 @@ def scene_given(source: Given, changes: Mapping[str, Any] | None = None, massles
     except SceneError:
         if not changes:
             raise
-    # mistakes in the scene itself are reported first, then mistakes in the changes
+    # The scene failed with the changes. Without them, scene_of reports the scene's own mistakes, or apply those of the changes.
     return apply(scene_of(_read(source), massless), changes)
 
 

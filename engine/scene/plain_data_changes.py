@@ -65,7 +65,7 @@ def opened(value: Any) -> Any:
     if isinstance(value, dict):
         return {k: opened(v) for k, v in value.items()}
     if isinstance(value, Computed) and value.names:
-        return value.text  # a change may set a parameter of the group
+        return value.text  # keep the expression: a change may set its parameters
     return [opened(v) for v in value] if isinstance(value, tuple) else value
 
 
@@ -79,13 +79,13 @@ def _set(data: Any, path: Path, value: Any) -> Finding | None:
         if i == len(path) - 1:
             node[key] = value
             if key == "formula":
-                node.pop("numbers", None)  # the numbers follow from the formula
+                node.pop("numbers", None)  # recompute them from the new formula
             return None
         inside = node[key] if isinstance(key, int) else node.get(key)
         if inside is None:
             inside = node[key] = _default(here)
         if path[i + 1 :] == (0,) and _is_number(inside, here):
-            node[key] = value  # the scene gives a number instead of a list with one entry; q[1] means this number
+            node[key] = value  # q[1] means q if the scene gives q as a number instead of a list
             return None
         node = inside
     return None

@@ -127,7 +127,7 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     built = build(data)
     told = {f.path for f in composed}
     found = [*source.findings, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
-    # after a mistake in composition, the missing parts would cause many further findings
+    # After a mistake in composition, parts are missing, and the checks would report many consequences.
     if not composed:
         found += built.scene_findings()
     if found or built.scene is None:

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 ROUNDS = 12
-"""Largest number of attempts to remove invalid parts; after these there is no scene."""
+"""Largest number of attempts to remove invalid parts. If all attempts fail, no scene is built."""
 
 STAND_INS = (REVOLUTE.name, FREE.name)
-"""Types of an untyped joint in the checks."""
+"""Types that the checks assume for a joint of unknown type."""
 
 STUB_BODY = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
 
@@ -37,7 +37,7 @@ class Built:
     scene     None when no valid scene remains
     findings  mistakes of form: unknown keys, wrong types, missing keys, wrong units
     broken    paths of the removed parts, with CONNECTIONS if whole joints were removed
-    untyped   paths of joints of unknown type, which is not similar to a known one
+    untyped   paths of joints whose type is unknown and not similar to a known type
     """
 
     scene: Scene | None
@@ -59,8 +59,8 @@ class Built:
         return [f for f in found if f.path[:2] not in self.untyped or f in others]
 
     def hides(self, f: Finding) -> bool:
-        """Whether a removed part may have caused a finding. This is so if a removed part contains the finding's path or a
-        path in ``about``, or if a path in ``about`` contains a removed part."""
+        """Whether a removed part may have caused a finding. A removed part may have caused the finding if it contains the finding's
+        path, or if it contains, or is part of, a path in ``about``."""
         return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
 
     def _broken_around(self, path: Path) -> bool:
@@ -142,7 +142,7 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
         joint["type"] = similar or STAND_INS[0]
         built.broken.add(path)
         return path
-    if len(at) <= 1:  # the mistake is in one of the scene's own keys
+    if len(at) <= 1:  # the mistake is in a top-level key of the scene
         key = path[0] if path else ""
         required = key in ("bodies", "joints")
         data.pop(str(key), None)

@@ -23,8 +23,8 @@ _AFTER_COMMA = re.compile(r"\d+( .*)?", re.ASCII)
 
 
 def findings_of(errors: Iterable[Error], data: Any) -> list[Finding]:
-    """One finding for each different mistake, in pydantic's order. The known key that the user means is searched for
-    the first MOST unknown keys of a group only, because no more than MOST problems are listed."""
+    """One finding for each different mistake, in pydantic's order. The known key that the user means is looked up only for the
+    first MOST unknown keys of a group, because only MOST problems are listed."""
     found, unknown = dict[Finding, None](), Counter[Path]()
     for e in errors:
         path = path_of(e["loc"], data)
@@ -50,7 +50,7 @@ def path_of(loc: tuple[str | int, ...], data: Any) -> Path:
 
 
 def _unknown_key(path: Path, e: Error, searched: bool) -> Finding:
-    """The finding about an unknown key. searched: whether to search the known key that the user means."""
+    """The finding about an unknown key. searched: whether to search for the known key that the user means."""
     key, known = str(path[-1]), keys_at(path[:-1])
     if _AFTER_COMMA.fullmatch(key) and e["input"] is None:
         return Finding(path, f"unknown key {shown(key)}", "is this part of a number with a decimal comma? Write 2.5", meant="")

@@ -14,7 +14,7 @@ from trunnion.simulation.results.result import Result
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.request_checks import check_settings
-from trunnion.simulation.settings.run_settings import Run, described, settings_given
+from trunnion.simulation.settings.run_settings import Run, settings_given, with_setting_docs
 
 if TYPE_CHECKING:
     from trunnion.scene.overrides import Given
@@ -24,7 +24,7 @@ ASKED = ("until", "every", "rtol", "method", "step", "kernel", "max_steps")
 """Settings of a run."""
 
 
-@described("trunnion.simulate")
+@with_setting_docs("trunnion.simulate")
 def simulate(
     scene: Given,
     until: Amount | None = None,
@@ -42,8 +42,8 @@ def simulate(
 ) -> Result:
     """Run a scene.
 
-    A run that fails returns a Result with the rows and events so far and a named outcome. So does a run that Ctrl-C ends, with the
-    outcome ``cancelled``. Ctrl-C before the first row raises KeyboardInterrupt.
+    A run that fails returns a Result with the rows and events so far and a named outcome. A run that Ctrl-C ends returns such a
+    Result with the outcome ``cancelled``. Ctrl-C before the first row raises KeyboardInterrupt.
 
     Args:
         scene: a Scene, a file, the name of a bundled model, or a dict with the content of a scene file.
@@ -58,7 +58,7 @@ def simulate(
     Raises:
         SceneError: for wrong input.
     """
-    from trunnion.scene.overrides import scene_given  # readers and checks, which a checked scene does not need
+    from trunnion.scene.overrides import scene_given  # imported here, because ``run_checked`` needs no readers and checks
 
     asked = {"until": until, "every": every, "rtol": rtol, "method": method, "step": step, "kernel": kernel, "max_steps": max_steps}
     return run_checked(scene_given(scene, overrides), asked, outputs, progress, certify, accuracy)

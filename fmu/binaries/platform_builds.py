@@ -59,7 +59,7 @@ NAMES = {
 }
 """For each standard: the name of each platform's folder."""
 ALONE = {"2.0": "aarch64-linux"}
-"""For a standard: the platform whose folder is that of another platform. An FMU contains only one of the two."""
+"""For a standard: the platform that shares the folder of another platform. An FMU contains only one of the two."""
 INSIDE = "fmu_"
 """Prefix of the model's functions in ``native/standards``."""
 ENTRIES = {

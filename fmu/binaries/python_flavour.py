@@ -22,7 +22,7 @@ path or preload it:
     LD_PRELOAD=libpython3.11.so.1.0 host …
 Windows: python3.dll must be on the PATH.
 No Python packages are needed beyond the standard library.
-The native flavour of the same FMU needs none of this.
+The native flavour of the same FMU needs neither libpython nor python3.dll.
 """
 REQUIREMENTS = "# the standard library only\n"
 

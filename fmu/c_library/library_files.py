@@ -12,7 +12,7 @@ from trunnion.basics.atomic_files import replacing
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu.c_source.array_size_macros import INPUT, SHELL, sizes_of
 from trunnion.fmu.c_source.source_files import texts
-from trunnion.fmu.scene_export import Made, started
+from trunnion.fmu.scene_export import ExportedScene, started
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Names
@@ -57,7 +57,7 @@ def library(
     control). checked: whether array lengths are checked at run time (``constant_length_arrays.fixed``). SceneError for wrong input,
     SimulationError when the scene cannot start."""
     model, first = started(scene_given(scene, overrides), outputs, "compiled")
-    made = Made(model, first, step)
+    made = ExportedScene(model, first, step)
     name = library_name(made.identifier)
     sizes = sizes_of(made.sources, made.model)
     called = names_in_c(name, made.listed)
@@ -124,7 +124,7 @@ def _row(constant: str, v: Variable, first: bool) -> str:
     return f"  {constant}{' = 0' if first else ''}, /* {kind}, {v.unit or '1'}: {plain(v.name)} */"
 
 
-def _given(name: str, called: Mapping[str, Variable], doubles: int, made: Made) -> dict[str, str]:
+def _given(name: str, called: Mapping[str, Variable], doubles: int, made: ExportedScene) -> dict[str, str]:
     """The replacements in the templates for a mechanism, by word."""
     shown = next((c for c, v in called.items() if v.name.endswith(".q[1]")), next(iter(called)))
     return {

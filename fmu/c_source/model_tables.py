@@ -9,7 +9,7 @@ from trunnion.fmu.c_source.failure_message_tables import cause_tables, causes
 from trunnion.fmu.c_text.literals import doubles, integers, number, string, strings
 from trunnion.fmu.variables.input_sums import source_table
 from trunnion.fmu.variables.outputs_inputs_parameters import ERRORS, Variable, followed
-from trunnion.fmu.variables.scene_parameters import Arrangement, depth
+from trunnion.fmu.variables.scene_parameters import FmuVariables, depth
 from trunnion.fmu.variables.variable_types import derivatives as column_rates
 from trunnion.scene.findings.findings_and_paths import last_key, parse_path
 from trunnion.simulation.global_error.column_error_kinds import kinds
@@ -33,7 +33,7 @@ HEAD = (
 )
 
 
-def model_text(model: Model, all_: Arrangement, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
+def model_text(model: Model, all_: FmuVariables, guid: str, linear: bool, faces: str = "", types: int = 1) -> str:
     """The C source that defines ``fmu_the_model``. faces: C text of the tables for FMI 3.0; "" for FMI 2.0. types: bits of
     ``KINDS``."""
     n, sizes, sim = model.built.numbers, model.kernel.sizes, model.built.scene.simulation
@@ -103,7 +103,7 @@ def _code(programs: list[list[str]]) -> str:
     """The C array with the stack code of all expressions; SceneError when an expression needs too large a stack."""
     most = max((depth(p) for p in programs), default=1)
     if most > STACK:
-        raise SceneError([Problem("parameters", f"an expression keeps {most} values, more than {STACK}", "give parts of it names")])
+        raise SceneError([Problem("parameters", f"an expression keeps {most} values, more than {STACK}", "divide the expression")])
     return f"static const double m_code[]={{{','.join(w for p in programs for w in p) or '0'}}};\n"
 
 

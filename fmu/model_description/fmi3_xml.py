@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.fmu.model_description.fmi2_xml import about, add_units, categories, depends_on, experiment, real
 from trunnion.fmu.variables.exported_model import ExportedModel
-from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Face
+from trunnion.fmu.variables.fmi3_arrays import ENUMERATION, FLOAT64, UINT64, Fmi3Variable
 from trunnion.fmu.variables.fmi3_event_clocks import LAST, NAME
 from trunnion.fmu.variables.model_exchange_states import does
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE
@@ -29,7 +29,7 @@ TIME = "time"
 
 
 def _own(made: ExportedModel) -> int:
-    """The value reference of the time. The next references are those of the clocks, of their times and of their counts."""
+    """The value reference of the time. The clocks, their times and their counts have the next references."""
     return len(made.listed)
 
 
@@ -55,13 +55,13 @@ def model_description3(made: ExportedModel, token: str) -> bytes:
         SubElement(root, "CoSimulation", {
             "modelIdentifier": identifier, "maxOutputDerivativeOrder": "1", **dict.fromkeys(CAN, "true"), **flags,
             "providesEvaluateDiscreteStates": "false"})  # fmt: skip
-    scalars = [*(f.first for f in made.faces), *made.exchanged.all]
+    scalars = [*(f.first for f in made.fmi3_variables), *made.exchanged.all]
     add_units(root, scalars, extra=("s",))
     _types(root, made)
     categories(root, "fmi3")
     experiment(root, scene, made.step)
     parent = SubElement(root, "ModelVariables")
-    for f in made.faces:
+    for f in made.fmi3_variables:
         _variable(parent, f, made)
     _own_variables(parent, made)
     _exchanged(parent, made)
@@ -72,7 +72,7 @@ def model_description3(made: ExportedModel, token: str) -> bytes:
 def _types(root: Element, made: ExportedModel) -> None:
     """Write TypeDefinitions: quantities of real variables, names of enumeration values."""
     definitions = SubElement(root, "TypeDefinitions")
-    scalars = [*(f.first for f in made.faces), *made.exchanged.all]
+    scalars = [*(f.first for f in made.fmi3_variables), *made.exchanged.all]
     for unit in sorted({v.unit for v in scalars if not v.type and v.unit in QUANTITIES} | {"s"}):
         SubElement(definitions, "Float64Type", {"name": QUANTITIES[unit], "quantity": QUANTITIES[unit], "unit": unit})
     for name in sorted({v.type for v in scalars} & set(ENUMERATIONS)):
@@ -81,7 +81,7 @@ def _types(root: Element, made: ExportedModel) -> None:
             SubElement(node, "Item", {"name": word, "value": str(value)} | ({"description": text} if text else {}))
 
 
-def _variable(parent: Element, f: Face, made: ExportedModel) -> None:
+def _variable(parent: Element, f: Fmi3Variable, made: ExportedModel) -> None:
     """Write a variable that exists in FMI 2.0, too."""
     v = f.first
     node = SubElement(parent, f.type, {
@@ -101,11 +101,11 @@ def _variable(parent: Element, f: Face, made: ExportedModel) -> None:
         SubElement(node, "Dimension", {"start": str(len(f.parts))})
 
 
-def _number(f: Face, x: float | None) -> str:
+def _number(f: Fmi3Variable, x: float | None) -> str:
     return repr(float(x or 0.0)) if f.type == FLOAT64 else str(int(x or 0))
 
 
-def _whole(f: Face) -> dict[str, str]:
+def _whole(f: Fmi3Variable) -> dict[str, str]:
     """XML attributes of an integer variable."""
     v = f.first
     if f.type == ENUMERATION:
@@ -114,9 +114,9 @@ def _whole(f: Face) -> dict[str, str]:
     return least | ({"max": str(int(v.maximum))} if v.maximum < HUGE and f.type == UINT64 else {})
 
 
-def _rate_of(f: Face, made: ExportedModel) -> Face | None:
+def _rate_of(f: Fmi3Variable, made: ExportedModel) -> Fmi3Variable | None:
     """The variable whose time derivative f is, component by component; None if there is no such variable."""
-    for other in made.faces if f.first.rate_of else ():
+    for other in made.fmi3_variables if f.first.rate_of else ():
         if [p.rate_of for p in f.parts] == [p.name for p in other.parts]:
             return other
     return None
@@ -164,12 +164,12 @@ def _structure(root: Element, made: ExportedModel) -> None:
     Derivatives depend on all inputs and states; these are listed, because some importers read only lists. As elsewhere, time is not
     listed."""
     structure = SubElement(root, "ModelStructure")
-    place = {f.reference + i + 1: f.reference for f in made.faces for i in range(len(f.parts))}
-    outputs = [f for f in made.faces if f.first.causality == "output"]
+    place = {f.reference + i + 1: f.reference for f in made.fmi3_variables for i in range(len(f.parts))}
+    outputs = [f for f in made.fmi3_variables if f.first.causality == "output"]
     first, n = _first_state(made), len(made.exchanged.states)
     states, rates = range(first, first + n), range(first + n, first + 2 * n)
     told = range(first + 2 * n, first + len(made.exchanged.all))
-    parameters, inputs = ([f.reference for f in made.faces if f.first.causality == c] for c in ("parameter", "input"))
+    parameters, inputs = ([f.reference for f in made.fmi3_variables if f.first.causality == c] for c in ("parameter", "input"))
     for name in ("Output", "InitialUnknown"):
         for f in outputs:
             found = {place[p] for p in _of_parts(f, made, name == "Output")}
@@ -186,7 +186,7 @@ def _structure(root: Element, made: ExportedModel) -> None:
         SubElement(structure, "EventIndicator", {"valueReference": str(i)})
 
 
-def _of_parts(f: Face, made: ExportedModel, now: bool) -> Iterator[int]:
+def _of_parts(f: Fmi3Variable, made: ExportedModel, now: bool) -> Iterator[int]:
     """Positions of the variables on which the components of an output depend. now: during the run; else at the start."""
     for i in range(len(f.parts)):
         d = made.depends[f.reference + i]

@@ -19,7 +19,7 @@ BaseUnits = Mapping[str, str]
 
 
 @dataclass(frozen=True)
-class Given:
+class ParameterValue:
     """A value of a parameter. type: "Real", "Integer", "Boolean" or "String". value: as text. unit: of a real parameter, else
     ""."""
 
@@ -29,14 +29,16 @@ class Given:
     unit: str = ""
 
 
-def of_scene(listed: Iterable[Variable]) -> list[Given]:
+def of_scene(listed: Iterable[Variable]) -> list[ParameterValue]:
     """The parameters of an FMU with their exported values. Enumerations, which are settings of the solver, are omitted."""
     out = []
     for v in listed:
         if v.causality == "parameter" and v.type not in ENUMERATIONS:
             whole = v.type != ""
-            out.append(Given(v.name, "Integer" if whole else "Real", str(int(v.start or 0)) if whole else repr(v.start or 0.0),
-                             "" if whole else v.unit))  # fmt: skip
+            start = v.start or 0.0
+            out.append(
+                ParameterValue(v.name, "Integer", str(int(start))) if whole else ParameterValue(v.name, "Real", repr(start), v.unit)
+            )
     return out
 
 
@@ -53,7 +55,7 @@ def add_units(parent: Element, units: Mapping[str, BaseUnits]) -> None:
         SubElement(SubElement(node, "ssc:Unit", {"name": name}), "ssc:BaseUnit", dict(base))
 
 
-def parameter_set(name: str, values: Sequence[Given], units: Mapping[str, BaseUnits] | None = None) -> bytes:
+def parameter_set(name: str, values: Sequence[ParameterValue], units: Mapping[str, BaseUnits] | None = None) -> bytes:
     """The SSV file as bytes. units: BaseUnit attributes by unit name; None if all units are units of Trunnion."""
     root = Element("ParameterSet", {"xmlns:ssv": SSV, "xmlns:ssc": SSC, "version": "1.0", "name": name})
     parent = SubElement(root, "Parameters")

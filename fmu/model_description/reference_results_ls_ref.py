@@ -25,12 +25,12 @@ EXPERIMENTS = "application/x-ma-hs-experiments"
 ROUND_OFF = 1e-9
 """Least allowed difference, relative to the largest value of a column: FMUs and the engine round differently."""
 GUIDE = """reference.csv contains outputs of this FMU from t = 0 to {until:.9g} s, one row every {every:g} s. The engine of Trunnion
-computed them with the relative tolerance {rtol:g}, with all inputs at their start values. Of this run, {errors}. {end}
+computed them with the relative tolerance {rtol:g}, with all inputs at their start values. Accuracy of this run: {errors}. {end}
 Outputs without a stated error are omitted. Components of an array have the names array[1], array[2], ...
 
-allowed_differences.csv has one row: the difference of each column that other machines and other communication steps may cause. It
-is the global error of the column, and at least {least:g} of the column's largest value. In model exchange, add the errors of the
-importer's solver. At the time of an event, an output that jumps may have its value before or after the jump.
+allowed_differences.csv has one row: the difference of each column that other machines and other communication steps may cause. This
+difference is the global error of the column, and at least {least:g} of the column's largest value. In model exchange, add the
+errors of the importer's solver. At the time of an event, an output that jumps may have its value before or after the jump.
 
 To check an importer, perform the experiment in reference.exp: simulate the default experiment of modelDescription.xml without
 setting any variable, and compare the outputs at the times of reference.csv.

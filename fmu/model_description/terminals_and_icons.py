@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
-from trunnion.fmu.variables.fmi3_arrays import Face
+from trunnion.fmu.variables.fmi3_arrays import Fmi3Variable
 from trunnion.fmu.xml_document import xml_bytes
 from trunnion.simulation.run import Model
 from trunnion.system.structure.bodies_and_joints import Joint
@@ -35,7 +35,7 @@ class Terminal:
     members: tuple[tuple[str, str, str], ...]
 
 
-def terminals(model: Model, made: Iterable[Face]) -> list[Terminal]:
+def terminals(model: Model, made: Iterable[Fmi3Variable]) -> list[Terminal]:
     """The terminals of the FMU. made: its variables. Only inputs and outputs can be members."""
     given = {f.name for f in made if f.first.causality in ("input", "output")}
     return [t for j in model.system.joints if (t := _flange(model, j, given) or _sensor(model, j, given)).members]
@@ -54,8 +54,8 @@ def _flange(model: Model, j: Joint, given: set[str]) -> Terminal | None:
 
 
 def _sensor(model: Model, j: Joint, given: set[str]) -> Terminal:
-    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> are those of the
-    outputs."""
+    """The terminal with all outputs of a joint, and the inputs of its devices. FMI's names <terminal>.<member> equal the names of
+    the outputs."""
     of = f"{j.name}."
     inputs = {name for d in j.devices for s in (d.drive, d.effort) if (name := _input_of(model, s)) in given}
     found = [(n, n.removeprefix(of)) for n in sorted(given) if n.startswith(of)] + [(n, f"inputs.{n}") for n in sorted(inputs)]

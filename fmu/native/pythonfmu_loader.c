@@ -1,5 +1,5 @@
 /* The library that hosts load from an FMU of the python flavour. It passes calls on to pythonfmu's library in the same folder, and
- * mends what that library lacks. `library_search.c`: pythonfmu decodes only "%20" in paths, fails on Linux without libpython, and on
+ * adds what that library lacks. `library_search.c`: pythonfmu decodes only "%20" in paths, fails on Linux without libpython, and on
  * Windows with paths that are not ASCII. `slave_calls.c`: pythonfmu does not check the GUID; it turns every status of a slave into OK
  * or a fatal error; without logging it hides errors; it keeps only registered variables as state, accepts any bytes as a state, and
  * lacks derivatives. Calls run in the default floating-point environment. */

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
-from trunnion.fmu.model_description.parameter_set_ssv import SSC, SSV, BaseUnits, Given, base_of, parameter_set
+from trunnion.fmu.model_description.parameter_set_ssv import SSC, SSV, BaseUnits, ParameterValue, base_of, parameter_set
 from trunnion.fmu.ssp.system_yaml import Component, Link, Setting, System
 from trunnion.fmu.xml_document import with_prefix, xml_bytes
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
@@ -26,7 +26,7 @@ X = TypeVar("X")
 
 
 @dataclass(frozen=True)
-class Mapped:
+class MappedSystem:
     """A system whose components have the values of its parameters. files: the SSV and the SSM file of these parameters, by path in
     the SSP file. unused: parameters that no variable takes."""
 
@@ -36,9 +36,9 @@ class Mapped:
     unused: tuple[str, ...]
 
 
-def with_mapped_values(system: System) -> Mapped:
-    """The system with the values of its parameters as settings of its components. A parameter without a mapping counts for the
-    variable whose name it has, COMPONENT.VARIABLE. SceneError for files that cannot be read."""
+def with_mapped_values(system: System) -> MappedSystem:
+    """The system with the values of its parameters as settings of its components. A parameter without a mapping sets the variable
+    of the same name, COMPONENT.VARIABLE. SceneError for files that cannot be read."""
     mistakes: list[Finding] = []
     parameters = _read_or(system.parameters, read_values, {}, ("parameters",), mistakes)
     links = _read_or(system.mappings, read_links, [], ("mappings",), mistakes)
@@ -62,11 +62,11 @@ def with_mapped_values(system: System) -> Mapped:
             setting = Setting(parameters[link.start], link.factor, link.offset, link.place)
             components[name] = replace(known, parameters={**known.parameters, variable: setting})
     unused = tuple(x.start for x in own if x.end[0] not in components)
-    return Mapped(replace(system, components=components), mistakes, files, unused)
+    return MappedSystem(replace(system, components=components), mistakes, files, unused)
 
 
 def _read_or(given: X | Path, read: Callable[[Path], X], otherwise: X, place: tuple[str], mistakes: list[Finding]) -> X:
-    """The contents that are given, or those of the given file; ``otherwise`` for a file that cannot be read."""
+    """The given contents, or the contents of the given file. If the file cannot be read, ``otherwise``."""
     if not isinstance(given, Path):
         return given
     try:
@@ -94,7 +94,7 @@ def read_values(file: Path) -> dict[str, Any]:
 
 
 def _value(given: Any, bases: Mapping[str, Mapping[str, str]]) -> Any:
-    """The value of a parameter, of which ``given`` is the element with type, value and unit."""
+    """The value of a parameter. given: its element with type, value and unit."""
     kind, text, unit = given.tag.removeprefix(SSV_SPACE), given.get("value"), given.get("unit") or ""
     if kind not in ("Real", "Integer"):
         return text in ("true", "1") if kind == "Boolean" else text
@@ -140,22 +140,22 @@ def _read(file: Path, schema: str) -> Any:
     return root
 
 
-def written_values(parameters: Mapping[str, Any]) -> tuple[list[Given], dict[str, BaseUnits]]:
+def written_values(parameters: Mapping[str, Any]) -> tuple[list[ParameterValue], dict[str, BaseUnits]]:
     """Values of a system's parameters as they were written, and the base units of their units by name."""
-    values: list[Given] = []
+    values: list[ParameterValue] = []
     units: dict[str, BaseUnits] = {}
     for name, value in parameters.items():
         if isinstance(value, bool):
-            values.append(Given(name, "Boolean", str(value).lower()))
+            values.append(ParameterValue(name, "Boolean", str(value).lower()))
             continue
         try:
             x = number(value)
         except UnitError:
-            values.append(Given(name, "String", str(value)))
+            values.append(ParameterValue(name, "String", str(value)))
             continue
         unit = parse(x.text)[2] if isinstance(x, Quantity) else ""
         factor = parse_unit(unit).factor
-        values.append(Given(name, "Real", repr(float(x) / factor), unit))
+        values.append(ParameterValue(name, "Real", repr(float(x) / factor), unit))
         if unit:
             units[unit] = base_of(unit) | ({"factor": repr(factor)} if factor != 1.0 else {})
     return values, units

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.fmu import zip_archive
-from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, Given, add_units, parameter_set
+from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, ParameterValue, add_units, parameter_set
 from trunnion.fmu.ssp.connection_arithmetic import computed_by_components
 from trunnion.fmu.ssp.parameter_mapping import MAPPING, MAPPING_TYPE, numbers, with_mapped_values
 from trunnion.fmu.ssp.system_yaml import Component, Connection, Setting, System, load_system
@@ -30,7 +30,7 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 FILE, VALUES = "SystemStructure.ssd", "resources/parameters.ssv"
 TYPES = {"Real": "Real", "Float64": "Real", "Integer": "Integer", "Int32": "Integer", "Boolean": "Boolean", "String": "String"}
 """Connector types by type of an FMU variable. Variables of other types have no connectors."""
-SUMS = "remove one connection; only a scene adds its sources, so name the scene of this FMU, or connect through one that adds"
+SUMS = "remove one connection, or replace the FMU by its scene: only FMUs that are exported with the system can add several sources"
 X = TypeVar("X")
 Sources = Mapping[str, Mapping[str, Sequence[Source]]]
 """The sources of inputs that are sums, by component and input."""
@@ -48,7 +48,7 @@ class Port:
 
 
 @dataclass(frozen=True)
-class Part:
+class FmuComponent:
     """A component. data: bytes of its FMU. ports: its variables by name. units: attributes of the base unit, by unit name."""
 
     data: bytes
@@ -57,7 +57,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Made:
+class ExportedSystem:
     """The result of an export. bytes: size of the file. connections, parameters: their numbers. unused: parameters of the system
     that no variable takes."""
 
@@ -69,7 +69,7 @@ class Made:
     unused: tuple[str, ...]
 
 
-def export_system(file: str | Path, target: str | Path, platform: Sequence[str] | str = "host") -> Made:
+def export_system(file: str | Path, target: str | Path, platform: Sequence[str] | str = "host") -> ExportedSystem:
     """Write the system of a YAML file as an SSP file. platform: platforms for which scenes are exported as FMUs. SceneError with
     all problems."""
     wrong = destination_problems(str(target), (".ssp",), "-o")
@@ -91,16 +91,16 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
         contents[VALUES] = parameter_set(system.name, values, _units(parts))
     out = Path(target)
     zip_archive.write(out, contents)
-    return Made(out, out.stat().st_size, tuple(parts), len(system.connections), len(values), mapped.unused)
+    return ExportedSystem(out, out.stat().st_size, tuple(parts), len(system.connections), len(values), mapped.unused)
 
 
-def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, Part], Sources, list[Connection]]:
+def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, FmuComponent], Sources, list[Connection]]:
     """The components by name, the inputs that they compute as sums, and the connections with their ends at the sources of these
     sums. SceneError with the problems of all components."""
     problems: list[Problem] = []
     given = dict(_each(system, problems, lambda name, c: _existing(system, c) if c.fmu else _scene(system, c)))
-    fmus = {n: p for n, p in given.items() if isinstance(p, Part)}
-    scenes = {n: s for n, s in given.items() if not isinstance(s, Part)}
+    fmus = {n: p for n, p in given.items() if isinstance(p, FmuComponent)}
+    scenes = {n: s for n, s in given.items() if not isinstance(s, FmuComponent)}
     units = {n: {v: (x.unit, p.units.get(x.unit, {})) for v, x in p.ports.items()} for n, p in fmus.items()}
     sums, copied = computed_by_components(system, {n: s.inputs for n, s in scenes.items()}, units)
     made = dict(_each(system, problems, lambda name, c: _exported(scenes[name], c, platform, sums.get(name, {})), scenes))
@@ -122,7 +122,7 @@ def _each(
             problems += [Problem(f"{where}: {p.where}", p.what, p.hint, p.file or system.file, p.line) for p in e.problems]
 
 
-def _existing(system: System, c: Component) -> Part:
+def _existing(system: System, c: Component) -> FmuComponent:
     """The component whose FMU the system names."""
     file = system.folder / c.fmu
     if not file.is_file():
@@ -136,7 +136,7 @@ def _scene(system: System, c: Component) -> Scene:
     return load_scene(there if there.exists() else c.scene)
 
 
-def _exported(scene: Scene, c: Component, platform: Sequence[str] | str, sums: Sums) -> Part:
+def _exported(scene: Scene, c: Component, platform: Sequence[str] | str, sums: Sums) -> FmuComponent:
     """The component with the exported FMU of its scene. sums: inputs that are sums of sources; in the FMU they are local."""
     from trunnion.fmu.scene_export import export
 
@@ -151,7 +151,7 @@ def _exported(scene: Scene, c: Component, platform: Sequence[str] | str, sums: S
         return replace(part, ports={n: replace(p, causality="input") if n in sums else p for n, p in part.ports.items()})
 
 
-def _part(data: bytes) -> Part:
+def _part(data: bytes) -> FmuComponent:
     """A component from its FMU."""
     import io
 
@@ -167,7 +167,7 @@ def _part(data: bytes) -> Part:
         v.name: Port(v.causality, TYPES[v.type], v.unit or (v.declaredType.unit if v.declaredType else "") or "")
         for v in told.modelVariables if v.type in TYPES and not getattr(v, "dimensions", None)
     }  # fmt: skip
-    return Part(data, ports, {u.name: _base(u.baseUnit) for u in told.unitDefinitions})
+    return FmuComponent(data, ports, {u.name: _base(u.baseUnit) for u in told.unitDefinitions})
 
 
 def _base(unit: object) -> dict[str, str]:
@@ -178,7 +178,7 @@ def _base(unit: object) -> dict[str, str]:
     return {k: str(p) for k, p in powers.items() if p} | {k: repr(x) for k, x in scales.items() if x != SCALES[k]}
 
 
-def _connected(system: System, parts: dict[str, Part]) -> Iterator[Finding]:
+def _connected(system: System, parts: dict[str, FmuComponent]) -> Iterator[Finding]:
     """Problems of the connections."""
     for c in system.connections:
         ends = [_port(c, end, causality, parts) for end, causality in ((c.start, "output"), (c.end, "input"))]
@@ -194,7 +194,7 @@ def _connected(system: System, parts: dict[str, Part]) -> Iterator[Finding]:
             yield Finding(c.place, f"{a.unit} cannot be connected to {b.unit}", "connect quantities of one kind")
 
 
-def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, Part]) -> Port | Finding:
+def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, FmuComponent]) -> Port | Finding:
     """The variable at an end of a connection, or the problem with this end."""
     name, variable = end
     if name not in parts:
@@ -224,7 +224,7 @@ def _unique(system: System, sums: Sources) -> Iterator[Finding]:
         pairs.add((c.start, c.end))
 
 
-def _values(system: System, parts: dict[str, Part], sums: Sources, wrong: list[Finding]) -> Iterator[Given]:
+def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong: list[Finding]) -> Iterator[ParameterValue]:
     """Values of parameters; problems are appended to ``wrong``."""
     for name, c in system.components.items():
         for variable, setting in c.parameters.items():
@@ -241,11 +241,11 @@ def _values(system: System, parts: dict[str, Part], sums: Sources, wrong: list[F
                 wrong.append(Finding(setting.place, e.what, e.hint))
 
 
-def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> Given:
-    """A value with the type and unit of its variable; UnitError for a wrong unit. base: that of the variable's unit."""
+def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> ParameterValue:
+    """A value with the type and unit of its variable; UnitError for a wrong unit. base: base unit of the variable's unit."""
     value = setting.value
     if port.type in ("String", "Boolean"):
-        return Given(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
+        return ParameterValue(name, port.type, str(value).lower() if port.type == "Boolean" else str(value))
     x = number(value)
     if isinstance(x, Quantity):
         try:
@@ -256,17 +256,19 @@ def _given(name: str, port: Port, base: BaseUnits, setting: Setting) -> Given:
             raise UnitError(f"{x.text} is not a value in {port.unit or '1'}")
         x = (float(x) - float(base.get("offset", 0.0))) / float(base.get("factor", 1.0))
     x = setting.factor * float(x) + setting.offset
-    return Given(name, "Integer", str(int(x))) if port.type == "Integer" else Given(name, "Real", repr(x), port.unit)
+    if port.type == "Integer":
+        return ParameterValue(name, "Integer", str(int(x)))
+    return ParameterValue(name, "Real", repr(x), port.unit)
 
 
-def _units(parts: dict[str, Part]) -> dict[str, dict[str, str]]:
+def _units(parts: dict[str, FmuComponent]) -> dict[str, dict[str, str]]:
     """The attributes of base units for the units of all components, by unit name."""
     return {u: base for p in parts.values() for u, base in p.units.items()}
 
 
-def description(system: System, parts: dict[str, Part], bound: Sequence[str]) -> bytes:
+def description(system: System, parts: dict[str, FmuComponent], bound: Sequence[str]) -> bytes:
     """The file ``SystemStructure.ssd`` as bytes. Its connectors are all outputs and the connected inputs of the components. bound:
-    the files with values of parameters; later ones count more."""
+    the files with values of parameters; values of later files replace values of earlier files."""
     root = Element(
         "SystemStructureDescription",
         {"xmlns:ssd": SSD, "xmlns:ssc": SSC, "version": "1.0", "name": system.name, "generationTool": "Trunnion"},

@@ -1,4 +1,4 @@
-"""Variables of FMI 3.0. The components of a vector form an array, whose value reference is that of its first component. An integer
+"""Variables of FMI 3.0. The components of a vector form an array, which has the value reference of its first component. An integer
 variable gets one of FMI 3.0's integer types."""
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FLAGS = ("events.last.marginal",)
 
 
 @dataclass(frozen=True)
-class Face:
+class Fmi3Variable:
     """A variable of FMI 3.0. reference: value reference of the first scalar. parts: the scalars."""
 
     name: str
@@ -61,14 +61,14 @@ class Face:
         return UINT64 if self.name in COUNTS else BOOLEAN if self.name in FLAGS else INT32
 
 
-def faces(listed: Sequence[Variable], scalars: bool = False) -> list[Face]:
+def fmi3_variables(listed: Sequence[Variable], scalars: bool = False) -> list[Fmi3Variable]:
     """The variables of FMI 3.0 that the scalar variables of FMI 2.0 form, in order of their value references. scalars: whether all
     variables remain scalars."""
-    out: list[Face] = []
+    out: list[Fmi3Variable] = []
     at = 0
     while at < len(listed):
         name, count = (listed[at].name, 1) if scalars else _array(listed, at)
-        out.append(Face(name, at, tuple(listed[at : at + count])))
+        out.append(Fmi3Variable(name, at, tuple(listed[at : at + count])))
         at += count
     return out
 
@@ -94,7 +94,7 @@ def _continues(first: Variable, other: Variable, name: str) -> bool:
     return all(getattr(first, s) == getattr(other, s) for s in same)
 
 
-def face_tables(made: Sequence[Face]) -> str:
+def fmi3_variable_tables(made: Sequence[Fmi3Variable]) -> str:
     """Two C arrays with an element for each value reference: the number of values, and the type."""
     widths = [len(f.parts) if i == 0 else 0 for f in made for i in range(len(f.parts))]
     kinds = ",".join(CODES[f.type] for f in made for _ in f.parts)

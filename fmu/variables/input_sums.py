@@ -12,7 +12,7 @@ from trunnion.fmu.variables.outputs_inputs_parameters import SOURCE, Variable
 
 @dataclass(frozen=True)
 class Source:
-    """A source of an input, which is the sum of factor · value + offset over its sources. unit: that of the value; "" for the unit
+    """A source of an input, which is the sum of factor · value + offset over its sources. unit: unit of the value; "" for the unit
     of the input. base: attributes of the unit's base unit, if it is not a unit of Trunnion."""
 
     factor: float = 1.0
@@ -40,10 +40,11 @@ def with_input_sources(listed: Sequence[Variable], sums: Sums, columns: int) -> 
 
 
 def _sources(v: Variable, index: int, given: Sequence[Source]) -> Iterator[Variable]:
-    """The sources of an input. The first source has the start value with which the sum is that of the input."""
+    """The sources of an input. The start value of the first source is chosen so that the sum equals the start value of the
+    input."""
     rest = (v.start or 0.0) - sum(s.offset for s in given)
     for k, s in enumerate(given):
-        text = f"source {k + 1} of {v.name}, which is the sum of its sources; this one counts {s.factor!r} × value + {s.offset!r}"
+        text = f"source {k + 1} of {v.name}, which is the sum of its sources; this source adds {s.factor!r} × value + {s.offset!r}"
         start = rest / s.factor if k == 0 and s.factor != 0.0 else 0.0
         yield Variable(source_name(v.name, k), s.unit or v.unit, text, "input", "continuous", "", start, role=SOURCE, index=index)
 

@@ -23,7 +23,7 @@ RATES = {"rad": "rad/s", "m": "m/s", "1": "1/s", "rad/s": "rad/s^2", "m/s": "m/s
 
 
 @dataclass(frozen=True)
-class Exchanged:
+class ModelExchangeVariables:
     """The variables of model exchange. states: in the order of ``tr_states``. rates: their time derivatives. indicators: event
     indicators."""
 
@@ -43,7 +43,7 @@ def does(kind: str, bit: str) -> bool:
     return bool(KINDS[kind] & KINDS[bit])
 
 
-def exchanged(model: Model) -> Exchanged:
+def exchanged(model: Model) -> ModelExchangeVariables:
     """The variables of model exchange. SceneError with all reasons when the scene does not allow model exchange."""
     wrong = refusals(model)
     if wrong:
@@ -60,7 +60,7 @@ def exchanged(model: Model) -> Exchanged:
         for s in states
     ]  # fmt: skip
     told = [Variable(f"indicators.{n}", "1", t, "local", "continuous", "calculated", None) for n, t in _indicators(model)]
-    return Exchanged(tuple(states), tuple(rates), tuple(told))
+    return ModelExchangeVariables(tuple(states), tuple(rates), tuple(told))
 
 
 def _states(model: Model) -> Iterator[tuple[str, str, str]]:
@@ -125,7 +125,7 @@ def refusals(model: Model) -> list[Problem]:
         why = "a jam that ends by an impact occurs where friction has no solution, and no event indicator detects this in advance"
         out.append(Problem("simulation.jams", f"no model exchange: {why}", "--set simulation.jams=end, or --type cs"))
     for j in model.system.unilateral:
-        why = "an impact changes rates, and the limit of impacts is found by the run's own steps"
+        why = "an impact changes rates, and only the run's own steps find the end of accumulating impacts"
         out.append(Problem(f"joints.{j.name}.unilateral", f"no model exchange: {why}", "--type cs"))
     for name in followed(model):
         why = f"the motion that follows input {name} depends on the input's values at communication points"

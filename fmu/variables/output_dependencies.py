@@ -17,7 +17,7 @@ MOST = 250_000
 inputs, so that the description stays small."""
 
 
-class Dependence(NamedTuple):
+class ColumnDependence(NamedTuple):
     """Dependence of a column (``kernel.units.column_dependence``). constant: whether the column is constant. solved: whether it
     contains multipliers or accelerations. values, seconds: indices of those inputs whose value or second derivative it contains."""
 
@@ -28,7 +28,7 @@ class Dependence(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Depends:
+class OutputDependencies:
     """The indices (from 1, sorted) of the variables on which an output depends. now: during the run. start: at the start."""
 
     now: tuple[int, ...]
@@ -58,24 +58,24 @@ class _Places:
         return {p for i in self.followed for kind in self.of[i][:2] for p in kind}
 
 
-def dependencies(model: Model, listed: list[Variable], known: list[Dependence] | None) -> list[Depends]:
+def dependencies(model: Model, listed: list[Variable], known: list[ColumnDependence] | None) -> list[OutputDependencies]:
     """The dependencies of each output. known: dependencies from the structure of the expressions; None: the dependencies are
     derived from the quantity of each column."""
     places = _Places(model, listed, len(model.columns))
-    found: Sequence[Dependence | None] = known or [None] * len(model.columns)
+    found: Sequence[ColumnDependence | None] = known or [None] * len(model.columns)
     return [_of(c, k, places) for c, k in zip(model.columns, found, strict=True)]
 
 
-def _of(c: Column, known: Dependence | None, places: _Places) -> Depends:
+def _of(c: Column, known: ColumnDependence | None, places: _Places) -> OutputDependencies:
     q = c.quantity
     now = set() if q.runtime or not q.direct else places.every() if known is None or known.solved else _named(known, places)
     if q.integral or (known is not None and known.constant):
-        return Depends(_sorted(now), ())
+        return OutputDependencies(_sorted(now), ())
     start = places.every() if q.runtime else now | places.motions()
-    return Depends(_sorted(now), _sorted([*start, *places.parameters]))
+    return OutputDependencies(_sorted(now), _sorted([*start, *places.parameters]))
 
 
-def _named(known: Dependence, places: _Places) -> set[int]:
+def _named(known: ColumnDependence, places: _Places) -> set[int]:
     """The indices of inputs in the expression of a column. An input of a force is included if its value occurs in the expression.
     An input that a motion follows is included if its second derivative occurs, because position and rate of the motion are
     continuous."""

@@ -25,7 +25,7 @@ OPERATIONS = {
 
 
 @dataclass(frozen=True)
-class Arrangement:
+class FmuVariables:
     """The variables of an FMU. listed: variables in order of value references. followers: computed parameters, which come after
     ``listed`` and have no value references. programs: stack code of each follower. left_out: parameters of the scene that are not
     parameters of the FMU. sums: inputs that are sums of sources."""
@@ -37,7 +37,7 @@ class Arrangement:
     sums: Sums = field(default_factory=dict)
 
 
-def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
+def arranged(scene: Scene, listed: Sequence[Variable]) -> FmuVariables:
     """The variables of the FMU, in which parameters of the scene replace the numbers that depend on them. listed: all possible
     variables."""
     following = DependentNumbers(scene)
@@ -52,12 +52,12 @@ def arranged(scene: Scene, listed: Sequence[Variable]) -> Arrangement:
     kept = [v for v in listed[first:] if v.name not in inside]
     settings = {n: i for i, n in enumerate(offered)}
     programs = [_code(following.numbers[p], following, settings) for p in moved]
-    return Arrangement(
+    return FmuVariables(
         [*listed[:first], *own, *kept], [known[places[p]] for p in moved], programs, tuple(n for n in base if n not in offered)
     )
 
 
-def begun(all_: Arrangement, starts: Mapping[str, float]) -> Arrangement:
+def begun(all_: FmuVariables, starts: Mapping[str, float]) -> FmuVariables:
     """The variables with these start values of parameters, by name. SceneError for values that are not allowed."""
     given = {v.name: starts[v.name] for v in all_.listed if v.causality == "parameter" and v.name in starts}
     bounds = {v.name: v.bound for v in all_.listed}
@@ -67,7 +67,7 @@ def begun(all_: Arrangement, starts: Mapping[str, float]) -> Arrangement:
     return replace(all_, listed=[replace(v, start=given.get(v.name, v.start)) for v in all_.listed])
 
 
-def summed(all_: Arrangement, sums: Sums, columns: int) -> Arrangement:
+def summed(all_: FmuVariables, sums: Sums, columns: int) -> FmuVariables:
     """The variables with the sources of inputs that are sums. columns: number of outputs."""
     return replace(all_, listed=with_input_sources(all_.listed, sums, columns), sums=sums)
 
@@ -130,7 +130,7 @@ def depth(program: Sequence[str]) -> int:
 BINARY = {f"FMU_{OPERATIONS[f]}" for f in ("+", "-", "*", "/", "^", "atan2", "min", "max")}
 
 
-def left_out(all_: Arrangement) -> tuple[str, ...]:
+def left_out(all_: FmuVariables) -> tuple[str, ...]:
     """A note that names the parameters of the scene that the FMU lacks; no note if there are none."""
     if not all_.left_out:
         return ()

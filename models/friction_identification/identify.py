@@ -21,7 +21,7 @@ ANGLE = "pivot.q[1]"
 
 
 def make(file: Path) -> None:
-    """Synthetic data of known truth."""
+    """Write synthetic measurements of a run with the numbers TRUTH."""
     run = trunnion.simulate(str(HERE / "scene.yaml"), rtol=1e-10, overrides=TRUTH, outputs=[ANGLE])
     noise = NOISE * np.random.default_rng(SEED).normal(size=len(run.time))
     with file.open("w", newline="", encoding="utf-8") as out:
@@ -31,7 +31,7 @@ def make(file: Path) -> None:
 
 
 def identify(file: Path) -> trunnion.Fit:
-    """Least squares with the gradients of the run, across its stops."""
+    """Fit the numbers by least squares, with exact gradients across the stops of the run."""
     time, angle = np.loadtxt(file, delimiter=",", skiprows=1).T
     return trunnion.fit(str(HERE / "scene.yaml"), list(TRUTH), time, {ANGLE: angle})
 
@@ -44,4 +44,4 @@ if __name__ == "__main__":
     for name, value in found.values.items():
         print(f"{name}: {value:.5f} ± {found.deviation[name]:.5f} (true: {TRUTH[name]:g})")
     print(f"misfit {1e3 * found.misfit:.3f} mrad (noise: {1e3 * NOISE:g}), {found.rounds} rounds")
-    print(f"correlation of the two: {found.correlation[0, 1]:.3f}")
+    print(f"correlation of the two numbers: {found.correlation[0, 1]:.3f}")

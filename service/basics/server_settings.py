@@ -72,7 +72,7 @@ class Settings:
 
     @property
     def database_url(self) -> str:
-        """The SQLAlchemy URL of the database; by default that of an SQLite file in the data folder."""
+        """The SQLAlchemy URL of the database; by default, an SQLite file in the data folder."""
         return self.database or f"sqlite:///{(self.data / 'trunnion.db').absolute()}"
 
     @property

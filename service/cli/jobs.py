@@ -141,7 +141,7 @@ def print_job(job: dict[str, Any], as_json: bool, code: int) -> int:
 
 def answer_lines(job: Job) -> list[str]:
     """The lines that ``trunnion fit`` would print for the result of a job with a fit."""
-    from trunnion.analysis.fits.result_reader import read_comparison, read_fit, read_ranking
+    from trunnion.analysis.fits.fits_from_plain_data import read_comparison, read_fit, read_ranking
     from trunnion.cli.output.fit_report import lines, proposal_lines
 
     found = job.answer

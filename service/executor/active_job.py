@@ -28,19 +28,19 @@ OVERRUN, SHORTEST_OVERRUN = 4.0, 1.0
 """A chunk is split if it takes longer than OVERRUN times the longest planned duration and longer than SHORTEST_OVERRUN seconds. Its
 other cases can then finish."""
 BUILDING = 60.0
-"""Time for building, s, that a chunk is granted from the budget in addition to its time of stepping. Even later chunks need it: a
-case can need another kernel."""
+"""Time for building, s, that a chunk gets from the budget in addition to its time of stepping. Later chunks need this time, too,
+because a case can need another kernel."""
 LEAST_GRANT, LEAST_LEFT = 0.25, 0.01
 """LEAST_GRANT: smallest grant while other chunks run, s. LEAST_LEFT: if less of the budget is left, s, it counts as used up."""
 
 
 @dataclass
-class Active:
+class ActiveJob:
     """A job that the dispatcher works on. flying: (chunk, future) of each chunk on the cluster, by first case. granted: part of the
     budget that is reserved for each chunk on the cluster, s. spent: used part of the budget, s. cost: mean computing time of a
     case, s; 0 before the first chunk. warm: whether the kernel is built. planned: number of cases in all chunks that were cut.
     document: digest of the job's document. follow: the study whose results determine the cases. apart: whether each case is a
-    separate chunk (for a fit). sure: whether all chunks that are stored as running are in ``flying``; False after an interrupted
+    separate chunk (for a fit). sure: whether ``flying`` contains all chunks that are stored as running; False after an interrupted
     write."""
 
     job: Job

@@ -27,7 +27,7 @@ from trunnion.service.basics.json_text import text_of
 from trunnion.service.basics.recently_used_cache import RecentItems
 from trunnion.service.executor.job_stage import DERIVING, RUNNING, Tell, report_stages
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, digest_of
 from trunnion.service.executor.part_versions import computed_by
 from trunnion.service.request_models.job_request import plan_of_document
 
@@ -60,45 +60,46 @@ class Cancelled(RuntimeError):
 
 
 def run_chunk(
-    url: str, piece: Piece, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
+    url: str, case_range: CaseRange, seconds: float, longest: float = inf, values: Values = None, pause: float = 0.0
 ) -> dict[str, Any]:
-    """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``Done``. If a
-    valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the finished
-    cases. url: location of the parts and of the job's document. piece: identity of the chunk. seconds: limit of the processor time
-    of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases of a study.
-    pause: shortest time between two checks of the stop marker, s."""
+    """Run the cases of a chunk and write their results to a Parquet file, the chunk's part. Returns the fields of ``ChunkReport``.
+    If a valid part exists, it is kept and nothing runs. A chunk that exceeds a limit stops at once, and its part contains the
+    finished cases. url: location of the parts and of the job's document. case_range: the cases of the chunk. seconds: limit of the
+    processor time of building and stepping together, s. longest: limit of stepping alone, s. values: parameter values of the cases
+    of a study. pause: shortest time between two checks of the stop marker, s."""
     parts = Parts(url)
-    start, stop = piece.start, piece.stop
-    there = parts.part_outcomes(piece)
+    start, stop = case_range.start, case_range.stop
+    there = parts.part_outcomes(case_range)
     if there is not None:
         about = {"bytes": there[1], "worker": _worker_name(), "version": there[2]}
         return {"counts": there[0], "seconds": 0.0, "build_seconds": 0.0, **about}
-    runner = _cached_runner(parts, piece.job, piece.document)
+    runner = _cached_runner(parts, case_range.job, case_range.document)
     built, stepped, began = runner.build_seconds, runner.seconds, processor_seconds()
-    watch = ChunkMonitor(parts, piece.job, seconds, longest, pause)
+    watch = ChunkMonitor(parts, case_range.job, seconds, longest, pause)
     if values is not None and isinstance(runner.plan.cases.values, ReportedCases):
         runner.plan.cases.values.report(start, values)
-    with watched(watch.check), report_stages(parts, piece.job, wanted=start == 0) as watch.tell:
+    with watched(watch.check), report_stages(parts, case_range.job, wanted=start == 0) as watch.tell:
         watch.tell(DERIVING if runner.plan.kernel == "compiled" else RUNNING)
         try:
             table, reached = runner.chunk(start, stop, watch), stop
         except Stopped as overran:
             table, reached = _finished_prefix(overran.table, start)
-    size = _write_results(parts, replace(piece, stop=reached), table, runner) if reached > start else 0
+    size = _write_results(parts, replace(case_range, stop=reached), table, runner) if reached > start else 0
     work = max(processor_seconds() - began, runner.seconds - stepped)
-    build = min(runner.build_seconds - built, work - (runner.seconds - stepped))  # other load lengthens the wall time of a build
+    # build_seconds is wall time, which other load of the machine lengthens
+    build = min(runner.build_seconds - built, work - (runner.seconds - stepped))
     spent = {"seconds": work - build, "build_seconds": build}
     about = {"worker": _worker_name(), "version": engine_version()}
     return {"counts": count_by(table), "bytes": size, "reached": reached, **about, **spent}
 
 
-def _write_results(parts: Parts, piece: Piece, table: Any, runner: Runner | FitRunner) -> int:
-    """Write rows and part of a piece; returns their size in bytes."""
+def _write_results(parts: Parts, case_range: CaseRange, table: Any, runner: Runner | FitRunner) -> int:
+    """Write rows and part of a range of cases; returns their size in bytes."""
     size = 0
     if runner.plan.series is not None and runner.rows is not None:
-        kept = runner.rows.filter(runner.rows["case"].to_numpy() < piece.stop)
-        size = parts.write_rows(piece, kept)
-    return size + parts.write_part(piece, computed_by(table, engine_version()))
+        kept = runner.rows.filter(runner.rows["case"].to_numpy() < case_range.stop)
+        size = parts.write_rows(case_range, kept)
+    return size + parts.write_part(case_range, computed_by(table, engine_version()))
 
 
 def _finished_prefix(table: Any, start: int) -> tuple[Any, int]:
@@ -140,7 +141,7 @@ class ChunkMonitor:
 
     def check(self) -> None:
         """Raise OutOfTime when the time is used up, and Cancelled when the job was stopped."""
-        now, own = time.monotonic(), threading.get_ident() == self.thread  # other threads of a build have clocks of their own
+        now, own = time.monotonic(), threading.get_ident() == self.thread  # other threads of a build check only the wall time
         if now > self.latest or (own and processor_seconds() - self.began > self.seconds):
             raise OutOfTime("the chunk used its whole time")
         self._check_stop_marker(now)

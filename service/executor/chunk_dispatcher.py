@@ -12,15 +12,15 @@ from typing import Any
 
 from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.basics.server_settings import Settings
-from trunnion.service.executor.active_job import LEAST_GRANT, LEAST_LEFT, OUT_OF_TIME, WALL_FACTOR, Active
+from trunnion.service.executor.active_job import LEAST_GRANT, LEAST_LEFT, OUT_OF_TIME, WALL_FACTOR, ActiveJob
 from trunnion.service.executor.chunk_and_case_runs import Cancelled, OutOfTime, run_chunk
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost, check_pause
 from trunnion.service.executor.dask_cluster import Cluster, NoCluster
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, document_bytes
 from trunnion.service.store.database_connection import Unreachable
-from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, LeaseLost, WorkStore
 from trunnion.service.store.store_records import Chunk
 
 log = logging.getLogger("trunnion.service")
@@ -28,7 +28,7 @@ AHEAD = 1
 """For each running chunk, this many chunks wait at the cluster, so that no worker is idle until the next turn."""
 IDLE_SECONDS = 0.05
 STOP_SECONDS, RESULT_SECONDS = 2, 10
-Report = tuple[Done | None, Lost | None]
+Report = tuple[ChunkReport | None, FailedAttempt | None]
 """The report of a chunk (None if it is lost), and the failed attempt (None if the chunk is done)."""
 
 
@@ -120,7 +120,7 @@ class Dispatcher(LeasedJobs):
                 some, room = True, room - sent
         return some
 
-    def _send_some(self, active: Active, most: int) -> int:
+    def _send_some(self, active: ActiveJob, most: int) -> int:
         """Cut the next chunks of a job, at most ``most``, in one commit, and send them. Returns the number of sent chunks."""
         if time.monotonic() < active.nothing_until:
             return 0
@@ -142,7 +142,7 @@ class Dispatcher(LeasedJobs):
             return 0
         active.planned = max(active.planned, *(chunk.stop for chunk in chunks))
         early = [chunk for chunk in chunks if chunk.stop > active.known]
-        if early:  # this server took the study over, and has not yet read the study's earlier results
+        if early:  # the server has taken over the study, but not yet read the results of its earlier rounds
             self._give_back(early, "not known yet")
         todo = [chunk for chunk in chunks if chunk.stop <= active.known]
         for k, chunk in enumerate(todo):
@@ -154,17 +154,17 @@ class Dispatcher(LeasedJobs):
         self.dispatch_cost.record(len(chunks), time.perf_counter() - began)
         return len(todo)
 
-    def _submit(self, active: Active, chunk: Chunk, time_grant: tuple[float, float], pause: float) -> None:
-        piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
+    def _submit(self, active: ActiveJob, chunk: Chunk, time_grant: tuple[float, float], pause: float) -> None:
+        case_range = CaseRange(chunk.job, active.document, chunk.start, chunk.stop)
         values = None if active.follow is None else active.follow.rows(chunk.start, chunk.stop).tolist()
-        future = self.cluster.submit(run_chunk, self.parts.url, piece, *time_grant, values, pause)
+        future = self.cluster.submit(run_chunk, self.parts.url, case_range, *time_grant, values, pause)
         active.flying[chunk.start], active.granted[chunk.start] = (chunk, future), time_grant[0]
         future.add_done_callback(lambda f, job=chunk.job, start=chunk.start: self._put_returned(job, start, f))
 
     def _give_back(self, chunks: list[Chunk], why: str) -> None:
         """Set chunks back to waiting, because they cannot be sent now."""
         self.store.record_outcomes(
-            self.name, chunks[0].job, {}, {c.start: Lost(why, 0.5, False) for c in chunks}, self.settings.attempts
+            self.name, chunks[0].job, {}, {c.start: FailedAttempt(why, 0.5, False) for c in chunks}, self.settings.attempts
         )
 
     def _put_returned(self, job: str, start: int, future: Any) -> None:
@@ -207,7 +207,7 @@ class Dispatcher(LeasedJobs):
                 found.setdefault(job, {})[start] = future
         return found
 
-    def _record_returned(self, active: Active, futures: dict[int, Any]) -> None:
+    def _record_returned(self, active: ActiveJob, futures: dict[int, Any]) -> None:
         """Store the chunks of a job that returned with a result or an error."""
         began, reports = time.perf_counter(), dict[int, Report]()
         for start, future in futures.items():
@@ -227,7 +227,7 @@ class Dispatcher(LeasedJobs):
         if active.planned >= active.known and not active.flying:
             self._end_if_over(active)
 
-    def _report(self, active: Active, start: int, future: Any) -> Report:
+    def _report(self, active: ActiveJob, start: int, future: Any) -> Report:
         """The report of one returned chunk."""
         chunk, granted = active.flying[start][0], active.granted.get(start, 0.0)
         got = self._result(future) if future.status == "finished" else None
@@ -235,13 +235,13 @@ class Dispatcher(LeasedJobs):
             got = {"counts": {}, "seconds": 0.0, "build_seconds": granted, "bytes": 0, "reached": start}
         if got is None:
             return None, self._lost(chunk, future)
-        done = Done(**got)
+        done = ChunkReport(**got)
         if not sum(done.counts.values()) and chunk.stop - chunk.start == 1 and granted >= WALL_FACTOR * active.cpu_limit:
             what = f"the case had not ended after {granted:.3g} s, far beyond its CPU-time limit: the machine may be overloaded"
-            return done, Lost(what, self.settings.retry_delay)
+            return done, FailedAttempt(what, self.settings.retry_delay)
         return done, None
 
-    def _learn_cost(self, active: Active, start: int, used: Done | None) -> None:
+    def _learn_cost(self, active: ActiveJob, start: int, used: ChunkReport | None) -> None:
         """Update the used time of a job and the computing time of a case (``cost``) from the report of a stored chunk."""
         active.release_grant(start, used.seconds + used.build_seconds if used else 0.0)
         if used is None:
@@ -259,11 +259,11 @@ class Dispatcher(LeasedJobs):
         written."""
         try:
             return dict(future.result(timeout=RESULT_SECONDS))
-        except Exception as e:  # noqa: BLE001  # after any error, the chunk is requested again
+        except Exception as e:  # noqa: BLE001  # after any error, the chunk runs again
             log.info("a result was lost: %s", e)
             return None
 
-    def _lost(self, chunk: Chunk, future: Any) -> Lost:
+    def _lost(self, chunk: Chunk, future: Any) -> FailedAttempt:
         """The record of a failed attempt. The cause is either the chunk (an error, or a worker that was killed repeatedly) or the
         cluster. Only a failure that the chunk caused counts towards the limit of attempts."""
         failed = future.status == "error"
@@ -272,7 +272,7 @@ class Dispatcher(LeasedJobs):
         if isinstance(error, CorruptPart):
             self.parts.write(self.parts.job_file(chunk.job), document_bytes(self.store.document(chunk.job)))
         text = f"{type(error).__name__}: {error}" if failed else "the cluster was lost"
-        return Lost(text, self._delay(chunk.attempts) if blame else 0.5, blame)
+        return FailedAttempt(text, self._delay(chunk.attempts) if blame else 0.5, blame)
 
     def _delay(self, attempts: int) -> float:
         """The pause before the next attempt, s. attempts: number of attempts that were made."""

@@ -14,13 +14,13 @@ from typing import Any
 
 from trunnion.analysis.studies.study_rounds import StudyProgress
 from trunnion.service.basics.server_settings import Settings
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.chunk_size import COMMIT_SIZE
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.executor.study_round_results import round_results
 from trunnion.service.request_models.job_request import current_settings, study_of_document
-from trunnion.service.store.leases_and_chunks import Done, Lost, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, WorkStore
 from trunnion.service.store.store_records import Chunk, Job
 
 
@@ -32,7 +32,7 @@ class LeasedJobs:
     def __init__(self, store: WorkStore, parts: Parts, settings: Settings):
         self.store, self.parts, self.settings = store, parts, settings
         self.name = secrets.token_hex(8)
-        self.jobs: dict[str, Active] = {}
+        self.jobs: dict[str, ActiveJob] = {}
         self.returned: queue.SimpleQueue[tuple[str, int, Any]] = queue.SimpleQueue()
         self.claimed = self.renewed = -1e9
 
@@ -60,7 +60,7 @@ class LeasedJobs:
         if job.state != "cancelling":
             self.parts.write(self.parts.job_file(job.id), document_bytes(document))
         spent = job.seconds + job.build_seconds
-        active = Active(job, planned=job.planned, spent=spent, document=digest_of(document_bytes(document)))
+        active = ActiveJob(job, planned=job.planned, spent=spent, document=digest_of(document_bytes(document)))
         active.apart = active.warm = document.get("fit") is not None
         active.cpu_limit = inf if active.apart else current_settings(document).get("cpu_limit") or self.settings.limits.cpu_limit
         if job.done and job.seconds:
@@ -71,7 +71,7 @@ class LeasedJobs:
         self.jobs[job.id] = active
         self._settle_running(active)
 
-    def _settle_running(self, active: Active) -> None:
+    def _settle_running(self, active: ActiveJob) -> None:
         """Settle the chunks that are stored as running but have no future in this server. An earlier server sent them, or a commit
         was interrupted."""
         left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
@@ -87,26 +87,26 @@ class LeasedJobs:
         for active in self.jobs.values():
             active.sure = False
 
-    def _settle_chunks(self, active: Active, chunks: list[Chunk], there: set[str]) -> None:
+    def _settle_chunks(self, active: ActiveJob, chunks: list[Chunk], there: set[str]) -> None:
         """Settle chunks without a future. A chunk is done if its part is among the file names ``there`` and is valid; otherwise it
         runs again."""
-        done: dict[int, Done] = {}
+        done: dict[int, ChunkReport] = {}
         for chunk in chunks:
             self._renew()
-            piece = Piece(chunk.job, active.document, chunk.start, chunk.stop)
-            found = self.parts.part_outcomes(piece) if self.parts.part(piece).rpartition("/")[2] in there else None
+            case_range = CaseRange(chunk.job, active.document, chunk.start, chunk.stop)
+            found = self.parts.part_outcomes(case_range) if self.parts.part(case_range).rpartition("/")[2] in there else None
             if found is not None:
-                done[chunk.start] = Done(found[0], 0.0, 0.0, found[1], version=found[2])
-        gone = {c.start: Lost("its server was lost", 0.0, False) for c in chunks if c.start not in done}
+                done[chunk.start] = ChunkReport(found[0], 0.0, 0.0, found[1], version=found[2])
+        gone = {c.start: FailedAttempt("its server was lost", 0.0, False) for c in chunks if c.start not in done}
         self._renew()
         self.store.record_outcomes(self.name, active.job.id, done, gone, self.settings.attempts)
 
-    def _forget(self, active: Active) -> None:
+    def _forget(self, active: ActiveJob) -> None:
         for _, future in active.flying.values():
             future.cancel()
         self.jobs.pop(active.job.id, None)
 
-    def _check_job(self, active: Active) -> None:
+    def _check_job(self, active: ActiveJob) -> None:
         """End the job if it is over or cancelled, and find lost futures."""
         if active.job.state == "cancelling":
             self._stop_job(active, "cancelled", [])
@@ -119,17 +119,17 @@ class LeasedJobs:
         for start, (_, future) in list(active.flying.items()):
             if future.status in ("cancelled", "lost"):
                 self.returned.put((active.job.id, start, future))
-        if max(active.planned, active.job.planned) >= active.known:  # before, the question costs a transaction in vain
+        if max(active.planned, active.job.planned) >= active.known:  # an earlier query would only cost a transaction
             self._end_if_over(active)
 
-    def _stop_job(self, active: Active, state: str, problems: list[dict[str, Any]]) -> None:
+    def _stop_job(self, active: ActiveJob, state: str, problems: list[dict[str, Any]]) -> None:
         """End a job early. A stop marker tells its workers to stop."""
         if active.flying:
             self.parts.write(self.parts.marker(active.job.id), b"")
         self.store.end(self.name, active.job.id, state, problems)
         self._forget(active)
 
-    def _advance_study(self, active: Active) -> None:
+    def _advance_study(self, active: ActiveJob) -> None:
         """Report complete rounds to the study, and request the cases of the next round. The requested cases depend only on the seed
         and the results. Therefore a study continues unchanged when another server takes it over."""
         follow, asked = active.follow, -1
@@ -143,7 +143,7 @@ class LeasedJobs:
             active.job = replace(active.job, asked=follow.requested, cases=follow.requested if follow.is_over else active.job.cases)
             active.nothing_until = 0.0
 
-    def _end_if_over(self, active: Active) -> None:
+    def _end_if_over(self, active: ActiveJob) -> None:
         if active.follow is not None and not active.flying:
             self._advance_study(active)
         if not active.flying and self.store.end_if_over(self.name, active.job.id) is not None:

@@ -48,7 +48,7 @@ class JobRetention:
         if self.settings.keep > 0.0:
             while old := self.store.older(self.settings.keep):
                 for job in old:
-                    count += self.delete(job, SERVER, why="the job is older than the server keeps jobs")
+                    count += self.delete(job, SERVER, why="the job has ended longer ago than the server keeps jobs")
         for folder in self.parts.folders():
             name = folder.rpartition("/")[2]
             if ID.fullmatch(name) and self.store.deleted(name):  # other folders can belong to another database

@@ -1,4 +1,5 @@
-"""The stage of a job before its first rows (deriving, compiling, running), or of a fit. It is stored in the folder of the parts."""
+"""The stage of a job before its first rows (deriving, compiling, running), or the progress of a fit, stored in the folder of the
+parts."""
 
 from __future__ import annotations
 

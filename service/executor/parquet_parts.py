@@ -12,7 +12,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import replacing
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, part_bytes, read_part_bytes
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, part_bytes, read_part_bytes
 from trunnion.service.executor.part_versions import version_of
 
 if TYPE_CHECKING:
@@ -28,9 +28,9 @@ class Parts:
         self.root = self.root.rstrip("/")
         self.local = isinstance(self.fs, LocalFileSystem)
 
-    def part(self, piece: Piece) -> str:
-        """Path of a piece's part."""
-        return f"{self.root}/{piece.job}/part-{piece.start:09d}-{piece.stop:09d}.parquet"
+    def part(self, case_range: CaseRange) -> str:
+        """Path of the part of a range of cases."""
+        return f"{self.root}/{case_range.job}/part-{case_range.start:09d}-{case_range.stop:09d}.parquet"
 
     def write(self, path: str, data: bytes) -> None:
         """Write bytes to a path, atomically."""
@@ -43,56 +43,56 @@ class Parts:
             f.flush()
             os.fsync(f.fileno())
 
-    def write_part(self, piece: Piece, table: pyarrow.Table) -> int:
-        """Write the part of a piece; returns its size in bytes."""
-        return self.write_table(self.part(piece), piece, table)
+    def write_part(self, case_range: CaseRange, table: pyarrow.Table) -> int:
+        """Write the part of a range of cases; returns its size in bytes."""
+        return self.write_table(self.part(case_range), case_range, table)
 
-    def write_table(self, path: str, piece: Piece, table: pyarrow.Table) -> int:
-        """Write a table of a piece to a path; returns its size in bytes."""
-        data = part_bytes(table, piece)
+    def write_table(self, path: str, case_range: CaseRange, table: pyarrow.Table) -> int:
+        """Write a table of a range of cases to a path; returns its size in bytes."""
+        data = part_bytes(table, case_range)
         self.write(path, data)
         return len(data)
 
-    def rows_part(self, piece: Piece) -> str:
-        """Path of the trajectory rows of a piece."""
-        return f"{self.root}/{piece.job}/rows-{piece.start:09d}-{piece.stop:09d}.parquet"
+    def rows_part(self, case_range: CaseRange) -> str:
+        """Path of the trajectory rows of a range of cases."""
+        return f"{self.root}/{case_range.job}/rows-{case_range.start:09d}-{case_range.stop:09d}.parquet"
 
-    def write_rows(self, piece: Piece, table: pyarrow.Table) -> int:
-        """Write the trajectory rows of a piece; returns their size in bytes. Rows are written before the part, so that they exist
-        if the part exists."""
-        return self.write_table(self.rows_part(piece), piece.of_rows, table)
+    def write_rows(self, case_range: CaseRange, table: pyarrow.Table) -> int:
+        """Write the trajectory rows of a range of cases; returns their size in bytes. Rows are written before the part, so that
+        they exist if the part exists."""
+        return self.write_table(self.rows_part(case_range), case_range.of_rows, table)
 
-    def read_rows(self, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
-        """The trajectory rows of a piece. If the rows are missing or damaged, the part is deleted, so that the cases are
+    def read_rows(self, case_range: CaseRange, columns: list[str] | None = None) -> pyarrow.Table:
+        """The trajectory rows of a range of cases. If the rows are missing or damaged, the part is deleted, so that the cases are
         recomputed, and CorruptPart is raised."""
         try:
-            return read_part_bytes(self.read(self.rows_part(piece)), piece.of_rows, columns)
+            return read_part_bytes(self.read(self.rows_part(case_range)), case_range.of_rows, columns)
         except (CorruptPart, FileNotFoundError) as e:
             with suppress(FileNotFoundError):
-                self.fs.rm_file(self.part(piece))
+                self.fs.rm_file(self.part(case_range))
             raise CorruptPart(f"its rows: {e}" if isinstance(e, CorruptPart) else "the file of its rows is missing") from None
 
-    def read_part(self, piece: Piece, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
-        """The table in the part of a piece, and the size of the part in bytes. Raises CorruptPart when the part is missing,
-        unreadable or damaged."""
+    def read_part(self, case_range: CaseRange, columns: list[str] | None = None) -> tuple[pyarrow.Table, int]:
+        """The table in the part of a range of cases, and the size of the part in bytes. Raises CorruptPart when the part is
+        missing, unreadable or damaged."""
         try:
-            data = self.read(self.part(piece))
+            data = self.read(self.part(case_range))
         except FileNotFoundError:
             raise CorruptPart("it is missing") from None
         except OSError as e:
             if not self.local:
                 raise  # an error of a remote store probably means that the store is temporarily unavailable
             raise CorruptPart(f"it cannot be read: {e.strerror or e}") from e
-        return read_part_bytes(data, piece, columns), len(data)
+        return read_part_bytes(data, case_range, columns), len(data)
 
-    def part_outcomes(self, piece: Piece) -> tuple[dict[str, int], int, str] | None:
-        """The number of cases by outcome in the part of a piece, the size in bytes with rows, and the version that computed
-        it; None without a valid part."""
+    def part_outcomes(self, case_range: CaseRange) -> tuple[dict[str, int], int, str] | None:
+        """Numbers of cases by outcome in the part of a range of cases, size in bytes with rows, and version that computed the part.
+        None without a valid part."""
         try:
-            table, size = self.read_part(piece, ["outcome"])
+            table, size = self.read_part(case_range, ["outcome"])
         except CorruptPart:
             return None
-        rows = self.rows_part(piece)
+        rows = self.rows_part(case_range)
         size += int(self.fs.size(rows)) if self.exists(rows) else 0
         return count_by(table), size, version_of(table)
 

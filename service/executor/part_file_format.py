@@ -1,7 +1,7 @@
 """The file format of parts: writing and reading, with identity and checksum. A reader finds any damage.
 
-A part is an ordinary Parquet file. Its metadata contain the identity of its cases (``Piece``) and a checksum. The checksum is the
-SHA-256 of the file in which the checksum itself is replaced by zeros."""
+A part is an ordinary Parquet file. Its metadata contain the identity of its cases (``CaseRange``) and a checksum. The checksum is
+the SHA-256 of the file with zeros in place of the checksum."""
 
 from __future__ import annotations
 
@@ -28,8 +28,9 @@ class CorruptPart(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Piece:
-    """The cases start … stop − 1 of a job whose document has this digest."""
+class CaseRange:
+    """A range of cases whose results are in one file: the cases start … stop − 1 of a job. document: digest of the job's
+    document."""
 
     job: str
     document: str
@@ -37,9 +38,9 @@ class Piece:
     stop: int
 
     @property
-    def of_rows(self) -> Piece:
+    def of_rows(self) -> CaseRange:
         """Identity of the trajectory rows of these cases."""
-        return Piece(self.job, f"{self.document} rows", self.start, self.stop)
+        return CaseRange(self.job, f"{self.document} rows", self.start, self.stop)
 
     @property
     def text(self) -> str:
@@ -56,11 +57,11 @@ def digest_of(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def part_bytes(table: pyarrow.Table, piece: Piece) -> bytes:
+def part_bytes(table: pyarrow.Table, case_range: CaseRange) -> bytes:
     """The bytes of the part with this table, with identity and checksum."""
     import pyarrow.parquet as pq
 
-    about = (table.schema.metadata or {}) | {IDENTITY: piece.text.encode(), CHECKSUM: MARK + ZEROS}
+    about = (table.schema.metadata or {}) | {IDENTITY: case_range.text.encode(), CHECKSUM: MARK + ZEROS}
     sink = io.BytesIO()
     pq.write_table(table.replace_schema_metadata(about), sink, compression="zstd")
     data = sink.getvalue()
@@ -79,9 +80,9 @@ def _in_current_words(table: pyarrow.Table) -> pyarrow.Table:
     return table
 
 
-def unsealed_bytes(data: bytes, piece: Piece) -> bytes | None:
+def checksummed_bytes(data: bytes, case_range: CaseRange) -> bytes | None:
     """The bytes of the part for the bytes of a file that an earlier version wrote without identity and checksum. None if the file
-    has a checksum. Raises CorruptPart when the file is not a Parquet file with the rows of the piece."""
+    has a checksum. Raises CorruptPart when the file is not a Parquet file with the rows of these cases."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -92,13 +93,13 @@ def unsealed_bytes(data: bytes, piece: Piece) -> bytes | None:
         cases = table["case"].to_pylist()
     except (pa.ArrowException, OSError, KeyError) as e:
         raise CorruptPart(f"it cannot be read: {e}") from e
-    if cases != list(range(piece.start, piece.stop)):
+    if cases != list(range(case_range.start, case_range.stop)):
         raise CorruptPart("the file holds the rows of other cases")
-    return part_bytes(table, piece)
+    return part_bytes(table, case_range)
 
 
-def read_part_bytes(data: bytes, piece: Piece, columns: list[str] | None = None) -> pyarrow.Table:
-    """The table in a part. Raises CorruptPart when the bytes are damaged, or belong to another piece."""
+def read_part_bytes(data: bytes, case_range: CaseRange, columns: list[str] | None = None) -> pyarrow.Table:
+    """The table in a part. Raises CorruptPart when the bytes are damaged, or belong to other cases."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -106,10 +107,10 @@ def read_part_bytes(data: bytes, piece: Piece, columns: list[str] | None = None)
     at = found + len(MARK)
     if found < 0 or data[at : at + len(ZEROS)] != digest_of(data[:at] + ZEROS + data[at + len(ZEROS) :]).encode():
         raise CorruptPart("its checksum does not match its bytes")
-    file = pq.ParquetFile(pa.BufferReader(data))  # its method read is four times as fast as read_table
+    file = pq.ParquetFile(pa.BufferReader(data))  # four times as fast as pyarrow.parquet.read_table
     stored = [n for n in file.schema_arrow.names if columns is None or current_result(n) in columns]
     table = _in_current_words(file.read(stored, use_threads=False))
     told = (table.schema.metadata or {}).get(IDENTITY, b"")
-    if told != piece.text.encode():
+    if told != case_range.text.encode():
         raise CorruptPart("the file holds the rows of other cases")
     return table

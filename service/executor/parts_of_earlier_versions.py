@@ -10,12 +10,12 @@ from trunnion.basics.arrow_columns import count_by
 from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_file_format import (
     MARK,
+    CaseRange,
     CorruptPart,
-    Piece,
+    checksummed_bytes,
     digest_of,
     document_bytes,
     read_part_bytes,
-    unsealed_bytes,
 )
 from trunnion.service.store.leases_and_chunks import WorkStore
 from trunnion.service.store.store_records import Chunk
@@ -36,7 +36,7 @@ def adopt_parts(store: WorkStore, parts: Parts) -> None:
     while found := store.unexamined(AT_ONCE):
         for chunk in found:
             try:
-                sealed += _adopt(store, parts, chunk, Piece(chunk.job, digest(chunk.job), chunk.start, chunk.stop))
+                sealed += _adopt(store, parts, chunk, CaseRange(chunk.job, digest(chunk.job), chunk.start, chunk.stop))
             except (CorruptPart, FileNotFoundError) as e:
                 place = (chunk.job, chunk.start, chunk.stop - 1)
                 log.warning("job %s, cases %d to %d: %s; a request for these rows computes them again", *place, e)
@@ -46,12 +46,12 @@ def adopt_parts(store: WorkStore, parts: Parts) -> None:
         log.warning("parts of an earlier version: %d got a checksum, their rows are unchanged; %d are damaged", sealed, damaged)
 
 
-def _adopt(store: WorkStore, parts: Parts, chunk: Chunk, piece: Piece) -> bool:
+def _adopt(store: WorkStore, parts: Parts, chunk: Chunk, case_range: CaseRange) -> bool:
     """Examine the part of a chunk. Returns whether it got a checksum."""
-    path = parts.part(piece)
-    if MARK in parts.read_end(path) or (data := unsealed_bytes(parts.read(path), piece)) is None:
+    path = parts.part(case_range)
+    if MARK in parts.read_end(path) or (data := checksummed_bytes(parts.read(path), case_range)) is None:
         store.adopt(chunk, {}, 0)
         return False
     parts.write(path, data)
-    store.adopt(chunk, count_by(read_part_bytes(data, piece, ["outcome"])), len(data))
+    store.adopt(chunk, count_by(read_part_bytes(data, case_range, ["outcome"])), len(data))
     return True

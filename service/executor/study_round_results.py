@@ -6,7 +6,7 @@ import logging
 
 from trunnion.analysis.studies.study_rounds import CaseResults, StudyProgress, results_of
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import CorruptPart, Piece
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart
 from trunnion.service.store.leases_and_chunks import WorkStore
 
 log = logging.getLogger("trunnion.service")
@@ -24,7 +24,7 @@ def round_results(store: WorkStore, parts: Parts, job: str, document: str, follo
     tables = []
     for chunk in (c for c in there if c.state == "done"):
         try:
-            tables.append(parts.read_part(Piece(job, document, chunk.start, chunk.stop), ["case", "outcome", *names])[0])
+            tables.append(parts.read_part(CaseRange(job, document, chunk.start, chunk.stop), ["case", "outcome", *names])[0])
         except CorruptPart as e:
             log.warning("job %s, cases %d to %d: %s; they are recomputed", job, chunk.start, chunk.stop - 1, e)
             store.reopen_chunk(job, chunk.start, str(e))

@@ -32,7 +32,7 @@ SIGNATURE, IDENTITY = "Trunnion-Signature", "Trunnion-Delivery"
 
 def is_allowed(url: str, prefixes: tuple[str, ...]) -> bool:
     """Whether an address is below one of the prefixes: it has the same scheme, host and port, and a path equal to or below the
-    prefix's path. Encoded characters count as the characters that they encode, because a server may read them so."""
+    prefix's path. Encoded characters are compared in decoded form, because a server may decode them."""
     try:
         asked = httpx.URL(url)
         there = _segments(asked)
@@ -53,8 +53,8 @@ def _port(url: httpx.URL) -> int | None:
 
 
 def _segments(url: httpx.URL) -> list[bytes]:
-    """The decoded segments of a path, without empty ones at its ends. ValueError for a segment that could mean another path: a dot
-    segment, or one with a slash, backslash or control character, however often they are encoded."""
+    """The decoded segments of a path, without empty segments at its ends. ValueError for a segment that could mean another path: a
+    dot segment, or a segment with a slash, backslash or control character, also if encoded several times."""
     found = []
     for segment in url.raw_path.partition(b"?")[0].strip(b"/").split(b"/"):
         decoded, before = unquote_to_bytes(segment), segment

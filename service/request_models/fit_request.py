@@ -14,7 +14,7 @@ from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, make_fit_plan
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_comparison import Candidate
 from trunnion.analysis.fits.model_curves import MOST_CACHED
-from trunnion.analysis.fits.request import FitRequest, request_problems
+from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amounts, names_given
@@ -52,7 +52,8 @@ class FitRun(RequestModel):
 
 
 class FitCandidate(RequestModel):
-    """A friction law to compare, or a changed scene. Its parameters, bounds and priors are added to those of the fit."""
+    """A friction law to compare, or a changed scene. Its parameters, bounds and priors are added to the parameters, bounds and
+    priors of the fit."""
 
     law: PlainText = Field("", description="Friction law of all joints with friction; default: the scene's.")
     parameters: list[Path] = Field(default_factory=list, max_length=MOST_PARAMETERS)
@@ -62,7 +63,7 @@ class FitCandidate(RequestModel):
 
 
 class FitTrial(RequestModel):
-    """A possible experiment. Omitted fields are those of the first run."""
+    """A possible experiment. Omitted fields have the values of the first run."""
 
     overrides: dict[Path, Any] = Field(default_factory=dict, max_length=100, description=CHANGES)
     outputs: list[PlainText] | None = Field(None, min_length=1, max_length=100, description="Measured columns.")

@@ -11,15 +11,15 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
-from trunnion.analysis.studies.request import make_study, set_values
+from trunnion.analysis.studies.request import make_study, with_case_values
 from trunnion.analysis.studies.study_rounds import ReportedCases, Study
 from trunnion.basics.number_declarations import Bound
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import SETTINGS, deprecation_notes
 from trunnion.basics.setting_declarations import offered
 from trunnion.batch.plan_and_runner import Plan, Run, plan
+from trunnion.scene.composition.data_with_source_lines import copy_of
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
-from trunnion.scene.composition.source_lines import copy_of
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.library.model_folders import bundled_names, model_file
@@ -39,7 +39,7 @@ from trunnion.service.request_models.base_model_and_studies import (
     study_request,
 )
 from trunnion.service.request_models.fit_request import Fit, fit_of_document, fit_of_request
-from trunnion.simulation.settings.run_settings import settings_given, settings_read, told
+from trunnion.simulation.settings.run_settings import describe_setting, settings_given, settings_read
 
 END, SPACING = "simulation.until", "simulation.every"
 HIGHER = "ask the operator for a higher limit"
@@ -75,7 +75,7 @@ def with_settings(who: str) -> Any:
     fields: dict[str, Any] = {}
     for s in offered(who):
         kind = PlainText if s.words else Annotated[float, WithJsonSchema(_schema(s.bound_at(who)))] | Text
-        fields[s.name] = (kind | None, Field(None, description=told(s, who)))
+        fields[s.name] = (kind | None, Field(None, description=describe_setting(s, who)))
     return create_model("WithSettings", __base__=SceneSource, **fields)
 
 
@@ -255,7 +255,7 @@ def _planned(scene: Scene, asked: dict[str, Any], run: Run, most: int | None) ->
         if most is not None and wanted.cases > most:
             wrong.append(Problem("cases", f"{wanted.cases} cases are more than the {most} allowed", HIGHER))
         made, planned = make_study(scene, wanted, asked["reductions"], run, wrong)
-        return set_values(made, planned, ReportedCases())
+        return with_case_values(made, planned, ReportedCases())
     sample, varied = asked["sample"] or {}, any(asked[n] is not None for n in ("vary", "cases", "sample"))
     return plan(
         scene,

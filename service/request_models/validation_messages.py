@@ -1,4 +1,4 @@
-"""Problems of a request in the words of this program. The library that validates requests has words of its own for them."""
+"""Problems of a request in the words of this program, in place of the messages of the library that validates requests."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ class QueueFull(RuntimeError):
     """Too many requests are waiting. own: whether all these requests are from the same caller."""
 
     def __init__(self, own: bool):
-        super().__init__("too many of your requests are waiting" if own else "too many requests wait")
+        super().__init__("too many of your requests are waiting" if own else "too many requests are waiting")
         self.own = own
 
 

@@ -44,7 +44,7 @@ class NotReady(RuntimeError):
     """The process did not start in time; a retry can succeed."""
 
 
-class Ended(RuntimeError):
+class ProcessEnded(RuntimeError):
     """The process ended during a request, for example when it exceeded its memory."""
 
 
@@ -57,7 +57,7 @@ def serve_tasks(connection: Connection, memory: int) -> None:
     or error, notes about deprecated words), until the connection closes."""
     _isolate()
     _limit_memory(memory)
-    importlib.import_module(TASK_MODULE)  # before the first request; a forked process has it already
+    importlib.import_module(TASK_MODULE)  # not during the first request; a forked process has imported the tasks
     connection.send(READY)
     while True:
         try:
@@ -70,7 +70,7 @@ def serve_tasks(connection: Connection, memory: int) -> None:
         except ANSWER_ERRORS as e:
             answer = False, e
         except MemoryError:
-            answer = False, Ended("the request needs more memory than allowed")
+            answer = False, ProcessEnded("the request needs more memory than allowed")
         except Exception as e:  # noqa: BLE001  # the server logs the defect
             answer = False, Defect(f"{type(e).__name__}\n{traceback.format_exc()}")
         connection.send((*answer, notes))
@@ -146,7 +146,7 @@ class WorkerProcess:
 
     def run_task(self, task: Task, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, list[str]]:
         """The result of a task, and notes about deprecated words. Raises the error that the task raised; TookTooLong when the task
-        exceeded ``seconds``; Ended when the process ended; NotReady when the process did not start in time."""
+        exceeded ``seconds``; ProcessEnded when the process ended; NotReady when the process did not start in time."""
         self.start()
         connection = self.connection
         try:
@@ -157,7 +157,7 @@ class WorkerProcess:
             good, answer, notes = connection.recv()
         except (EOFError, OSError) as e:
             self.end()
-            raise Ended("the process ended while it worked on the request: it ran out of memory") from e
+            raise ProcessEnded("the process ended while it worked on the request: it ran out of memory") from e
         except (TookTooLong, NotReady):
             self.end()
             raise
@@ -204,7 +204,7 @@ class WorkerPool(FairQueue[WorkerProcess]):
 
     async def ask(self, who: str, task: Task, *arguments: Any, seconds: float) -> Any:
         """The result of a task for the caller ``who``. Deprecated words in the request become notes. Raises QueueFull, TookTooLong,
-        NotReady, Ended, or the error that the task raised."""
+        NotReady, ProcessEnded, or the error that the task raised."""
         worker = await self.take(who)
         try:
             answer, notes = await asyncio.get_running_loop().run_in_executor(self.pool, worker.run_task, task, arguments, seconds)

@@ -101,7 +101,7 @@ def upgrade(engine: Engine) -> None:
             return
         try:
             command.upgrade(config, "head")
-        except CommandError as e:  # this version does not know the revision of the tables
+        except CommandError as e:  # the revision of the tables is unknown to this version
             hint = "use that version, another --data folder, or another --database"
             raise SceneError([Problem("--database", "the tables were made by a newer version of Trunnion", hint)]) from e
 

@@ -73,7 +73,7 @@ class Store:
         """The time by the clock of the database, which all servers share, in seconds since the epoch."""
         if self.engine.dialect.name == "postgresql":
             return float(c.exec_driver_sql("SELECT extract(epoch FROM clock_timestamp())").scalar_one())
-        return time.time()  # SQLite has no clock of its own
+        return time.time()  # SQLite uses the clock of the process
 
     def ping(self) -> None:
         """Query the database. Raises Unreachable when the database does not respond."""

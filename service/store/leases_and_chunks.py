@@ -26,15 +26,15 @@ OVERRAN = "it overran"
 
 
 CHANGED = "rows_changed"
-"""Kind of the event that another version than before computed rows again, because their part was damaged."""
+"""Kind of an event: another version computed rows again, because their part was damaged."""
 
 
 class LeaseLost(RuntimeError):
-    """Another server has the lease of the job. This server must write nothing more about the job."""
+    """Another server has the lease of the job. This server must not write anything more about the job."""
 
 
 @dataclass(frozen=True)
-class Done:
+class ChunkReport:
     """The report of a chunk. counts: number of cases by outcome. seconds, build_seconds: time of stepping and of building, s.
     bytes: size of the part. reached: end of the finished cases, None if all are finished; the remaining cases must still run.
     version: version that computed the rows, "" if unknown."""
@@ -49,7 +49,7 @@ class Done:
 
 
 @dataclass(frozen=True)
-class Lost:
+class FailedAttempt:
     """A failed attempt. delay: time until the next attempt, s. blame: whether the attempt counts towards the limit of attempts."""
 
     error: str
@@ -60,9 +60,9 @@ class Lost:
 class WorkStore(Store):
     """The store with leases of jobs. ``claim`` leases to a server all active jobs without a lease, and renews the server's leases.
     A server must call ``claim`` again within ``lease`` seconds. A lease expires by the clock of the database. It also expires if
-    another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore a database clock that is set
-    back blocks no job. A server that lost its lease gets LeaseLost and must drop the job. Its workers may still write, because they
-    write the same rows to the same files."""
+    another server, by its own monotonic clock, sees no renewal for the lease's duration. Therefore no job is blocked if the clock
+    of the database is set back. A server that lost its lease gets LeaseLost and must drop the job. Its workers may still write,
+    because they write the same rows to the same files."""
 
     def __init__(self, url: str):
         super().__init__(url)
@@ -204,7 +204,7 @@ class WorkStore(Store):
             self._end(c, job, state, problems)
 
     def _end(self, c: Connection, job: str, state: str, problems: list[dict[str, Any]]) -> str:
-        """End a job. A job that was continued to repair a part keeps the time at which it ended first."""
+        """End a job. A job that continued in order to repair a part keeps the time of its first end."""
         problems = [*self._changes(c, job), *problems]
         values = {
             "state": state,
@@ -221,7 +221,7 @@ class WorkStore(Store):
 
     @staticmethod
     def _changes(c: Connection, job: str) -> list[dict[str, Any]]:
-        """The problems that state which rows of a job another version computed again."""
+        """Problems that list the rows of a job that another version computed again."""
         told = c.execute(select(events.c.data).where(events.c.job == job, events.c.kind == CHANGED).order_by(events.c.id)).scalars()
         return [
             {
@@ -242,7 +242,7 @@ class WorkStore(Store):
         return row
 
     def record_outcomes(
-        self, server: str, job: str, done: Mapping[int, Done], lost: Mapping[int, Lost] | None = None, most: int = 1
+        self, server: str, job: str, done: Mapping[int, ChunkReport], lost: Mapping[int, FailedAttempt] | None = None, most: int = 1
     ) -> dict[int, str]:
         """Store the outcomes of chunks of a job, by first case, in one transaction. done: chunks with parts. lost: failed attempts.
         most: number of attempts after which a chunk has failed. Returns the new states of the lost chunks. A repeated report has no
@@ -256,7 +256,7 @@ class WorkStore(Store):
             going = [(there[start], gone) for start, gone in lost.items() if there[start]["state"] == "running"]
             return {start: str(there[start]["state"]) for start in lost} | self._record_lost(c, job, going, most, now)
 
-    def _record_done(self, c: Connection, row: Any, landed: list[tuple[Any, Done]], now: float) -> None:
+    def _record_done(self, c: Connection, row: Any, landed: list[tuple[Any, ChunkReport]], now: float) -> None:
         """Store the reports of chunks with parts. landed: (row of the chunk, report)."""
         if not landed:
             return
@@ -285,7 +285,7 @@ class WorkStore(Store):
         ]
         self._events(c, row["id"], changed)
 
-    def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, Lost]], most: int, now: float) -> dict[int, str]:
+    def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, FailedAttempt]], most: int, now: float) -> dict[int, str]:
         """Store failed attempts to run chunks. gone: (row of the chunk, failed attempt). Returns the new states by first case."""
         if not gone:
             return {}
@@ -307,7 +307,7 @@ class WorkStore(Store):
         self._events(c, job, told)
         return states
 
-    def _add_costs(self, c: Connection, row: Any, landed: Sequence[Done], now: float) -> None:
+    def _add_costs(self, c: Connection, row: Any, landed: Sequence[ChunkReport], now: float) -> None:
         """Add the reports of chunks to the sums and to the pace of their job."""
         counts = sum((Counter(d.counts) for d in landed), Counter(json.loads(row["counts"])))
         n, build = sum(sum(d.counts.values()) for d in landed), sum(d.build_seconds for d in landed)

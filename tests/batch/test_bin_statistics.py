@@ -39,7 +39,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
     there = np.isfinite(y)
     assert got.y is not None
     expected, _, _ = np.histogram2d(x[there], y[there], [got.x.edges, got.y.edges])
-    assert (got.count.reshape(expected.shape) == expected).all()  # numpy counts the same with these edges
+    assert (got.count.reshape(expected.shape) == expected).all()  # numpy's histogram with these edges has the same counts
     cells = got.cells()
     for i, j, cases, first, known, least, mean, most_ in zip(
         *(cells[k] for k in ("x", "y", "cases", "first", "known", "least", "mean", "most")), strict=True
@@ -49,7 +49,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
         assert (cases, first, known) == (inside.sum(), np.flatnonzero(inside)[0], len(values))
         if known:
             assert (least, most_) == (values.min(), values.max())
-            assert mean == pytest.approx(values.mean(), rel=1e-12)  # sums in another order
+            assert mean == pytest.approx(values.mean(), rel=1e-12)  # the sums are made in another order
         else:
             assert (least, mean, most_) == (None, None, None)
     outcome = whole["outcome"].to_numpy(zero_copy_only=False)
@@ -58,7 +58,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
 
 
 @given(st.integers(0, 10**6), st.floats(-3, 3), st.floats(0, 4))
-def test_conditions_leave_out_what_does_not_keep_them(seed: int, low: float, wide: float) -> None:
+def test_conditions_leave_out_exactly_the_cases_that_violate_them(seed: int, low: float, wide: float) -> None:
     whole = table(seed, 120, few=False)
     within = (Within("x", low, low + wide), Within("outcome", words=("done", "jammed")))
     cases, outcome, left_out = picked(whole, ("y",), within)
@@ -86,7 +86,7 @@ def test_few_numbers_have_a_bin_each_and_many_have_equal_ones(count: int) -> Non
         assert (axis.edges[0], axis.edges[-1]) == (values[0], values[-1])
 
 
-def test_nothing_and_one_number_have_an_axis_too() -> None:
+def test_an_empty_column_and_a_single_number_have_an_axis() -> None:
     empty = Span("x").axis(10)
     assert empty.edges[0] < empty.edges[-1]
     assert (Axis("x", empty.edges, None).place(np.array([np.nan, np.inf])) == -1).all()

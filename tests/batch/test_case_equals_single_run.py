@@ -117,7 +117,7 @@ def test_bounded_steps_differ_and_rows_between_them_are_refused_case_by_case() -
     """Without this test, the claim above would also hold if all cases ignored their settings."""
     free = plan(scene("spherical_pendulum"), {MU: [0.2]}, keep=["final:ball.qd[2]"], run=Run(1.0, 0.02, 1e-4))
     steps = [r["steps"] for r in Runner(made("bounded steps")).chunk(0, 4).to_pylist()]
-    assert min(steps[::2]) >= 1000  # an event divides one
+    assert min(steps[::2]) >= 1000  # an event divides one of the steps
     assert 1000 > min(steps[1::2]) >= 500 > Runner(free).chunk(0, 1).to_pylist()[0]["steps"]
     spacings = [0.02 * k for k in range(1, 51)] + [0.0205]
     p = plan(scene("bounded"), {"simulation.every": spacings}, keep=["final:ball.qd[2]"], run=Run(0.1))
@@ -153,7 +153,7 @@ def test_values_copied_in_bulk_are_those_built_one_by_one() -> None:
         assert single.chunk(i, i + 1).to_pylist()[0] == bulk[i]
 
 
-def test_a_number_the_scene_refuses_is_a_case_that_says_so() -> None:
+def test_a_number_that_the_scene_refuses_is_a_case_with_this_outcome() -> None:
     p = plan(scene("spherical_pendulum"), {MU: [0.3, -1.0, 0.5]}, keep=["final:ball.qd[2]"], run=Run(0.1))
     rows = Runner(p).chunk(0, 3).to_pylist()
     assert [r["outcome"] for r in rows] == ["done", "invalid", "done"]

@@ -49,7 +49,7 @@ def test_the_error_of_a_result_covers_its_distance_from_a_far_tighter_run(kernel
     assert np.mean(inside) >= 0.9
 
 
-def test_an_error_alone_can_be_asked_for_and_patterns_mean_what_they_do_without() -> None:
+def test_an_error_can_be_requested_alone_and_by_patterns() -> None:
     chosen = plan(load_scene("spherical_pendulum"), OVER, keep=["error:final:ball.qd[*]", "count:stick"], run=Run(until=1.0))
     assert [r.name for r in chosen.reductions] == [*(f"error:final:ball.qd[{i}]" for i in (1, 2, 3)), "count:stick"]
     with pytest.raises(SceneError) as e:

@@ -48,8 +48,8 @@ def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> No
 
 
 def test_kinks_masses_and_points_are_not_placed() -> None:
-    """Such numbers are used in more than one place. They also determine scales, the origins of bodies, and the times at which the
-    integrator ends its steps."""
+    """Times of kinks, masses and points are used in more than one place. They also determine scales, the origins of bodies, and the
+    times at which the integrator ends its steps."""
     derived = set()
     for seed in range(8):
         places = build(random_tree(seed, 6, devices=1.0, drives=0.5).scene).parameters
@@ -100,7 +100,7 @@ FOLLOW: dict[str, dict[str, tuple[float, float]]] = {
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("which", FOLLOW)
-def test_what_follows_a_formula_has_the_bits_of_scenes_without_building_them(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numbers_that_follow_a_formula_equal_those_of_built_scenes_bit_for_bit(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_from_dict(yaml.safe_load(SHAPES))
     cases = sampled(scene, FOLLOW[which], 300, seed=2)
     built = []
@@ -129,7 +129,7 @@ def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPat
     assert len(built) < 1 + case_parameters.MANY + 20 + 12 * (TRIED + 1), "a few records of the largest and least value are tried"
 
 
-def test_values_the_scene_refuses_are_told_case_by_case() -> None:
+def test_values_the_scene_refuses_are_reported_case_by_case() -> None:
     scene = load_scene("spherical_pendulum")
     values = np.column_stack([np.linspace(-0.1, 0.5, 61), np.linspace(0.01, 0.02, 61)])
     rows, wrong = Preparer(scene, tuple(PAIR), Run()).rows(values)

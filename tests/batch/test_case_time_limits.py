@@ -28,7 +28,7 @@ def test_a_case_that_never_ends_is_out_of_time_and_the_others_are_as_without_it(
     assert "cpu_limit" in rows[1]["outcome.advice"]
 
 
-def test_what_a_case_may_take_is_counted_for_each_case_alone() -> None:
+def test_the_time_limit_applies_to_each_case_alone() -> None:
     scene = trunnion.load_scene("spherical_pendulum")
     cases = listed(scene, [{MU: 0.2 + 1e-4 * i, END: 0.1} for i in range(400)])
     run = Run(cpu_limit=0.1)

@@ -96,8 +96,9 @@ def test_neighbours_change_no_bit(which: str) -> None:
 
 
 @pytest.mark.parametrize("which", SWEPT)
-def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> None:
-    """No step is refused and repeated, neither in lanes nor of cases that are stepped alone."""
+def test_the_check_of_solutions_refuses_no_step_of_the_lanes(which: str) -> None:
+    """The check reads data that the lanes leave behind. It refuses no step, neither of cases in lanes nor of cases that are stepped
+    alone."""
     r = runner(which, "lanes")
     r.chunk(0, 8)
     assert r.loops[0].together is not None
@@ -108,7 +109,7 @@ def test_answers_are_looked_at_with_what_the_lanes_leave_behind(which: str) -> N
         assert block.statistics()["refused"] == 0
 
 
-def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
+def test_a_case_that_cannot_continue_has_the_outcome_of_its_single_run() -> None:
     most = float(np.median(whole("loop", "compiled").column("steps").to_numpy()))
     _, path, keep = SWEPT["loop"]
     runs = [Run(until=0.5, every=0.02, kernel=k, max_steps=most) for k in ("lanes", "compiled")]
@@ -118,9 +119,9 @@ def test_a_case_that_cannot_go_on_is_told_as_if_it_had_been_alone() -> None:
         assert ends[0].column(name) == ends[1].column(name)
 
 
-def test_an_ensemble_that_is_told_to_stop_gives_the_cases_that_have_ended() -> None:
+def test_a_cancelled_batch_returns_the_cases_that_have_ended() -> None:
     with pytest.raises(Stopped) as stop:
-        Runner(planned("loop", "lanes")).chunk(0, 97, lambda done: False)  # the first call is short
+        Runner(planned("loop", "lanes")).chunk(0, 97, lambda done: False)  # the first call into C is short
     table = stop.value.table
     assert len(table) < 97
     rows = [table.column("case").to_pylist().index(i) for i in table.column("case").to_pylist()]

@@ -66,7 +66,7 @@ def test_a_piece_of_a_thousand_million_cases_takes_the_memory_of_its_rows(method
 def test_sobol_points_by_their_numbers_are_those_of_the_sequence_to_the_bit(axes: int) -> None:
     chance = np.random.default_rng(axes)
     starts = [0, 1, 1023, 1024, *chance.integers(0, 1 << 20, 12)]
-    starts += [(1 << 26) - 700] if axes < 3 else []  # SciPy needs a second to get there
+    starts += [(1 << 26) - 700] if axes < 3 else []  # SciPy's sequence needs a second to reach this point
     for start in sorted(map(int, starts)):
         stop = start + int(chance.choice([1, 2, 1024, 2500]))
         sequence = qmc.Sobol(axes, scramble=False, bits=BITS)
@@ -82,7 +82,7 @@ def test_directions_are_those_that_the_points_of_the_sequence_name() -> None:
         assert np.array_equal(found, _directions(axes)[:, :14] >> np.uint64(16))
 
 
-def test_the_last_point_is_had_as_soon_as_the_first_and_no_more_are_promised_than_there_are() -> None:
+def test_the_last_point_takes_no_longer_than_the_first_and_the_number_of_points_is_limited() -> None:
     assert points(1 << BITS, 2, 1, "sobol", (1 << BITS) - 1, 1 << BITS).shape == (1, 2)
     with pytest.raises(SceneError, match="points of Sobol"):
         sampled(scene(), {MU: (0, 1)}, (1 << BITS) + 1, 0, "sobol")

@@ -1,4 +1,4 @@
-"""Where a sweep states no error of a case, it gives the same reason as the case's own run, in a word that takes almost no
+"""A case of a sweep without an error has the reason of its own run. The reason is stored as a number, which takes almost no
 memory."""
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def test_a_case_has_the_reason_of_its_own_run(why: str) -> None:
     assert all((e is None) == bool(why) for e in errors)
 
 
-def test_every_reason_is_one_of_the_words_that_runs_say_and_none_is_told_without_errors() -> None:
+def test_every_reason_is_one_of_the_words_that_runs_say_and_none_is_reported_without_errors() -> None:
     r = trunnion.sweep("double_pendulum", {MU: "0.05:0.6:12", RTOL: [1e-3]}, reductions="final:guide.q[1]", until=4.0, certify=True)
     said = r.table[WHY].to_pylist()
     assert set(said) <= set(REASONS)

@@ -38,7 +38,7 @@ def test_numbers_are_spread_as_written(written: str, method: str) -> None:
     assert x.mean() == pytest.approx(mean, abs=(4.0 if method == "random" else 0.3) * np.sqrt(variance / n))
 
 
-def test_distributions_take_units_and_every_mistake_in_them_is_told() -> None:
+def test_distributions_take_units_and_every_mistake_in_them_is_reported() -> None:
     good = sampled(scene(), {RADIUS: "normal(50 mm, 0.5 mm)"}, 64).values(0, 64)
     assert (good.mean(), good.std()) == (pytest.approx(0.05, rel=1e-3), pytest.approx(0.0005, rel=0.05))
     wrong = {MU: "normal(0.3)", RADIUS: "triangular(1 mm, 3 mm, 2 mm)", G: "gauss(1, 2)", "gravity[2]": "normal(1, -2)",
@@ -68,8 +68,8 @@ def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_the
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["random", "latin", "sobol"])
 def test_intervals_of_quantiles_and_of_exceedance_hold_the_true_ones(method: str) -> None:
-    """For the exponential of a normal number, intervals hold the true value in at least 95 % of the seeds, less three standard
-    deviations."""
+    """The result is the exponential of a normal number. Intervals hold the true value in at least 95 % of the seeds, less three
+    standard deviations."""
     at, bound = (0.05, 0.5, 0.9), 2.0
     true = [*np.exp(stats.norm.ppf(at)), stats.norm.sf(np.log(bound))]
     held = []

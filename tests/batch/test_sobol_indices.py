@@ -36,7 +36,7 @@ def numbers(i: Indices) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_intervals_of_indices_hold_the_true_ones_as_often_as_they_say() -> None:
+def test_intervals_of_indices_hold_the_true_ones_with_their_stated_probability() -> None:
     """For Ishigami's function, each of nine intervals holds the true index in at least nine of ten seeds. Of all intervals
     together, 95 ± 2 % hold the true index (the standard error of this number is 0.5 %). With more points the intervals are
     narrower."""
@@ -94,8 +94,8 @@ def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **
 @pytest.mark.slow
 def test_the_indices_of_a_guides_travel_lie_inside_their_intervals() -> None:
     """The distance that the guide of example 8.3 slides, as a function of the friction, length and radius of its guide. Quadrature
-    gives the true indices. The share of intervals that hold them is the claimed one, less three standard deviations for eight seeds
-    (nine intervals of a seed count as three, because they are correlated)."""
+    gives the true indices. The share of intervals that hold them is at least the claimed one, less three standard deviations for
+    eight seeds. The nine intervals of a seed are correlated and count as three."""
     run: dict[str, Any] = {"until": 1.0, "every": 0.05}
     true, held = by_quadrature("double_pendulum", GUIDE, TRAVEL, **run), []
     for seed in range(8):
@@ -107,7 +107,7 @@ def test_the_indices_of_a_guides_travel_lie_inside_their_intervals() -> None:
     assert np.mean(held) >= 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 24)
 
 
-def test_cases_that_fail_are_told_and_widen_the_intervals_and_failing_has_indices_of_its_own() -> None:
+def test_cases_that_fail_are_reported_and_widen_the_intervals_and_failing_has_indices_of_its_own() -> None:
     cases = sampled(scene(), dict.fromkeys(THREE, (-np.pi, np.pi)), 512, 2, "saltelli")
     whole = indices_of(cases, [OF], table(cases, ishigami))
     some = indices_of(cases, [OF], table(cases, ishigami, lambda x: x[:, 1] > 3.0))
@@ -124,14 +124,14 @@ def test_cases_that_fail_are_told_and_widen_the_intervals_and_failing_has_indice
         assert ((b[:, 1] <= c[:, 1] + 1e-12) & (c[:, 2] - 1e-12 <= b[:, 2])).all()
     failing = numbers(some[1])
     assert some[1].of == "failed"
-    assert failing[[1, 4], 0] == pytest.approx(1.0, abs=1e-9)  # the second number alone decides
+    assert failing[[1, 4], 0] == pytest.approx(1.0, abs=1e-9)  # the second number alone decides whether a case fails
     assert failing[:, 0][[0, 2, 3, 5]] == pytest.approx(0.0, abs=1e-9)
     most = indices_of(cases, [OF], table(cases, ishigami, lambda x: x[:, 1] > -3.1))
     assert most[0].first[0].value is None
     assert "no index can be estimated" in most[0].notes[0]
 
 
-def test_what_does_not_vary_and_what_is_no_crossed_sample_has_no_indices() -> None:
+def test_constant_results_and_samples_that_are_not_crossed_have_no_indices() -> None:
     cases = sampled(scene(), dict.fromkeys(THREE, (0, 1)), 64, 0, "saltelli")
     (flat,) = indices_of(cases, [OF], table(cases, lambda x: np.full(len(x), 7.0)))
     assert (flat.first[0].value, flat.notes) == (None, ("the result does not vary",))
@@ -142,7 +142,7 @@ def test_what_does_not_vary_and_what_is_no_crossed_sample_has_no_indices() -> No
         indices_of(cases, [OF], table(cases, ishigami), ["final:y"])
 
 
-def test_the_command_tells_and_draws_what_the_functions_give(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_and_draws_what_the_functions_give(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     import json
 
     words = ["sweep", "double_pendulum", *(w for p, (a, b) in GUIDE.items() for w in ("--sample", f"{p}={a}:{b}")), "--count", "32",

@@ -60,7 +60,7 @@ def test_a_list_takes_values_with_units() -> None:
     assert c.values(0, 2).tolist() == [[0.05], [0.02]]
 
 
-def test_every_mistake_is_told_at_once() -> None:
+def test_every_mistake_is_reported_at_once() -> None:
     with pytest.raises(trunnion.SceneError) as e:
         trunnion.sweep(
             "spherical_pendulum", {"joints.ball.friction.nu": [1], MU: "0.1:0.2"}, reductions=["max:bal", "last:x"], until=-1.0
@@ -114,7 +114,7 @@ def test_the_command_writes_a_table_and_one_json_document(tmp_path: Path, capsys
     assert table.schema.field(KEEP[0]).metadata[b"unit"] == b"N"
 
 
-def test_the_command_tells_every_mistake(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_every_mistake(capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         main(["sweep", "spherical_pendulum", "--vary", f"{MU}", "--sample", "x=1", "--until", "-1", "--law", "coulumb", "--foo"])
         == 2

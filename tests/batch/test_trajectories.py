@@ -42,7 +42,7 @@ def test_the_rows_kept_are_those_of_single_runs_to_the_last_bit(swept: Any) -> N
     assert swept.trajectories["case"].to_pylist() == sorted(swept.trajectories["case"].to_pylist())
 
 
-def test_threads_and_what_else_is_kept_change_nothing(swept: Any) -> None:
+def test_trajectories_do_not_depend_on_threads_and_other_columns(swept: Any) -> None:
     over = {MU: "0.05:0.15:60"}
     run: dict[str, Any] = {"trajectories": "guide.q[1]", "until": 0.1, "every": 0.01, "kernel": "parts"}
     one, three = (trunnion.sweep("double_pendulum", over, reductions="max:cross.q[1]", workers=n, **run) for n in (1, 3))
@@ -64,7 +64,7 @@ def test_rows_are_kept_at_a_spacing_and_become_a_data_set_by_case(tmp_path: Path
     assert back["guide.q[1]"].to_pylist() == rows_of(s, 1)["guide.q[1]"].to_pylist()
 
 
-def test_what_cannot_be_kept_is_told() -> None:
+def test_invalid_requests_for_trajectories_are_refused() -> None:
     for wrong in ({"trajectories": "nothing.*"}, {"trajectories": "guide.q[1]", "spacing": 0.0}, {"spacing": 0.1}):
         with pytest.raises(SceneError):
             trunnion.sweep("double_pendulum", {MU: [0.1]}, **wrong)  # type: ignore[arg-type]

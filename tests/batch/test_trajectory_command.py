@@ -41,7 +41,7 @@ def test_the_rows_kept_are_those_of_python_as_a_file_and_as_a_data_set(tmp_path:
         (["--trajectories", "nothing*", "--rows", "rows.csv"], "trajectories"),
     ],
 )
-def test_rows_that_cannot_be_kept_are_told_at_once(
+def test_rows_that_cannot_be_kept_are_reported_at_once(
     words: list[str], where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -5,7 +5,7 @@
     python -m tests.benchmarks.robot_collections FOLDER …        # each subfolder is a package; NAME-VERSION.dist-info its version
     … --write                                          # renews engine/importers/TESTED_MODELS.md
 
-Wants ``pip install mujoco pin``, and ``pip install --no-deps`` (or ``--target FOLDER``) of the packages. Constraints, contacts,
+Needs ``pip install mujoco pin``, and ``pip install --no-deps`` (or ``--target FOLDER``) of the packages. Constraints, contacts,
 actuators and fluid are switched off in MuJoCo, friction and couplings here; what is left is the mechanism with armature, springs
 and dampers.
 """
@@ -28,7 +28,7 @@ from tests.importers import mujoco_comparison, pinocchio_comparison
 from tests.importers.mujoco_comparison import Compared
 from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.importers.mjcf import bodies
-from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.visual_meshes import MeshReader
 
 PAGE = Path(__file__).resolve().parents[2] / "engine" / "importers" / "TESTED_MODELS.md"
 PACKAGES = ("dm_control", "gymnasium", "gymnasium_robotics", "robosuite", "metaworld", "brax", "mujoco_playground", "pybullet_data")
@@ -40,12 +40,12 @@ HEAD = """# Models of robots tried
 
 `python -m tests.benchmarks.robot_collections --write` writes this page. The script imports every MJCF and URDF file of the packages
 below with `trunnion import`, and compares accelerations at {states} random states with MuJoCo {mujoco} (MJCF) or Pinocchio {pin}
-(URDF). Constraints, contacts, actuators and fluid are switched off in MuJoCo, friction and couplings here.
+(URDF). In MuJoCo, constraints, contacts, actuators and fluid are switched off; in Trunnion, friction and couplings.
 
-*Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo has
-Trunnion's inertias there: its own rotation into principal axes is precise to about 1e-8. *Worst* is the largest difference of
-these. *No mechanism*: settings, materials, props that do not move, parts to be included. *Not compared*: files that the other
-program refuses.
+*Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo uses
+Trunnion's inertias, because its own rotation into principal axes is accurate to about 1e-8 only. *Worst* is the largest difference
+of these models. *No mechanism*: files with settings, materials, objects that do not move, or parts for other files. *Not compared*:
+files that the other program refuses.
 
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|
@@ -95,7 +95,9 @@ def result(file: Path) -> tuple[str, str, Compared | None]:
     """(column of the table, reason, comparison) of a file. Pictures, which take most of the time, are left out."""
     program = mujoco_comparison if b"<mujoco" in file.read_bytes()[:20000] else pinocchio_comparison
     try:
-        with silent(), mock.patch.object(Pictures, "solids", return_value=[]), mock.patch.object(bodies, "drawn", return_value={}):
+        no_meshes = mock.patch.object(MeshReader, "solids", return_value=[])
+        no_shapes = mock.patch.object(bodies, "drawn", return_value={})
+        with silent(), no_meshes, no_shapes:
             c = program.compared(file, STATES)
     except SceneError as e:
         if any(p.what.startswith(NOTHING) for p in e.problems):

@@ -42,7 +42,7 @@ def test_every_family_is_measured_drawn_and_written(tmp_path: Path, monkeypatch:
     assert len(list(csv.DictReader(lines))) == sum(len(f.sizes) for f in families)
 
 
-def test_a_family_without_building_says_nothing_about_it() -> None:
+def test_a_family_without_build_times_shows_none() -> None:
     import math
 
     assert math.isnan(Family("cases", "", (Size(1, 1.0, 1.0, 0.0), Size(2, 2.0, 2.0, 0.0))).build_exponent)

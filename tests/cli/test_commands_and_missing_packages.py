@@ -21,7 +21,7 @@ def test_every_command_of_the_registry_is_listed_declared_and_sorted_into_a_know
 
 
 @pytest.mark.parametrize("package", ["sqlalchemy", "fastapi", "uvicorn", "distributed"])
-def test_a_server_without_its_packages_says_which_line_brings_them(
+def test_a_server_without_its_packages_names_the_line_that_installs_them(
     package: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The command exists in the plain installation; the packages that it needs come with the extra."""
@@ -35,7 +35,7 @@ def test_a_server_without_its_packages_says_which_line_brings_them(
     assert "defect" not in err
 
 
-def test_to_pandas_without_pandas_says_which_line_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_conversion_to_pandas_without_pandas_names_the_line_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     run = trunnion.simulate("spherical_pendulum", until=0.1)
     swept = trunnion.sweep("spherical_pendulum", {"joints.ball.friction.mu": [0.2]}, until=0.1)
     monkeypatch.setitem(sys.modules, "pandas", None)

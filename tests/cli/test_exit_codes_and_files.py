@@ -1,4 +1,4 @@
-"""The command line: exit codes, all problems at once, one JSON document, files."""
+"""The command line's exit codes and files. All problems are reported at once, and JSON output is one document."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.simulation.results.csv_and_parquet import load_result_table
 SHORT = ["simulate", "spherical_pendulum", "--until", "500 ms", "--every", "10 ms"]
 
 
-def test_a_run_that_reaches_its_end_exits_with_0_and_tells_what_it_did(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_that_reaches_its_end_exits_with_0_and_reports_what_it_did(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(SHORT) == 0
     out, err = capsys.readouterr()
     assert "done at t = 0.5 s" in out
@@ -49,7 +49,7 @@ def test_json_is_one_document_and_nothing_else(tmp_path: Path, capsys: pytest.Ca
     assert data["problems"] == []
 
 
-def test_a_run_tells_what_the_audit_says_and_an_inaccurate_one_fails_with_its_files_kept(
+def test_a_run_reports_what_the_audit_says_and_an_inaccurate_one_fails_with_its_files_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(SHORT) == 0
@@ -67,7 +67,7 @@ def test_a_run_tells_what_the_audit_says_and_an_inaccurate_one_fails_with_its_fi
     assert json.loads(capsys.readouterr().out)["audit"]["verdict"] == "inaccurate"
 
 
-def test_all_wrong_options_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_wrong_options_are_reported_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "bad.yaml"
     scene.write_text("bodies: {a: {box: [1, 1, 1], densty: 5}}\njoints: {j: {type: revolut, inboard: ground, outboard: a}}\n")
     words = ["--until", "-3", "--every", "5 kg", "--method", "rk9", "--rtol", "3", "--law", "coulom", "--set", "foo"]
@@ -94,7 +94,7 @@ def test_all_wrong_options_are_told_at_once(tmp_path: Path, capsys: pytest.Captu
     assert "Traceback" not in err
 
 
-def test_wrong_changes_and_patterns_are_told_with_their_remedy(capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_changes_and_patterns_are_reported_with_their_remedy(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--set", "joints.ball.friction.m=1", "--outputs", "bal.*", "--json"]
     assert main(["simulate", "spherical_pendulum", *words]) == 2
     problems = json.loads(capsys.readouterr().out)["problems"]
@@ -116,7 +116,7 @@ def test_wrong_changes_and_patterns_are_told_with_their_remedy(capsys: pytest.Ca
         (["new", "3x"], "cannot be the name"),
     ],
 )
-def test_wrong_use_exits_with_2_and_says_what_to_do(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_use_exits_with_2_and_names_the_remedy(words: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2
     out, err = capsys.readouterr()
     assert text in err
@@ -163,7 +163,7 @@ def test_the_summary_shows_the_main_columns_where_all_are_computed(capsys: pytes
     assert tables[0] == tables[1]
 
 
-def test_check_tells_what_the_scene_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_reports_masses_loops_and_freedoms_of_a_scene(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "crank_slider", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert {b["name"]: round(b["mass"], 3) for b in data["bodies"]} == {"crank": 39.005, "rod": 78.01, "slider": 62.408}
@@ -222,7 +222,7 @@ def test_models_and_schema_are_listed(capsys: pytest.CaptureFixture[str]) -> Non
     assert json.loads(capsys.readouterr().out)["title"] == "Trunnion scene"
 
 
-def test_a_defect_is_told_without_a_traceback(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_defect_is_reported_without_a_traceback(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 
@@ -244,7 +244,8 @@ def test_version_and_help_do_not_wait_for_heavy_packages() -> None:
 
 
 def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
-    """Before scenes were stored, it imported 800 modules, with pydantic, typer's use of it, and the reader of scenes."""
+    """Before scenes were stored, a warm run imported 800 modules, with pydantic, the parts of typer that use it, and the reader of
+    scenes."""
     main(SHORT)
     code = f"import sys; from trunnion.cli import main; main({SHORT!r}); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -269,7 +270,7 @@ def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp
 
 
 @pytest.mark.slow
-def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
+def test_the_first_hundred_of_thousands_of_mistakes_are_reported_and_all_are_counted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "s.yaml").write_text("bodies: {}\njoints: {}\n" + "".join(f"wrong{i}: 1\n" for i in range(4000)))
@@ -279,3 +280,13 @@ def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(
     assert len(document["problems"]) == 101
     assert main(["check", str(tmp_path / "s.yaml")]) == 2
     assert "and 3901 more: not listed" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_scene_is_reported_with_the_file_to_give(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", str(tmp_path)]) == 2
+    assert "the folder has no scene.yaml" in capsys.readouterr().err
+    (tmp_path / "crane.yaml").write_text("schema: 1\n")
+    assert main(["check", str(tmp_path)]) == 2
+    err = capsys.readouterr().err
+    assert "the folder has no scene.yaml" in err
+    assert f"give the file itself: {tmp_path / 'crane.yaml'}" in err

@@ -77,7 +77,7 @@ def test_an_option_means_the_same_in_every_command() -> None:
     assert {n for n, o in options() if "--vary" in o.opts} >= varies
 
 
-def test_a_column_given_as_the_file_to_write_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_column_given_as_the_file_to_write_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     for words in (["sensitivity", "spherical_pendulum", "--vary", "joints.ball.friction.mu"], ["chart", "simple_pendulum"]):
         assert main([*words, "--output", COLUMN]) == 2
         assert "columns are chosen with --outputs" in capsys.readouterr().err
@@ -94,7 +94,8 @@ def test_deprecated_options_work_are_reported_once_and_are_in_no_help(capsys: py
         assert main(words) == 0
         assert capsys.readouterr().err == f"option {old} is deprecated: write {OPTIONS[old]}\n"
     shown = {n for _, o in options() for n in (*o.opts, *o.secondary_opts)}
-    assert shown & OPTIONS.keys() == {"--outputs"}  # which columns; earlier, in ``check`` it was the list of columns
+    # the word is also an old name: in ``check`` it was the list of columns, elsewhere it selects columns
+    assert shown & OPTIONS.keys() == {"--outputs"}
     assert set(OPTIONS.values()) <= shown
 
 
@@ -111,7 +112,7 @@ def test_every_command_has_one_format_of_help(name: str, capsys: pytest.CaptureF
         assert option.hidden or (option.help or "").endswith("."), option.name
 
 
-def test_the_old_name_of_a_file_to_write_goes_on_working(tmp_path: Path) -> None:
+def test_the_old_option_of_a_file_to_write_still_works(tmp_path: Path) -> None:
     words = ["sensitivity", "spherical_pendulum", "--vary", "joints.ball.friction.mu", "--outputs", COLUMN, "--until", "0.1"]
     for option in ("--file", "--output"):
         file = tmp_path / f"{option[2:]}.csv"

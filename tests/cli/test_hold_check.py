@@ -1,4 +1,4 @@
-"""``trunnion check --hold``: its text, its exit code, its JSON."""
+"""The command ``trunnion check --hold``: its text, its exit code and its JSON output."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_pendulum_inside_its_friction_cone_holds_with_the_margin_of_statics(ca
     assert pair["margin"] == pytest.approx(1.0 - pair["share"], rel=1e-12)
 
 
-def test_one_outside_does_not_and_says_which_joint_lets_go(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pendulum_outside_its_friction_cone_slips_and_the_joint_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(asked(LIMIT * 1.1)) == 1
     out = capsys.readouterr().out
     assert "the mechanism does not hold: ball slips first" in out
@@ -46,7 +46,7 @@ def test_a_joint_without_friction_holds_nothing(capsys: pytest.CaptureFixture[st
     assert "nothing holds pivot, which starts to move" in capsys.readouterr().out
 
 
-def test_what_cannot_be_assembled_is_told_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_scene_is_reported_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "no_such_scene", "--hold"]) == 2
     assert "no_such_scene" in capsys.readouterr().err
 

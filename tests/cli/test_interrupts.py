@@ -56,8 +56,8 @@ _Work.go_on = go_on
 
 
 def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end in a process of its own. Ctrl-C acts there as at a terminal; the process that starts the tests may
-    ignore it, as a shell does for its jobs in the background."""
+    """Run a program to its end in a process of its own, in which Ctrl-C acts as at a terminal. (A shell lets its jobs in the
+    background ignore Ctrl-C.)"""
     program = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n" + program
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
 
@@ -69,8 +69,8 @@ def whole() -> Result:
 
 
 def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
-    """Check that rows and events equal those of the whole run up to the time at which it stopped, bit for bit, and that none is
-    missing."""
+    """Check that rows and events equal those of the whole run bit for bit, up to the time at which the run stopped, and that none
+    is missing."""
     assert 0.0 < end < UNTIL
     assert len(time) == np.count_nonzero(whole.time <= end) > 1
     assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)
@@ -93,7 +93,7 @@ def test_simulate_keeps_every_row_and_event(suffix: str, tmp_path: Path, whole: 
     held_against(whole, table.time, table.data, table.events, table.outcome.time)
 
 
-def test_json_tells_of_the_interrupt_in_its_one_document(tmp_path: Path, whole: Result) -> None:
+def test_json_reports_the_interrupt_in_its_one_document(tmp_path: Path, whole: Result) -> None:
     file = tmp_path / "r.parquet"
     words = ["simulate", "spherical_pendulum", "--until", f"{UNTIL}", "--every", f"{EVERY}", "-o", str(file), "--json"]
     done = ran(PRELUDE + "interrupted_after(1)\n" + COMMAND, *words)
@@ -104,7 +104,7 @@ def test_json_tells_of_the_interrupt_in_its_one_document(tmp_path: Path, whole: 
     held_against(whole, table.time, table.data, table.events, told["outcome"]["time"])
 
 
-def test_python_gets_the_result_so_far_and_goes_on() -> None:
+def test_python_gets_the_result_so_far_and_continues() -> None:
     program = PRELUDE + "interrupted_after(1)\nimport trunnion\n"
     program += f"r = trunnion.simulate('spherical_pendulum', until={UNTIL}, every={EVERY})\n"
     program += "print(json.dumps([r.outcome.name, len(r), len(r.events), signal.getsignal(2) is signal.default_int_handler]))"
@@ -154,7 +154,8 @@ def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: s
         assert f"cancelled: {n} of 100000 cases finished" in done.stdout
     assert 5 <= n < 100000
     assert list(columns["case"]) == list(range(n))
-    again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}  # as a batch of this size runs
+    # a batch of the size of the interrupted one uses the compiled kernel
+    again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}
     same = trunnion.sweep("spherical_pendulum", {MU: list(columns[MU])}, **again)
     assert list(columns["final:ball.qd[2]"]) == same.table["final:ball.qd[2]"].to_pylist()
 

@@ -32,7 +32,7 @@ def needs(file: Path) -> Needs:
         return _mach(data)
     if data[:2] == b"MZ":
         return _pe(data)
-    raise ValueError(f"{file.name} is no shared library of 64 bits")
+    raise ValueError(f"{file.name} is not a shared library of 64 bits")
 
 
 def text_at(data: bytes, at: int) -> str:
@@ -46,10 +46,10 @@ def _elf(data: bytes) -> Needs:
     libraries, versions = set(), set()
     for _, kind, _, _, at, length, link, info, _, _ in sections:
         strings = sections[link][4]
-        if kind == 6:  # dynamic
+        if kind == 6:  # the section of dynamic entries
             tags = struct.iter_unpack("<qQ", data[at : at + length])
             libraries |= {text_at(data, strings + value) for tag, value in tags if tag == 1}
-        elif kind == 0x6FFFFFFE:  # required versions
+        elif kind == 0x6FFFFFFE:  # the section of required versions
             versions |= set(_elf_versions(data, at, strings, info))
     return Needs("linux", ELF_MACHINES[struct.unpack_from("<H", data, 18)[0]], frozenset(libraries), frozenset(versions))
 
@@ -71,9 +71,9 @@ def _mach(data: bytes) -> Needs:
     libraries, versions, at = set(), set(), 32
     for _ in range(commands):
         command, size = struct.unpack_from("<II", data, at)
-        if command == 0xC:  # a library that it loads
+        if command == 0xC:  # the command names a library that this one loads
             libraries.add(text_at(data, at + struct.unpack_from("<I", data, at + 8)[0]))
-        elif command == 0x32:  # version of the system for which it was built
+        elif command == 0x32:  # the command gives the version of the system for which the library was built
             packed = struct.unpack_from("<I", data, at + 12)[0]
             versions.add((packed >> 16, packed >> 8 & 0xFF))
         at += size

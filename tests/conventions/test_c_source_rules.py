@@ -148,7 +148,7 @@ def compiles_alone(stage: str, folder: Path, more: str = "") -> str:
     return ""
 
 
-def test_the_runtimes_page_tells_its_stages_in_order() -> None:
+def test_the_runtimes_page_reports_its_stages_in_order() -> None:
     page = (RUNTIME / "README.md").read_text(encoding="utf-8")
     assert tuple(re.findall(r"^\| \[`(\w+)`\]", page, re.MULTILINE)) == STAGES
 

@@ -15,7 +15,7 @@ def test_a_module_is_imported_at_the_first_use_of_a_name() -> None:
     assert Later("json.decoder", "analysis", "a test").JSONDecodeError is json.JSONDecodeError
 
 
-def test_a_missing_package_is_told_at_once_with_what_needs_it_and_its_remedy() -> None:
+def test_a_missing_package_is_reported_at_once_with_what_needs_it_and_its_remedy() -> None:
     with pytest.raises(Missing, match=r"a test needs the package no_such_package.*pip install 'trunnion\[analysis\]'"):
         Later("no_such_package.part", "analysis", "a test")
 

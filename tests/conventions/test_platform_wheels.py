@@ -58,5 +58,5 @@ def test_two_builds_without_a_common_cache_give_the_same_bytes(tag: str, tmp_pat
 def test_checksums_are_those_of_the_wheels(tmp_path: Path) -> None:
     (tmp_path / "a.whl").write_bytes(b"abc")
     write_checksums(tmp_path)
-    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # FIPS 180-2, appendix B.1
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # the example of FIPS 180-2, appendix B.1
     assert (tmp_path / SUMS).read_text() == f"{known}  a.whl\n"

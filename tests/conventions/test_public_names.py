@@ -45,7 +45,8 @@ def described(text: str) -> set[str]:
     return {name.strip(" *") for found in lists for line in re.findall(r"(?m)^    ([\w, *]+):", found) for name in line.split(",")}
 
 
-@pytest.mark.parametrize("name", [n for n in trunnion.__all__ if n != "Scene"])  # its fields: the reference of scene keys
+# the fields of Scene are described in the reference of scene keys
+@pytest.mark.parametrize("name", [n for n in trunnion.__all__ if n != "Scene"])
 def test_every_argument_and_attribute_of_a_public_name_is_described(name: str) -> None:
     public = getattr(trunnion, name)
     if inspect.isfunction(public):

@@ -139,12 +139,12 @@ def test_a_wrong_declaration_cannot_be_imported(what: str) -> None:
         make()
 
 
-def test_all_that_is_wrong_with_a_law_is_told_at_once() -> None:
+def test_all_that_is_wrong_with_a_law_is_reported_at_once() -> None:
     with pytest.raises(ValueError, match=r"(?s)formula.*define level\(\)"):
         law(rest=Rest.SET_VALUED, formula="")
 
 
-def test_a_right_one_can() -> None:
+def test_a_right_declaration_is_registered() -> None:
     assert registered_laws([law()])["trial"].numbers == (MU,)
     assert registered_elements([element()])["trial"].count == 2
 

@@ -19,7 +19,7 @@ from trunnion.cli.command_registry import function_of
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import JobRequest, document_of, plan_of_document, plan_of_request
 from trunnion.service.request_models.sensitivity_and_fmu_requests import SensitivityRequest, plain
-from trunnion.simulation.settings.run_settings import settings_read, told
+from trunnion.simulation.settings.run_settings import describe_setting, settings_read
 
 PYTHON: dict[str, Any] = {f"trunnion.{f.__name__}": f for f in (trunnion.simulate, trunnion.sweep, trunnion.sensitivity)}
 REST = {"POST /v1/jobs": JobRequest, "POST /v1/sensitivities": SensitivityRequest}
@@ -50,8 +50,8 @@ def words(who: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("who", [*COMMANDS, *PYTHON, *REST])
-def test_whoever_offers_settings_offers_those_of_the_table_in_its_words(who: str) -> None:
-    expected = {s.name: told(s, who) for s in offered(who)}
+def test_every_interface_offers_the_settings_of_the_table_in_its_words(who: str) -> None:
+    expected = {s.name: describe_setting(s, who) for s in offered(who)}
     if who in COMMANDS:  # a command gives in brackets what others give in sentences
         several = {s.name: "repeatable; " if who in s.several else "" for s in offered(who)}
         sentence = re.compile(r"(?: Repeatable\.)? Default: (.*)\.$", re.DOTALL)
@@ -100,7 +100,7 @@ def test_a_wrong_value_is_refused_in_the_same_words(s: Setting, who: str) -> Non
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize(("s", "who"), [c for c in CASES if c.values[1] in COMMANDS])
-def test_the_command_line_refuses_it_in_these_words_too(s: Setting, who: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_refuse_a_wrong_setting_in_the_same_words(s: Setting, who: str, capsys: pytest.CaptureFixture[str]) -> None:
     for text in WRONG[s.name]:
         _, (problem,) = settings_read(who, {s.name: [text] if who in s.several else text}, option)
         assert main([*who.split()[1:], "simple_pendulum", f"{option(s.name)}={text}"]) == 2

@@ -44,7 +44,7 @@ def finds_nothing(folder: Path, *words: str) -> None:
 
 
 @pytest.mark.parametrize("check", CHECKS)
-def test_it_finds_nothing(check: str, as_installed: Path) -> None:
+def test_static_checks_find_nothing(check: str, as_installed: Path) -> None:
     finds_nothing(as_installed, *CHECKS[check])
 
 
@@ -105,7 +105,7 @@ def test_ci_runs_the_readmes_test_command() -> None:
     assert subprocess.run(["bash", "-c", joined], capture_output=True, text=True).stdout.strip() == got
 
 
-def test_windows_is_told_the_same_two_lines() -> None:
+def test_the_lines_for_windows_are_those_for_other_systems() -> None:
     def plain(line: str) -> str:
         return line.replace("\\Scripts\\", "/bin/").replace("py -m", "python3 -m")
 
@@ -233,7 +233,7 @@ def test_nothing_cites_a_document_that_the_project_does_not_hold() -> None:
     assert not [(f, m.group()) for f, text in cited().items() if f != here for m in elsewhere.finditer(text)]
 
 
-def test_every_section_of_the_method_says_what_holds_it_to_its_word() -> None:
+def test_every_section_of_the_theory_names_its_tests() -> None:
     sections = [s for page in THEORY for s in re.split(r"^##+ ", text_of(page), flags=re.MULTILINE)[1:]]
     assert len(sections) > 25
     assert not [x.splitlines()[0] for x in sections if "*Tests*:" not in x]

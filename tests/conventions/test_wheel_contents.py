@@ -1,9 +1,13 @@
-"""A wheel contains only files that installed code imports or reads."""
+"""A wheel contains all files that installed code imports or reads, and no others."""
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 import tomllib
+import zipfile
 from functools import cache
 from pathlib import Path
 
@@ -78,5 +82,17 @@ def test_every_other_file_is_named_by_an_installed_file() -> None:
     assert [f.relative_to(ROOT).as_posix() for f in unnamed] == []
 
 
-def test_of_models_a_wheel_holds_the_scenes_that_have_a_name() -> None:
+def test_a_wheel_holds_of_the_models_only_named_scenes() -> None:
     assert sorted(f.parent.name for f in (ROOT / "models").rglob(MODEL_FILE)) == sorted(bundled_names())
+
+
+def test_the_wheel_holds_the_services_page_and_the_migrations(tmp_path: Path) -> None:
+    build_wheel = "import sys; from setuptools.build_meta import build_wheel; print(build_wheel(sys.argv[1]))"
+    env = dict(os.environ, TRUNNION_PREBUILD="0")
+    ask = [sys.executable, "-c", build_wheel, str(tmp_path)]
+    done = subprocess.run(ask, cwd=ROOT, env=env, capture_output=True, text=True, check=True)
+    names = zipfile.ZipFile(tmp_path / done.stdout.split()[-1]).namelist()
+    for folder in ("page", "store/migrations", "store/migrations/versions"):
+        here = [f for f in (ROOT / "service" / folder).iterdir() if f.is_file() and f.suffix != ".mako"]
+        assert {f"trunnion/service/{folder}/{f.name}" for f in here} <= set(names)
+    assert "trunnion/runtime/hosts/batch.c" in names

@@ -59,7 +59,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize("kind", ["wheel", "editable"])
-def test_it_runs_from_another_folder(kind: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_an_installation_runs_from_another_folder(kind: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     folder, python = request.getfixturevalue("wheel") if kind == "wheel" else (tmp_path, installed(kind, tmp_path))
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()

@@ -1,5 +1,5 @@
-"""A simulated reader who types the blocks of a page into a shell and into Python, in an environment with exactly the packages that
-the page installs."""
+"""A simulated reader, who types the blocks of a page into a shell and into Python. The environment contains exactly the packages
+that the page installs."""
 
 from __future__ import annotations
 
@@ -88,11 +88,11 @@ class Reader:
     def _type(self, line: str, place: str) -> None:
         """Type a line into the shell; a server that it starts runs until the page ends."""
         if not line or line.endswith("-m pytest"):
-            return  # this command runs these tests
+            return  # the page asks its reader to run these tests
         if "activate" in line:
             line, self.active = line.replace(". .venv/bin/activate && ", "").replace(" && pip ", " && .venv/bin/pip "), True
         if line in self.place.typed and "&&" not in line.partition("pip install")[2]:
-            return  # another page of this group has typed only this installation
+            return  # the environment already has this installation, typed on another page of the group
         if "-m venv" in line:
             self.place.begin(line)
         printed, line = line, self.cheaper(line)

@@ -18,7 +18,7 @@ def test_every_page_with_something_to_run_is_run() -> None:
     assert found == {page for group in GROUPS.values() for page in group if steps(ROOT / page)}
 
 
-def test_every_page_begins_with_what_it_installs() -> None:
+def test_every_page_begins_with_its_installation() -> None:
     """A page must say how to install a command before it uses the command."""
     for page in (page for group in GROUPS.values() for page in group if steps(ROOT / page)):
         first = begins(page)[0].text
@@ -26,7 +26,7 @@ def test_every_page_begins_with_what_it_installs() -> None:
     assert "[README](../README.md)" in (ROOT / "models" / "README.md").read_text(encoding="utf-8")
 
 
-def test_two_processes_that_read_pages_of_one_kind_are_told_of_each_other(tmp_path: Path) -> None:
+def test_a_second_process_that_runs_pages_of_one_kind_is_refused(tmp_path: Path) -> None:
     """The pages serve at one port. (``--dist loadgroup`` did not separate them: pytest 9.2 ignores the names by which it
     groups.)"""
     alone(tmp_path, about_models=True)

@@ -69,7 +69,7 @@ class Home:
             mine = self.shared / f"base-{os.getpid()}"
             linked(self.venv, mine / "venv", bytes(self.venv))
             (mine / "place").write_bytes(bytes(self.venv))
-            with suppress(OSError):  # another process was first
+            with suppress(OSError):  # another process has made the folder first
                 mine.rename(self.shared / "base")
         self.typed.append(line)
 

@@ -56,7 +56,7 @@ def engine_run(model: str, until: float, kernel: str | None = None) -> dict[str,
     assert process.stdin is not None
     assert process.stdout is not None
     print(json.dumps([name, BEYOND * until, until / ROWS, LAWS[law], kernel, str(file)]), file=process.stdin, flush=True)
-    assert process.stdout.readline() == "done\n", "the engine's run ended in an error, which stands above"
+    assert process.stdout.readline() == "done\n", "the engine's run ended in an error, which is printed above"
     with np.load(file) as data:
         return dict(zip(data["names"], data["data"][: ROWS + 1].T, strict=True))
 

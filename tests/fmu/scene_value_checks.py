@@ -56,6 +56,6 @@ def _said_by_the_fmu(host: Host, path: str, value: float) -> str:
         host.put(path, value)
     except FMICallException as e:
         status = e.status
-    assert status in (0, 2)  # 2 is fmi2Discard, after which the run can go on
+    assert status in (0, 2)  # status 2 is fmi2Discard, after which the run can continue
     assert host.get(path) == (before if status else [value])
     return host.log[-1][1] if status else ""

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.state_evaluation import evaluate
-from trunnion.importers.mjcf.bodies import Bodies
-from trunnion.importers.mjcf.joints import Freedom
+from trunnion.importers.mjcf.bodies import BodyConverter
+from trunnion.importers.mjcf.joints import MjcfJoint
 from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf
 from trunnion.importers.pose_matrices import of_quaternion
 from trunnion.scene.data_classes.scene import Scene
@@ -33,7 +33,7 @@ class Compared:
     notes: tuple[str, ...]
 
 
-def opened(scene: Scene, bodies: Bodies) -> tuple[Scene, list[str]]:
+def opened(scene: Scene, bodies: BodyConverter) -> tuple[Scene, list[str]]:
     """The scene's tree without friction, and the joints that close its loops: constraints are off in MuJoCo."""
     made = {f.name for f in bodies.freedoms}
     carried: set[str] = set()
@@ -60,7 +60,7 @@ def quiet(m: Any, constraints: bool = False) -> Any:
     return m
 
 
-def coordinates(m: Any, freedoms: list[Freedom], q: np.ndarray, *rates: np.ndarray) -> list[dict[str, np.ndarray]]:
+def coordinates(m: Any, freedoms: list[MjcfJoint], q: np.ndarray, *rates: np.ndarray) -> list[dict[str, np.ndarray]]:
     """MuJoCo's qpos and some of qvel or qacc, converted to those of the scene's joints: angular ones in the inboard frame, not the
     body's."""
     out: list[dict[str, np.ndarray]] = [{} for _ in range(1 + len(rates))]
@@ -116,7 +116,7 @@ Both = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Accelerations here and in the other program, and the rates."""
 
 
-def _both(m: Any, model: Model, bodies: Bodies, q: np.ndarray, qd: np.ndarray) -> Both:
+def _both(m: Any, model: Model, bodies: BodyConverter, q: np.ndarray, qd: np.ndarray) -> Both:
     import mujoco
 
     d = mujoco.MjData(m)
@@ -135,19 +135,20 @@ def relative(states: list[Both]) -> float:
     return max(float(np.abs(mine - want).max()) for mine, want, _ in states) / (size if size > 1e-12 * of_rates else of_rates)
 
 
-def _given(m: Any, bodies: Bodies) -> float:
+def _given(m: Any, bodies: BodyConverter) -> float:
     """Give MuJoCo the inertias of the scene, with principal axes to the last digit (its own have about 1e-8). Returns the largest
     relative difference from its former inertias."""
     import mujoco
 
     worst = 0.0
-    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # MuJoCo's short cuts for bodies with principal axes
+    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # these short cuts of MuJoCo assume principal axes
     named = {n: mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, n) for n in bodies.places if n}
     at = {named[n]: p.link for n, p in bodies.places.items() if n and np.array_equal(p.at, np.eye(4))}
-    at |= {int(i): bodies.linkage.ties[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
+    at |= {int(i): bodies.linkage.joints[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
     done = set()
     for i, link in at.items():
-        if i < 1 or link not in bodies.linkage.links or link in done:  # a body without mass may be fixed to another at its place
+        # a body without mass may be fixed to another one at the same place
+        if i < 1 or link not in bodies.linkage.links or link in done:
             continue
         done.add(link)
         R = of_quaternion(m.body_iquat[i])

@@ -130,7 +130,7 @@ KINDS = {
 def test_every_joint_keeps_its_markers_as_it_should(kind: str, tmp_path: Path) -> None:
     """While the part falls and tumbles, the quantities that a joint of this kind keeps fixed do not change. They are computed from
     markers I and J in the world."""
-    turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # axes of a universal joint cross
+    turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # the axes of a universal joint are perpendicular
     pitch = block("pitch", "50") if kind == "ScrewJoint" else block("offset", "20") if kind == "PlanarJoint" else []
     base, J = at(100, 0, 0, 0.3, 0.2, 0.1), at(10, 20, 30, 0.5, -0.4, 0.2)
     shift = at(0, 0, -20) if kind == "PlanarJoint" else E
@@ -171,7 +171,7 @@ def test_four_hinges_close_a_loop(tmp_path: Path) -> None:
     assert np.ptp(r["h0.q[1]"]) > 0.1
 
 
-def test_masses_that_nobody_gave_are_told(tmp_path: Path) -> None:
+def test_masses_that_freecad_only_guessed_are_reported(tmp_path: Path) -> None:
     moments = {"guessed": (1, 1, 1), "known": (1, 1, 2)}
     parts = [part(n, at(k, 0, 0), {}, mass=1.0, moments=m) for k, (n, m) in enumerate(moments.items())]
     scene, notes = read(tmp_path, parts, [], {})
@@ -186,7 +186,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: Path) -> None:
+def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path) -> None:
     lines, words = REFUSED[what]
     file = written(tmp_path, [part("p", E, {"m": E})], [lines], {"o": E})
     with pytest.raises(SceneError, match=words) as e:

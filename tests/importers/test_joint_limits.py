@@ -49,9 +49,9 @@ def test_limits_are_stops_with_a_stiffness_and_a_note_without(name: str, write: 
     assert (stops.lower, stops.upper) == pytest.approx((-0.3, 0.2), abs=1e-15)
     assert not [n for n in notes if "limits" in n]
     deepest = trunnion.simulate(scene, until=0.4, every=1e-3, outputs=("track.q[1]",))["track.q[1]"].min()
-    weight = 3 * 9.81  # falls 0.3 m: m g (0.3 + x) = k x²/2
+    weight = 3 * 9.81  # the body falls 0.3 m onto its stop: m g (0.3 + x) = k x²/2
     want = -(weight + math.sqrt(weight**2 + 0.6 * STIFFNESS * weight)) / STIFFNESS
-    missed = STIFFNESS * abs(want) / 3 * 0.5e-3**2 / 2  # at most, between rows a millisecond apart
+    missed = STIFFNESS * abs(want) / 3 * 0.5e-3**2 / 2  # largest depth that rows a millisecond apart can miss
     assert want <= deepest + 0.3 <= want + missed
 
 

@@ -88,7 +88,7 @@ CLASSES = """
   <body name="e"><joint name="five"/>{0}</body></worldbody>"""
 
 
-def test_classes_are_taken_from_the_nearest_that_says_so(tmp_path: Path) -> None:
+def test_a_class_is_taken_from_the_nearest_element_that_names_one(tmp_path: Path) -> None:
     scene, _ = read(tmp_path, CLASSES.format(BALL))
     damping = {n: j.damping for n, j in scene.joints.items()}
     assert damping == {"one": 0.2, "two": 0.3, "three": 0.5, "four": 0.3, "five": 0.1}
@@ -119,7 +119,7 @@ def test_connect_closes_a_four_bar(tmp_path: Path) -> None:
 
 
 def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None:
-    """q − ref of one is 0.1 − 0.6 (q − ref of the other); features that a scene does not have are reported."""
+    """q − ref of one joint is 0.1 − 0.6 (q − ref of the other). Equalities that a scene cannot express are reported."""
     tie = '<joint name="tie" joint1="b" joint2="a" polycoef="0.1 -0.6 {} 0 0"/>'
     scene, _ = read(tmp_path, FOUR_BAR.format(tie.format(0)))
     r = trunnion.simulate(scene, 1.0, 0.1, rtol=1e-9)
@@ -178,7 +178,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: Path) -> None:
+def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path) -> None:
     text, words = REFUSED[what]
     with pytest.raises(SceneError, match=words) as e:
         read(tmp_path, f'\n<worldbody><body name="b"><joint name="j"/>{BALL}</body></worldbody>\n{text}')
@@ -194,7 +194,7 @@ def test_the_command_writes_a_scene_that_runs(tmp_path: Path) -> None:
 
 
 def test_a_chain_of_sixty_joints_is_taken_over_as_it_is(tmp_path: Path) -> None:
-    """Big models: every joint keeps its name, and bodies without mass add none."""
+    """Every joint of a large model keeps its name, and bodies without mass add no joints."""
     inside, axes = "", (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
     for k in reversed(range(20)):
         joints = "".join(f'<joint name="j{k}_{a}" axis="{b}" armature="0.01"/>' for a, b in axes)

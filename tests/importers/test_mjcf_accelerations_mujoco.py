@@ -100,7 +100,7 @@ def test_loops_move_as_the_rows_of_mujocos_constraints_say(how: str, tmp_path: P
     data = coordinates(m, bodies.freedoms, m.qpos0, v, expected)
     mine = accelerations(evaluable(linkage.scene()), data[0], data[1])
     for name, want in data[2].items():
-        assert mine[name] == pytest.approx(want, rel=1e-8, abs=1e-8)  # differences by steps of 1e-5 are good to 1e-9
+        assert mine[name] == pytest.approx(want, rel=1e-8, abs=1e-8)  # differences with steps of 1e-5 are precise to 1e-9
 
 
 @pytest.mark.slow

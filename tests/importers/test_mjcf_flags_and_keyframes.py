@@ -28,7 +28,7 @@ FLAGS = {
 
 
 @pytest.mark.parametrize("flags", FLAGS)
-def test_what_a_flag_disables_does_not_act(flags: str, tmp_path: Path) -> None:
+def test_a_force_that_a_flag_disables_does_not_act(flags: str, tmp_path: Path) -> None:
     text = f'<compiler angle="radian"/><option><flag {flags}/></option><worldbody><body name="arm">{ARM}</body></worldbody>'
     scene, _ = read(tmp_path, text + '<keyframe><key qvel="1"/></keyframe>')
     assert column(scene, "h.qd[1]", "h.qdd[1]") == pytest.approx([1, FLAGS[flags] / 0.26], rel=1e-12)

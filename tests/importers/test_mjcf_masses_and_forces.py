@@ -48,8 +48,8 @@ def test_a_mesh_weighs_what_its_box_does(way: str) -> None:
     assert made.inertia == pytest.approx(box.inertia, rel=1e-13, abs=1e-13)
 
 
-def test_what_acts_along_joints_is_taken_over(tmp_path: Path) -> None:
-    """Angles in degrees become radians; a coordinate is zero where the file draws the mechanism; motors add rotors and dampers by
+def test_springs_dampers_friction_and_rotors_of_joints_are_imported(tmp_path: Path) -> None:
+    """Angles in degrees become radians. A coordinate is zero where the file draws the mechanism. Motors add rotors and dampers by
     the square of their gears."""
     acting = 'springref="40" stiffness="2" damping="0.3" armature="0.02" frictionloss="0.4"'
     joint = f'<joint name="j" ref="10" {acting} range="-90 90"/>'
@@ -76,7 +76,7 @@ def test_a_spring_given_by_its_swing_swings_so(tmp_path: Path) -> None:
     assert scene.joints["j"].damping == pytest.approx(2 * inertia / 0.5, rel=1e-14)
 
 
-def test_what_is_lifted_does_not_fall(tmp_path: Path) -> None:
+def test_gravity_compensation_carries_its_share_of_the_weight(tmp_path: Path) -> None:
     """gravcomp 1 carries a body's whole weight, 0.5 half of it."""
     for share, expected in ((1.0, 0.0), (0.5, -4.905)):
         scene, _ = read(tmp_path, f'<worldbody><body name="b" gravcomp="{share}"><freejoint name="f"/>{BALL}</body></worldbody>')

@@ -1,5 +1,5 @@
-"""The tables in ``engine/importers/schemas`` list every element and attribute of the schemas of URDF, SDF 1.6 to 1.12 and MJCF, and
-the importers do with each what its table says."""
+"""The tables in ``engine/importers/schemas`` list every element and attribute of the schemas of URDF, SDF 1.6 to 1.12 and MJCF. The
+importers treat each item as its table says."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def taken_items(name: str) -> dict[tuple[int, str], str]:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_what_the_table_takes_matters(name: str, folder: Path) -> None:
+def test_every_item_that_the_table_takes_changes_the_scene(name: str, folder: Path) -> None:
     """Without an item that the table takes, the outcome of an example differs."""
     table, wanted = schema(name), taken_items(name)
     for text in EXAMPLES[name]:
@@ -160,7 +160,7 @@ def add_items(e: Element, table: Table, row: Row, wanted: str) -> None:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 @pytest.mark.parametrize("fate", ["irrelevant", "noted"])
-def test_what_the_table_does_not_take_leaves_the_scene_as_it_is(fate: str, name: str, folder: Path) -> None:
+def test_items_that_the_table_does_not_take_leave_the_scene_unchanged(fate: str, name: str, folder: Path) -> None:
     table, new = schema(name), ""
     for text in EXAMPLES[name]:
         root = read(text, folder)
@@ -196,7 +196,7 @@ def refused_items(name: str) -> set[str]:
 
 
 @pytest.mark.parametrize("name", ["SDF", "MJCF"])
-def test_what_the_table_refuses_is_refused_with_its_line(name: str, folder: Path) -> None:
+def test_items_that_the_table_refuses_are_refused_with_their_line(name: str, folder: Path) -> None:
     assert refused_items(name) == {item for items in REFUSED[name] for item in items.split()}
     for text in REFUSED[name].values():
         (folder / "model.xml").write_text(text)
@@ -214,7 +214,7 @@ def every_row(table: Table) -> Iterator[Row]:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_what_no_schema_lists_has_a_note_with_its_line(name: str, folder: Path) -> None:
+def test_items_that_no_schema_lists_have_a_note_with_their_line(name: str, folder: Path) -> None:
     root = read(EXAMPLES[name][0], folder)
     scene, _ = outcome(text_of(root), folder)
     last = root.children[-1]

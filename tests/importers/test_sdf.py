@@ -137,7 +137,7 @@ def test_two_joints_with_one_child_close_a_loop(tmp_path: Path) -> None:
     assert r["a.qdd[1]"] == pytest.approx(9.81 * 2 * np.sin(angle) / (2 / 3 + 1), rel=1e-8)
 
 
-def test_other_joints_are_taken_over(tmp_path: Path) -> None:
+def test_ball_cross_screw_and_hinges_in_series_are_taken_over(tmp_path: Path) -> None:
     """A ball, two crossing axes, a thread (2 m a turn, written as −π rad/m), two hinges in series."""
     links = "".join(f'<link name="{n}"><pose>{i} 0 0 0 0 0</pose>{WEIGHED}</link>' for i, n in enumerate("abcd"))
     axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
@@ -152,7 +152,7 @@ def test_other_joints_are_taken_over(tmp_path: Path) -> None:
     assert trunnion.simulate(scene, 0.1).outcome.ok
 
 
-def test_what_no_joint_carries_flies_and_what_is_static_stands(tmp_path: Path) -> None:
+def test_a_link_without_joint_falls_and_a_static_model_stands(tmp_path: Path) -> None:
     text = f"""<world name="w"><gravity>0 0 -2</gravity>
       <model name="floor"><static>true</static><link name="slab"/></model>
       <model name="stone"><pose>1 2 3 0 0 0.5</pose><link name="rock">{WEIGHED}</link></model>
@@ -200,7 +200,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: Path) -> None:
+def test_unsupported_content_is_refused_with_its_line(what: str, tmp_path: Path) -> None:
     text, words = REFUSED[what]
     links = "".join(f'<link name="{n}">{WEIGHED}</link>' for n in "ab")
     with pytest.raises(SceneError, match=words) as e:
@@ -208,7 +208,7 @@ def test_what_cannot_be_taken_over_is_named_with_its_line(what: str, tmp_path: P
     assert {p.line for p in e.value.problems} == {3}
 
 
-def test_masses_that_the_file_does_not_say_are_told(tmp_path: Path) -> None:
+def test_masses_that_the_file_does_not_say_are_reported(tmp_path: Path) -> None:
     _, notes = read(tmp_path, '<model name="m"><link name="a"/></model>')
     assert any("1 kg" in n and "a" in n for n in notes)
 

@@ -49,7 +49,7 @@ def box(file: Path, size: tuple[float, float, float], shift: tuple[float, float,
 
 def test_a_boxs_mass_properties_are_its_closed_form(tmp_path: Path, needs: Callable[[str], None]) -> None:
     needs("trimesh")
-    file = box(tmp_path / "block.stl", (1000, 100, 100), (500, 0, 0))  # millimetres
+    file = box(tmp_path / "block.stl", (1000, 100, 100), (500, 0, 0))  # lengths in millimetres
     body = body_of_mesh(file, 7800.0, "mm")
     assert body["mass"] == pytest.approx(78.0, rel=1e-6)  # STL has single precision
     assert body["center"] == pytest.approx([0.5, 0, 0], abs=1e-7)
@@ -69,8 +69,8 @@ def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None
 
 
 def test_surfaces_that_overlap_are_one_solid(tmp_path: Path, needs: Callable[[str], None]) -> None:
-    """Two cubes of 100 mm, shifted by 50 mm, weigh 11.7 kg. A hollow cube with a ball of the same material in its cavity weighs as
-    much as both; the same cube around an overlapping one weighs as the union."""
+    """Two cubes of 100 mm, shifted by 50 mm, weigh 11.7 kg. A hollow cube weighs as much as both parts if a ball of the same
+    material is in its cavity. If it is around an overlapping cube, it weighs as the union."""
     needs("trimesh")
     needs("manifold3d")
     import trimesh
@@ -118,7 +118,7 @@ def test_inertia_is_turned_into_the_links_axes(urdf: Path) -> None:
     assert body.center == pytest.approx((0.5, 0, 0))
 
 
-def test_what_cannot_be_represented_is_told_all_at_once(tmp_path: Path) -> None:
+def test_all_unsupported_content_is_reported_at_once(tmp_path: Path) -> None:
     file = tmp_path / "bad.urdf"
     file.write_text("""<robot name="bad"><link name="a"/><link name="b"/><link name="c"/>
       <joint name="one" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
@@ -160,8 +160,8 @@ def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("seed", range(5))
 def test_massless_frames_in_chains_of_fixed_joints_are_points_of_bodies(seed: int, tmp_path: Path) -> None:
-    """Up to two frames before and after every hinge and behind every link, in a random order in the file. By forward kinematics,
-    every mass centre and every point is at its place."""
+    """Up to two frames are before and after every hinge and behind every link, in a random order in the file. By forward
+    kinematics, every mass centre and every point is at its place."""
     rng = np.random.default_rng(seed)
     parts: list[str] = []
     places: dict[str, np.ndarray] = {}
@@ -182,7 +182,7 @@ def test_massless_frames_in_chains_of_fixed_joints_are_points_of_bodies(seed: in
         for frame in frames:
             at = add("fixed", parent, frame, at)
             parent = frame
-        behind = rng.integers(0, 3)  # frames that the hinge moves, and that carry the link
+        behind = rng.integers(0, 3)  # number of frames that the hinge moves, and that carry the link
         links = [*(f"a{k}{n}" for n in range(behind)), f"link{k}"]
         for n, link in enumerate(links):
             at = add("fixed" if n else "continuous", parent, link, at, mass if link == links[-1] else "")
@@ -240,7 +240,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
         scene_of(file)
 
 
-def test_the_command_takes_over_both(
+def test_the_command_imports_a_urdf_and_refuses_a_step_file(
     urdf: Path, tmp_path: Path, needs: Callable[[str], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["import", str(urdf), "-o", str(tmp_path / "arm.yaml")]) == 0

@@ -89,7 +89,7 @@ def test_meshes_of_all_formats_are_drawn_where_they_stand(tmp_path: Path) -> Non
 
 
 def test_a_body_that_mujoco_hides_altogether_is_drawn_by_its_first_group(tmp_path: Path) -> None:
-    """Under a skin, which scenes do not have, nothing would be visible. If another geom is visible, hidden ones stay hidden."""
+    """A skin, which scenes do not have, would leave nothing visible. If another geom is visible, hidden ones stay hidden."""
     file = tmp_path / "dog.xml"
     bone, flesh = '<geom type="sphere" size="0.2" group="5"/>', '<geom type="sphere" size="0.5" group="3"/>'
     bodies = (bone + flesh, bone, bone + '<geom type="sphere" size="0.1" group="1"/>')
@@ -99,7 +99,7 @@ def test_a_body_that_mujoco_hides_altogether_is_drawn_by_its_first_group(tmp_pat
     assert [scene.bodies[f"b{k}"].sphere for k in range(3)] == [pytest.approx(r) for r in (0.5, 0.2, 0.1)]
 
 
-def test_a_mesh_that_is_not_there_is_told_and_not_missed(tmp_path: Path) -> None:
+def test_a_mesh_that_is_not_there_is_reported_and_not_missed(tmp_path: Path) -> None:
     file = tmp_path / "bot.urdf"
     file.write_text(robot('<mesh filename="none.dae"/>'))
     scene, notes = scene_of_urdf(file)

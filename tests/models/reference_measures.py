@@ -88,4 +88,4 @@ def measured(words: str, scene: Scene) -> float:
         m = re.fullmatch(pattern, words)
         if m:
             return measure(scene, m)
-    raise LookupError(f"no measure for {words!r}: write one in tests/models/reference_measures.py")
+    raise LookupError(f"no measure for {words!r}: add one in tests/models/reference_measures.py")

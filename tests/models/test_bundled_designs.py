@@ -34,7 +34,7 @@ def test_the_designs_are_all_there() -> None:
 
 @pytest.mark.default_cases(8)
 @pytest.mark.parametrize("name", design_names())
-def test_a_design_fits_on_a_page_and_says_what_it_asks(name: str) -> None:
+def test_a_design_fits_on_a_page_and_begins_with_its_question(name: str) -> None:
     lines = model_file(name).read_text(encoding="utf-8").splitlines()
     assert len(lines) <= PAGE
     assert lines[0].startswith("# ")
@@ -48,7 +48,7 @@ def test_a_design_fits_on_a_page_and_says_what_it_asks(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", design_names())
-def test_its_readme_shows_both_pictures_and_how_to_run_it(name: str) -> None:
+def test_the_readme_of_a_design_shows_both_pictures_and_how_to_run_it(name: str) -> None:
     text = (model_folder(name) / "README.md").read_text(encoding="utf-8")
     shown = {a or b for a, b in LINK.findall(text)}
     assert {MECHANISM, CURVES} <= shown

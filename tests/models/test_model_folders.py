@@ -44,7 +44,7 @@ def test_a_model_has_its_four_parts(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", model_names())
-def test_its_readme_shows_both_pictures_and_names_a_command_that_runs_it(name: str) -> None:
+def test_the_readme_of_a_model_shows_both_pictures_and_a_command_that_runs_it(name: str) -> None:
     shown = links(models_dir() / name / "README.md")
     assert {MECHANISM, CURVES} <= set(shown)
     assert any(words[0] == name for words in commands(name))
@@ -53,7 +53,7 @@ def test_its_readme_shows_both_pictures_and_names_a_command_that_runs_it(name: s
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("name", model_names())
-def test_the_commands_of_its_readme_are_understood(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_commands_of_the_readme_of_a_model_are_understood(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(simulate, "run_and_report", lambda request, as_json: 0)
     for words in commands(name):

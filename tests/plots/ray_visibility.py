@@ -1,4 +1,4 @@
-"""The body that must be visible at a place of the picture, by rays cast through every triangle, and the number of places that show
+"""The body that must be visible at a place of the picture, by rays cast through every triangle. Also the number of places that show
 another body."""
 
 from __future__ import annotations

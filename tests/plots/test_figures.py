@@ -44,7 +44,7 @@ def test_a_jump_is_a_gap_and_nothing_is_lost() -> None:
     assert np.all(np.diff(times) >= 0)
 
 
-def test_rotation_vectors_go_on_through_half_a_turn() -> None:
+def test_rotation_vectors_continue_through_half_a_turn() -> None:
     angle = np.linspace(0, 1.5 * np.pi, 50)
     q = np.column_stack([np.cos(angle / 2), 0 * angle, np.sin(angle / 2), 0 * angle])
     q[20:] *= -1
@@ -132,7 +132,7 @@ def test_the_same_run_draws_the_same_bytes(pendulum: Result, tmp_path: Path, suf
     assert len(a) > 5000
 
 
-def test_another_suffix_is_a_problem(pendulum: Result, tmp_path: Path) -> None:
+def test_a_figure_with_another_suffix_is_refused(pendulum: Result, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"\.png or \.svg or \.pdf"):
         save_figure(figure(pendulum), tmp_path / "x.bmp")
 
@@ -147,14 +147,14 @@ def test_a_picture_of_the_mechanism_shows_contacts_and_states_the_scale(slider: 
     save_figure(picture, tmp_path / "m.png")
 
 
-def test_what_acts_along_freedoms_and_between_points_is_drawn() -> None:
+def test_efforts_of_joints_and_springs_between_points_are_drawn() -> None:
     titles = {p.title: {c.label for c in p.curves} for s in sections(simulate("andrews", until=0.002)) for p in s.panels}
     assert titles["Torques along the joints' freedoms"] == {"beta.effort[1]"}
     assert titles["Forces along the joints' freedoms and of springs"] == {"spring.force"}
     assert titles["Lengths of springs"] == {"spring.length"}
 
 
-def test_a_figure_says_which_joints_it_leaves_out_and_how_to_see_them() -> None:
+def test_a_figure_names_the_joints_that_it_leaves_out_and_how_to_see_them() -> None:
     r = simulate(links(7, 0, "revolute", apart=False), until=1e-3)
     rubbing = [n for n, j in r.scene.joints.items() if j.friction is not None]
     [note] = [s.heading for s in sections(r) if "not drawn" in s.heading]

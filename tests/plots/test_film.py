@@ -63,7 +63,7 @@ def test_a_ball_covers_the_pixels_of_its_circle() -> None:
     assert np.pi * 19.5**2 < covered < np.pi * 21.5**2
 
 
-def test_what_is_hidden_shows_faintly_and_what_is_not_in_full() -> None:
+def test_a_hidden_body_shows_faintly_and_a_visible_body_fully() -> None:
     below, above = Sheet(80, 80), Sheet(80, 80)
     below.solid(BLOCK, BLOCK.vertices * [1, -1, 1] + [40, 40, 0], np.eye(3), BLUE)
     above.solid(Solid.made(sphere(4.0)), Solid.made(sphere(4.0)).vertices * [1, -1, 1] + [40, 40, -20], np.eye(3), RED)
@@ -128,10 +128,10 @@ def test_a_film_is_written_as_mp4(swing: Result, tmp_path: Path, monkeypatch: py
         frames = [f.to_ndarray(format="rgb24") for f in container.decode(video=0)]
     assert len(frames) == 6
     wanted = Frames(swing).at(0.0).astype(float)
-    assert np.abs(frames[0] - wanted).mean() < 4.0  # of 255: the error of compression
+    assert np.abs(frames[0] - wanted).mean() < 4.0  # compression changes colours, which go up to 255, by less than this
 
 
-def test_mp4_without_its_package_says_what_to_install_before_any_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mp4_without_its_package_is_refused_before_any_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "there", lambda module: module != "av")
     found = destination_problems(tmp_path / "f.mp4", (".html", ".gif", ".mp4"), "--animate")
     assert "av" in found[0].what

@@ -44,7 +44,7 @@ def test_spheres_look_outward_and_nearly_fill_the_ball() -> None:
     assert volume(meshes.sphere(0.5, 60)) == pytest.approx(4 / 3 * np.pi * 0.125, rel=0.01)
 
 
-def test_rods_end_where_they_are_told() -> None:
+def test_rods_end_at_the_given_points() -> None:
     mesh = meshes.rod(np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 1.0]), 0.05)
     assert volume(mesh) == pytest.approx(np.sqrt(2) * 0.01)
     along = (mesh.vertices - [0, 1, 0]) @ np.array([1, 0, 1]) / np.sqrt(2)
@@ -88,7 +88,7 @@ def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> 
 @pytest.mark.parametrize("run", ["swing", "slider", "double"])
 def test_drawn_bodies_meet_in_their_joints(run: str, request: pytest.FixtureRequest) -> None:
     result = request.getfixturevalue(run)
-    assert max(joint_gap(result, row) for row in (0, 40, 60)) < 1e-6  # loops are closed to the tolerance of the run
+    assert max(joint_gap(result, row) for row in (0, 40, 60)) < 1e-6  # the run closes loops to its tolerance
 
 
 @pytest.mark.parametrize(("run", "count"), [("swing", 1), ("slider", 2), ("double", 6)])

@@ -15,7 +15,7 @@ from trunnion.simulation.results.outcome import Outcome
 from trunnion.simulation.results.result import Result
 
 
-def test_it_shows_outcome_curves_and_events(pendulum: Result) -> None:
+def test_the_text_of_a_result_shows_outcome_curves_and_events(pendulum: Result) -> None:
     text = pendulum._repr_html_()
     ElementTree.fromstring(text)
     assert "done at t = 4 s" in text
@@ -24,19 +24,19 @@ def test_it_shows_outcome_curves_and_events(pendulum: Result) -> None:
     assert "a note" in text
 
 
-def test_it_has_no_scripts_and_fetches_nothing(pendulum: Result) -> None:
+def test_the_text_of_a_result_has_no_scripts_and_fetches_nothing(pendulum: Result) -> None:
     text = pendulum._repr_html_()
     assert "<script" not in text
     assert "http" not in text
 
 
-def test_names_cannot_break_out_of_it(pendulum: Result) -> None:
+def test_titles_in_a_notebook_are_escaped(pendulum: Result) -> None:
     named = replace(pendulum, scene=replace(pendulum.scene, title="<b>&</b>"))
     ElementTree.fromstring(named._repr_html_())
     assert "<b>&</b>" not in named._repr_html_()
 
 
-def test_it_makes_do_with_what_there_is(pendulum: Result) -> None:
+def test_a_result_with_one_column_or_no_rows_has_a_text(pendulum: Result) -> None:
     few = replace(pendulum, data=pendulum.data[:, :2], columns=pendulum.columns[:1], events=())
     none = replace(pendulum, data=pendulum.data[:0], outcome=Outcome("no_solution", 0.0, "ball", "jams"))
     for result in (few, none):

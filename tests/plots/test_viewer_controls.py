@@ -79,7 +79,7 @@ def test_views_along_axes_are_right_handed_and_level(shown: Opened, which: str) 
     assert abs(axes[0] @ shown.ask("run.up")) < 1e-12
 
 
-def test_it_is_turned_by_a_finger_and_zoomed_by_two(chrome: Any, press: Path) -> None:
+def test_one_finger_turns_the_view_and_two_fingers_zoom_it(chrome: Any, press: Path) -> None:
     page = opened(chrome, press, "", PHONE, has_touch=True, is_mobile=True)
     touch = page.page.context.new_cdp_session(page.page)
 
@@ -171,7 +171,7 @@ def test_nothing_moves_by_itself_for_who_wants_less_motion(chrome: Any, press: P
     assert opened(chrome, press, "?play=1", reduced_motion="no-preference").ask("clock.playing")
 
 
-def test_every_joint_has_its_values_and_closed_ones_are_told(shown: Opened) -> None:
+def test_every_joint_has_its_values_and_closed_ones_are_reported(shown: Opened) -> None:
     count = shown.ask("run.joints.length")
     assert shown.page.locator("#values details").count() == count
     closed = shown.page.locator("#values details:not([open])").count()

@@ -115,7 +115,7 @@ def test_points_are_where_the_matrix_puts_them(axle: Opened, parallel: bool) -> 
     toward = np.array(cam["toward"])
     order = np.argsort(points @ toward)
     if parallel:
-        assert np.all(np.diff((clip[:, 2] / clip[:, 3])[order]) <= 1e-6)  # nearer to the viewer: smaller depth
+        assert np.all(np.diff((clip[:, 2] / clip[:, 3])[order]) <= 1e-6)  # a point nearer to the viewer has a smaller depth
 
 
 def quaternion(q: np.ndarray) -> np.ndarray:
@@ -181,7 +181,7 @@ def test_a_contact_is_seen_where_it_is_in_the_colour_of_its_state(swing: Result,
         n = [float(swing[f"ball.contact[1].normal[{k}]"][row]) for k in (1, 2, 3)]
         page.do(f"clock.t = {float(swing.time[row])!r}; run.arrow = 0; view.toward = unit({n})")
         page.do("view.right = unit(cross([0, 1, 0], view.toward)); view.up = cross(view.toward, view.right)")
-        page.do("section('view'); look.cutAt = 0")  # no body in between
+        page.do("section('view'); look.cutAt = 0")  # the section removes bodies in front of the contact
         point = [0.05 * x for x in n]
         assert page.ask("shown.m.contacts[0].point") == pytest.approx(point, abs=1e-6)
         state = page.ask("run.states[String(shown.m.contacts[0].state)][0]")

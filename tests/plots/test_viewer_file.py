@@ -55,7 +55,8 @@ def test_springs_between_points_are_shown_from_end_to_end() -> None:
         assert [parts[e["part"]] for e in ends] == [b.split(".")[0] for b in spring.between]
         (p, r), (q, t) = (moved.pose(e["part"], 0) for e in ends)
         line = q + t @ ends[1]["point"] - p - r @ ends[0]["point"]
-        assert np.linalg.norm(line) == pytest.approx(0.5, abs=1e-9)  # a triangle of two sides 0.5 at 60 degrees
+        # the spring closes a triangle with two sides of 0.5 at 60 degrees
+        assert np.linalg.norm(line) == pytest.approx(0.5, abs=1e-9)
     assert "[run.springs, run.rods].map" in page(run)
 
 
@@ -119,7 +120,7 @@ def shown(browser: str, file: Path, query: str, tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("query", ["?t=1.5", "#t=1.5"])
-def test_a_browser_opens_it_from_disk_at_the_time_asked_for(swing: Result, tmp_path: Path, query: str) -> None:
+def test_a_browser_opens_a_viewer_file_from_disk_at_the_time_asked_for(swing: Result, tmp_path: Path, query: str) -> None:
     browser = chromium()
     text = shown(browser, animate(swing, tmp_path / "swing.html"), query, tmp_path)
     row = int(np.argmin(np.abs(swing.time - 1.5)))

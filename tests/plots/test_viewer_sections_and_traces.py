@@ -17,15 +17,15 @@ from trunnion.simulation.results.result import Result
 
 @pytest.mark.slow
 def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
-    """With the plane at its far end, no body is visible; at its near end, all bodies are; half way, only the parts behind the
-    plane."""
+    """With the plane at its far end, no body is visible. With the plane at its near end, all bodies are. With the plane half way,
+    only the parts behind it are."""
     shown.do("run.joints.forEach((j) => { j.pins = []; j.contacts = []; }); run.rails.length = 0; things = prepared()")
     shown.do("look.parallel = true; along('side'); section('x')")
 
     def seen(cut: float) -> np.ndarray:
         shown.do(f"look.cutAt = {cut}")
         picture = shown.pixels()[..., :3]
-        return np.asarray(np.ptp(picture, axis=2) > 25)  # coloured: a body
+        return np.asarray(np.ptp(picture, axis=2) > 25)  # coloured pixels show a body
 
     none, half, whole = (seen(c) for c in (0.0, 0.5, 1.0))
     shown.do("look.cut = ''")
@@ -57,14 +57,14 @@ def test_traces_pass_through_the_places_of_their_points(shown: Opened) -> None:
     assert {t["part"] for t in found} == {"carriage", "knee", "ram", "upper", "lower"}
     carriage = next(t for t in found if t["part"] == "carriage")
     x = [p[0] for p in carriage["path"]]
-    np.testing.assert_allclose(np.diff(x), -0.02 * 0.01, atol=1e-7)  # its drive: 20 mm/s, rows every 10 ms
+    np.testing.assert_allclose(np.diff(x), -0.02 * 0.01, atol=1e-7)  # the drive moves the point at 20 mm/s; rows are 10 ms apart
     assert carriage["past"] == 12
 
 
 # -- without a graphics card -----------------------------------------------------------------------------------------------------
 
 
-def test_without_webgl_it_is_drawn_flat_and_says_so(starts: Callable[..., Any], press: Path) -> None:
+def test_without_webgl_the_picture_is_flat_and_has_a_message(starts: Callable[..., Any], press: Path) -> None:
     plain = starts(*NO_WEBGL)
     page = opened(plain, press)
     assert page.ask("document.documentElement.dataset.drawn") == "flat"

@@ -63,7 +63,7 @@ class Opened:
             if self.ask(what):
                 return
             self.page.wait_for_timeout(50)
-        pytest.fail(f"it never came to this: {what}")
+        pytest.fail(f"the condition never held: {what}")
 
     def do(self, script: str) -> None:
         """Run statements in the page, then draw."""

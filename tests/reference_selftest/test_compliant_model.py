@@ -1,6 +1,6 @@
 """The compliant model's answers against closed forms: it judges the engine, and the engine has no part in these tests.
 
-Tolerances: three levels of stiffness and of the speed of rest, extrapolated, leave less than 1e-5 of what is of order one.
+Tolerances: three levels of stiffness and of the speed of rest, extrapolated, leave errors below 1e-5 in quantities of order one.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def test_a_hook_that_falls_behind_a_block_holds_it() -> None:
     hook = {"at": 0.1, "stiffness": 2000.0}
     case = slider(gravity=(0, 0, 0), start={"qd": 1.0}, latch=hook, effort=-4.0)
     speed = np.sqrt(1 - 2 * 2 * 0.1)
-    down = (1 - speed) / 2 + speed  # time to the hook, then up and back
+    down = (1 - speed) / 2 + speed  # time to the hook, and time up and back
     w, t = np.sqrt(1000.0), 0.02
     swing = -4 / 2000 * (1 - np.cos(w * t)) - speed / w * np.sin(w * t)
     assert last(case, down + t, "p.q[1]") == pytest.approx(0.1 + swing, abs=NEAR)
@@ -110,7 +110,7 @@ def test_a_hook_that_is_lifted_lets_go() -> None:
     hook = {"at": 0.0, "stiffness": 1e4, "keeps": "below", "down": True, "release": lift}
     case = wheel(effort=2.0, friction={"torque": 0.5}, latch=hook)
     out = judged(case, 0.25, ["r.q*"], instants=5)
-    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # friction holds it anywhere within its band
+    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # within its band, friction holds the block anywhere
     assert out.values["r.qd[1]"][-1] == pytest.approx(1.5 / 0.02 * 0.05, rel=1e-3)
 
 
@@ -134,8 +134,8 @@ def gears(friction: dict | None) -> Scene:
 
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_gears_turn_in_their_ratio_and_their_teeth_take_what_the_theory_says(mu: float) -> None:
-    """With the tooth force F along the pitch circles, the torque on the first wheel is F (r1 + c), on the second F (r2 - c), c = mu
-    pi m/4."""
+    """With the tooth force F along the pitch circles and c = mu pi m/4, the torque on the first wheel is F (r1 + c). The torque on
+    the second wheel is F (r2 - c)."""
     case = gears({"mu": mu, "pressure_angle": 0.35} if mu else None)
     c = mu * np.pi * 0.01 / 4
     r1, r2 = 0.1 + c, 0.15 - c
@@ -212,7 +212,7 @@ def test_offered_start_rates_are_taken_only_where_the_scene_leaves_rates_open() 
     assert start(model, {"pa": 2.0, "pb": 6.0, "pc": -4.0})[model.frames.at["w"]][2::3] == pytest.approx([3.0, 1.5, -1.0])
 
 
-def test_what_it_does_not_take_it_says() -> None:
+def test_the_compliant_model_names_the_law_that_it_refuses() -> None:
     with pytest.raises(NotJudged, match="lugre"):
         judged(slider(friction={"law": "lugre", "mu": 0.1, "force": 1.0, "bristle_stiffness": 1e3}))
 

@@ -18,7 +18,7 @@ def case_of(seed: int):
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(9))
-def test_how_a_mechanism_is_said_does_not_change_what_it_does(seed):
+def test_the_description_of_a_mechanism_does_not_change_its_results(seed):
     case = case_of(seed)
     base = table(solve(case.state()))
     ways = [shuffled(case, seed), rotated(case, seed), reframed(case, seed), rescaled(case, 1000.0, 1e-3, 2.0)]

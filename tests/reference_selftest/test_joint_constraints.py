@@ -107,7 +107,7 @@ def test_adding_a_joint_type_changes_only_the_joints_that_become_one():
     assert changed >= 3
 
 
-def test_a_property_no_case_has_is_said():
+def test_a_property_no_case_has_is_reported():
     with pytest.raises(LookupError, match="no random case among 400 has two grounds"):
         first("two grounds", lambda case: False, lambda seed: seed)
     with pytest.raises(LookupError, match="has moons"):

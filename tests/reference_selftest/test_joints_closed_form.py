@@ -14,7 +14,7 @@ G = 9.81
 LIGHT = {"mass": 1e-9, "inertia": (1e-12, 1e-12, 1e-12)}
 
 
-def test_pendulum():
+def test_a_pendulum_has_the_acceleration_of_the_closed_form():
     m, arm, q, qd, J = 2.0, 0.7, 0.9, 1.3, 0.05
     body = sm.Body(mass=m, inertia=(J, J, J), center=(arm, 0, 0))
     joint = sm.Joint("revolute", "ground", "bob", axis="y", reference="x", start=sm.Start(q, qd))
@@ -24,11 +24,11 @@ def test_pendulum():
     x, z = arm * np.cos(q), -arm * np.sin(q)
     ax, az = -qdd * arm * np.sin(q) - qd**2 * x, -qdd * arm * np.cos(q) - qd**2 * z
     assert result.qdd["hinge"] == pytest.approx([qdd])
-    assert force == pytest.approx([0, -m * ax, m * (az + G)])  # frame (y, x, -z)
+    assert force == pytest.approx([0, -m * ax, m * (az + G)])  # components in the joint frame (y, x, -z)
     assert torque == pytest.approx([0, 0, 0], abs=1e-12)
 
 
-def test_nut_on_a_steep_screw():
+def test_a_nut_on_a_steep_screw_has_the_acceleration_of_the_closed_form():
     m, pitch = 3.0, 0.4
     body = sm.Body(sphere=0.2, mass=m)
     joint = sm.Joint("screw", "ground", "nut", axis="z", pitch=pitch)
@@ -37,7 +37,7 @@ def test_nut_on_a_steep_screw():
     assert result.qdd["thread"] == pytest.approx([-m * G * h / (J + m * h * h)])
 
 
-def test_conical_pendulum_on_a_ball():
+def test_a_conical_pendulum_on_a_ball_has_the_acceleration_of_the_closed_form():
     arm, angle = 0.8, 0.6
     spin = np.sqrt(G / (arm * np.cos(angle)))
     scene = sm.Scene(

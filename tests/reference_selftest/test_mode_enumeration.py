@@ -86,7 +86,8 @@ def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: floa
 
 
 def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_hangs_straight() -> None:
-    """At a distance beside the pivot of the friction angle's sine times the radius the ball is held, slightly beyond it slides."""
+    """The ball holds a load that acts beside the pivot by less than the radius times the sine of the friction angle. Slightly
+    beyond, it slides."""
     radius, mu = 0.05, 0.6
     edge = radius * mu / math.sqrt(1 + mu**2)
     for share, answer in ((0.0, "sticks"), (0.999, "sticks"), (1.001, "slides")):
@@ -97,7 +98,7 @@ def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_ha
 
 
 @pytest.mark.slow
-def test_where_all_stick_or_all_slip_both_are_found() -> None:
+def test_both_solutions_are_found_where_all_pairs_stick_or_all_slip() -> None:
     scene = load_scene(str(CASES / "two_initial_solutions.yaml"))
     starts = {n: j.start.q for n, j in scene.joints.items() if j.start is not None and n != "jc"}
     found = Decision(forward(scene, starts), starts=3).motions()
@@ -109,7 +110,7 @@ def test_a_crank_that_passes_its_dead_centre_has_one_answer() -> None:
     scene = load_scene(str(CASES / "universal_at_dead_centre.yaml"))
     drive = sm.Drive(constant=sm.Constant(10.0, math.pi))
     scene = replace(scene, joints=scene.joints | {"p": replace(scene.joints["p"], drive=drive)})
-    q = {"p": [math.pi], "s": [0.0, 0.0, 1.0, 0.0], "k": [0.0, 0.0]}  # the crank points back, the rod along the guide
+    q = {"p": [math.pi], "s": [0.0, 0.0, 1.0, 0.0], "k": [0.0, 0.0]}  # the crank points backwards, and the rod lies along the guide
     state = forward(scene, q, {"p": [10.0], "s": [0.0, 5.0, 0.0], "k": [-5.0, 0.0]})
     assert np.abs(np.concatenate(closure(state, "g"))).max() < 1e-14
     assert [a.modes for a in Decision(state).answers()] == [{"k.2": "sticks", "g.1": "slides"}]

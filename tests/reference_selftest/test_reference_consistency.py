@@ -64,7 +64,7 @@ def test_loads_hold_their_ends():
             assert load_value(scene, signal, 9.0) == r.end
 
 
-def test_random_scenes_hold_every_type_told_from_both_sides_with_either_pin():
+def test_random_scenes_contain_every_type_from_both_sides_with_either_pin():
     """Joints have friction where the type can have it; ``covering`` raises an error where a feature is not found."""
 
     def told(joint, kind, pin, outward):

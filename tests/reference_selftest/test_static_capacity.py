@@ -43,7 +43,7 @@ def test_a_sleeves_friction_grows_with_the_coefficient(seed: int) -> None:
     assert np.all(np.diff(held) > -1e-12 * max(held))
 
 
-def test_beyond_that_a_load_may_be_held_better_by_less_friction() -> None:
+def test_a_longer_friction_arm_may_hold_a_load_better_with_less_friction() -> None:
     """The radius is twice the half length: the lever arm of the friction itself removes the moment from the ends."""
     fc, mc = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.2])
     held = [abs(shaft_friction(fc, mc, 0.0, 0.6, 0.3, mu)) for mu in (0.9, 1.3)]

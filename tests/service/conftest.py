@@ -27,7 +27,7 @@ def missing(tool: str, why: str) -> None:
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
     """URL of a PostgreSQL server that runs while the tests do (from the package pgserver)."""
-    folder = Path(tempfile.mkdtemp(prefix="pg-"))  # a short path: its socket's name may not be long
+    folder = Path(tempfile.mkdtemp(prefix="pg-"))  # the path is short, because the name of its socket is limited
     try:
         with installed(folder) if importlib.util.find_spec("pgserver") is None else packaged(folder) as url:
             yield url

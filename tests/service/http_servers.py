@@ -51,7 +51,7 @@ def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
     frequent, because the server's answers take processor time from the awaited work."""
     end, pause = time.monotonic() + patience, 0.03
     while not (found := what()):
-        assert time.monotonic() < end, "it never happened"
+        assert time.monotonic() < end, "the awaited value never came"
         time.sleep(pause)
         pause = min(1.2 * pause, 0.25)
     return found

@@ -22,13 +22,13 @@ FOLDER = models_dir() / "stability"
 @pytest.mark.default_cases(41)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
-def test_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
+def test_a_row_has_its_stated_results_below_and_beyond_its_threshold(row: Row, telling: str) -> None:
     asked(row, telling, slow=False)
 
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
-def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compiled_scenes_have_the_same_verdicts(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each run in this test uses the compiled kernel, as in a large batch. The other tests use kernels made of parts."""
     monkeypatch.setattr(kernel_choice, "RUNS", 0)
     assert kernel_choice.kernel_of(system_of(row.edges[0].scene(EDGE)).system)[0] == "compiled"
@@ -39,7 +39,7 @@ def test_compiled_scenes_say_the_same(row: Row, monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.default_cases(41)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", [r for r in ROWS if any(e.slow for e in r.edges)], ids=lambda r: f"{r.number}_{r.name}")
-def test_below_and_beyond_a_threshold_that_takes_long(row: Row, telling: str) -> None:
+def test_a_row_with_a_slow_threshold_has_its_stated_results_below_and_beyond_the_threshold(row: Row, telling: str) -> None:
     asked(row, telling, slow=True)
 
 
@@ -52,7 +52,7 @@ def asked(row: Row, telling: str, slow: bool) -> None:
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
-def test_its_scene_file_is_that_scene(row: Row) -> None:
+def test_the_scene_file_of_a_row_holds_its_scene(row: Row) -> None:
     file = FOLDER / f"{row.number:02d}_{row.name}.yaml"
     assert load_scene(str(file)).joints.keys() == row.edges[0].scene(EDGE).joints.keys()
 
@@ -62,6 +62,6 @@ def test_numbers_that_are_none_are_refused_by_name() -> None:
         apply(massive(1.0), {"bodies.b.mass": math.nan})
 
 
-def test_there_are_all_forty() -> None:
+def test_the_gallery_has_all_forty_rows() -> None:
     assert [r.number for r in ROWS] == list(range(1, 41))
     assert len(list(FOLDER.glob("*.yaml"))) == 40

@@ -1,4 +1,4 @@
-"""What can go wrong with the devices of a scene, and with which model or method (rows 29 to 40 of the stability gallery)."""
+"""Known weaknesses of models and methods with the devices of a scene (rows 29 to 40 of the stability gallery)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.scene.data_classes.joints import Joint
 from trunnion.scene.data_classes.scene import Scene
 
-LOCKS = "self-locking; in a model without its friction it runs back, in a model with smoothed friction it creeps"
-CURVES = "springs or dampers given by curves: at sharp points, errors of all methods exceed rtol many times; choose a smaller rtol"
+LOCKS = "self-locking: without friction the device runs back, with smoothed friction it creeps"
+CURVES = "springs or dampers given by curves: at sharp points, the errors of all methods are many times rtol; choose a smaller rtol"
 PASSAGE = "an attracting point: in a close passage, moreau and fixed steps have large errors"
 FIELDS = "a field: a step may miss a hill narrower than a hundredth of the path; compare with fixed steps"
 JUMPS = "a load that jumps: with fixed steps, moreau lets parts slide on for a part of a step after the jump"

@@ -28,7 +28,7 @@ RUN_SEPARATOR = " @ "
 @dataclass(frozen=True)
 class Prior:
     """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself, also for the log-normal
-    prior (as in samples)."""
+    prior, in the same way as ``lognormal`` in samples."""
 
     kind: str
     mean: float
@@ -95,8 +95,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """The numbers of the same owner that must lie above or below this number: (path of the other number, whether this number is the
-    upper of the two)."""
+    """The numbers of the same owner with which this number must be in order: (path of the other number, whether this number is the
+    upper one)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:
@@ -135,7 +135,8 @@ def _read_prior(text: str, name: str, unit: str, read: Amounts) -> Prior | None:
     before = len(read.problems)
     mean, deviation = (read.number(x, where, unit) for x in numbers)
     if len(read.problems) == before and (deviation <= 0.0 or (written[1] == "lognormal" and mean <= 0.0)):
-        read.problems.append(Problem(where, f"{text}: the standard deviation must be positive, a log-normal mean too", PRIOR_FORMS))
+        what = f"{text}: the standard deviation, and the mean of a log-normal prior, must be positive"
+        read.problems.append(Problem(where, what, PRIOR_FORMS))
     return Prior(written[1], mean, deviation) if len(read.problems) == before else None
 
 

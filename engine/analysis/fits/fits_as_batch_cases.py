@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trunnion.analysis.fits.request import FitRequest, answer_fit, combine_answers
+from trunnion.analysis.fits.request_and_answer import FitRequest, answer_fit, combine_answers
 from trunnion.basics.arrow_columns import field
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError, SimulationError
@@ -85,7 +85,7 @@ class FitRunner:
             told = answer_fit(self.plan.scene, self.plan.request, name)
         except (SceneError, SimulationError) as e:
             return row | {"outcome": NO_FIT, "outcome.advice": str(e)}
-        except (ValueError, np.linalg.LinAlgError) as e:  # a value of the search was out of range
+        except (ValueError, np.linalg.LinAlgError) as e:  # the search tried a value outside the range of floats
             return row | {"outcome": NO_FIT, "outcome.advice": f"the search broke off: {e}"}
         outcome = "done" if told["fit"]["converged"] else UNSETTLED
         return row | {"outcome": outcome, "steps": told["fit"]["rounds"], "answer": json.dumps(finite(told), allow_nan=False)}

@@ -17,16 +17,16 @@ from trunnion.basics.lazy_data_classes import dataclass
 
 NULL_THRESHOLD = {True: 1e-5, False: 1e-3}
 """A singular value counts as zero if it is below this multiple of the largest singular value. The first multiple applies to exact
-derivatives, the second to finite differences. The columns of the derivatives are scaled to equal norm. The errors of the
-derivatives are about a hundred times smaller."""
+derivatives, the second to finite differences. The columns of the derivatives are scaled to equal norm. The relative errors of the
+derivatives are about a hundred times smaller than these multiples."""
 LEAST_PART = 0.05
 """A parameter belongs to a null direction if its component exceeds this multiple of the largest component."""
 FLAT = 0.1
-"""A profile is flat if a relative step FLAT_STEP of the parameter raises the profile by less than this multiple of the rise at the
+"""A profile is flat if a relative step FLAT_STEP of the parameter raises it little: by less than this multiple of the rise at the
 ends of an interval."""
 FLAT_STEP = 0.2
 ROUNDING = 0.1
-"""An exponent is printed as a multiple of ½ if it differs from this multiple by at most this value."""
+"""An exponent is printed as the nearest multiple of ½ if the difference is at most this value."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _null_space(J: np.ndarray, exact: bool) -> tuple[np.ndarray, np.ndarray]:
     scaled to equal norm."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U would have rows² entries
+    _, s, V = np.linalg.svd(J / size, full_matrices=len(J) < J.shape[1])  # a full U, which is not needed, would have rows² entries
     s = np.append(s, np.zeros(len(V) - len(s)))
     zero = s <= NULL_THRESHOLD[exact] * s.max(initial=0.0)
     lost = V[zero].T / size[:, None]
@@ -159,7 +159,7 @@ def find_unidentifiable(
         inner = found.covariance[np.ix_(at, at)]
         determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
         exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
-        if len(at) > 1 or confirmed:  # a single parameter whose profile rises is determined, though with a relative error above 1
+        if len(at) > 1 or confirmed:  # the data determine a single parameter whose profile rises
             groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
     return tuple(groups)
 

@@ -18,11 +18,11 @@ MOST_EVALUATIONS = 50
 CONVERGED = 1e-9
 """The search ends if the relative change of the parameters or of the sum of squares is below this value."""
 NO_INFLUENCE = 1e-11
-"""A parameter has no influence if doubling it changes the curves by less than this, relative to their largest value: such a change
-is round-off."""
+"""A parameter has no influence if doubling the parameter changes the curves by less than this value, relative to their largest
+value. Smaller changes are round-off."""
 NOISE_FLOOR = 10.0
-"""Least estimated standard deviation of the noise, in multiples of rtol times the largest value. Smaller misfits are errors of the
-run."""
+"""Least estimated standard deviation of the noise, in multiples of rtol times the largest value. Smaller misfits come from the
+integration error of the run."""
 SETTLED = 1e-2
 """The weights are final when the estimated noise changes by less than this relative value. The intervals then change by less than
 half of this value."""
@@ -81,8 +81,8 @@ class Objective:
     def search(self, u: np.ndarray) -> Any:
         """SciPy's result of a search from u within the bounds.
 
-        For two parameters of which one must not exceed the other, the search variables are the lower parameter and the excess of
-        the higher parameter over the lower.
+        If one parameter must not exceed another, the search variables are the lower parameter and the excess of the higher one over
+        it.
         """
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
         T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()

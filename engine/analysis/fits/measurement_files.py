@@ -32,7 +32,7 @@ def read_measured_run(
     heads, numbers = columns_of(file, where)
     if len(heads) != numbers.shape[1]:
         what = f"{file!r} has {len(heads)} names for {numbers.shape[1]} columns"
-        raise SceneError([Problem(where, what, "one name for each column, commas between them")])
+        raise SceneError([Problem(where, what, "give one name for each column, separated by commas")])
     units = {c.name: c.unit for c in columns(build(scene).system) if c.quantity.smooth}
     found = {name: (unit, numbers[:, i]) for i, (name, unit) in enumerate(map(_split_unit, heads))}
     wanted = dict(renamed) if renamed else {n: n for n in found if n in units}

@@ -18,7 +18,7 @@ from trunnion.system.construction.system_builder import build
 EVEN_SPACING = 1e-9
 """Times count as evenly spaced if the deviations of their spacings, relative to the last time, are below this value."""
 LARGEST = 1e100
-"""Largest measured value. The square of a value must be finite."""
+"""Largest allowed size of a measured value. The squares of values must be finite."""
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,7 @@ MOST_WIDENING = 2.5
 ABRUPT = 30.0
 """A point with √rise above this multiple of the threshold is not used for linear interpolation."""
 LEAST_RISE = 0.3
-"""The search for a lower end is given up below a tenth of the estimate if √rise there, relative to the threshold, is below this
-value."""
+"""The search for a lower end stops below a tenth of the estimate if √rise, relative to the threshold, is still below this value."""
 NEARLY_ZERO = 1e-6
 """An estimate counts as zero if its magnitude, relative to its start value, is below this value."""
 SEARCH_RANGE = 10.0
@@ -110,7 +109,7 @@ class Profiles:
             predicted = float(r @ r - np.sum((r + J @ step) ** 2))
             if predicted <= LEAST_DECREASE * self.t**2:
                 break
-            if trial == MOST_STEPS // 2:  # convergence is slow, because Broyden's update no longer approximates J
+            if trial == MOST_STEPS // 2:  # slow convergence: Broyden's update no longer approximates J
                 r, J = self.objective.slopes(u)
             try:
                 tried = self.objective.residuals(u + step)
@@ -168,8 +167,8 @@ class Profiles:
         return np.clip(moved, self.objective.low, self.objective.high)
 
     def rise_at(self, k: int, to: float) -> float:
-        """The rise of the sum of squares of the data (without priors) if parameter k has the value ``to``, in units of u; NaN if
-        the run fails."""
+        """The rise of the data's sum of squares (without priors) if parameter k has the value ``to``, in units of u. NaN if the run
+        fails."""
         n = len(self.objective.data)
         try:
             u = self.fit_others(k, self._predict(k, self.u, self.J, to), self.J)[0]
@@ -261,7 +260,8 @@ class Profiles:
         return self._interpolate(inner, outer), "found", points
 
     def _is_near_zero(self, k: int, to: float) -> bool:
-        """Whether the value of a positive parameter is below a tenth of its estimate. The search for an end may give up there."""
+        """Whether the value of a positive parameter is below a tenth of its estimate. At such a value, the search for an end may
+        give up."""
         return bool(self.objective.low[k] == 0.0 < to <= self.u[k] / SEARCH_RANGE)
 
     def _next_value(self, k: int, inner: tuple[float, float], outer: tuple[float, float] | None, tried: float) -> float:

@@ -15,7 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.joint_clearances import directions, frame_of, free_mobility, plays_of, restricted, rotation_at
+from trunnion.analysis.mechanics.joint_clearances import (
+    clearances_of,
+    directions,
+    frame_of,
+    free_mobility,
+    restrict_mobility,
+    rotation_at,
+)
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.basics.problems import Problem, SceneError
@@ -25,11 +32,11 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.results.result import Result
 
 REVERSES = 0.0
-"""The pin may cross its bearing at a dip of the reaction force only if its acceleration turns far enough: the cosine between its
-directions before and after the dip must be below this value."""
+"""A pin crosses its bearing at a dip of the reaction force only if the direction of the pin's acceleration changes enough. The
+cosine of the angle between the directions before and after the dip must be below this value."""
 NEAR = 0.2
-"""The motion along the bearing is integrated from the instant at which the pin's acceleration falls below this fraction of the
-acceleration at the ends of the dip (the smaller of both)."""
+"""Integration of the motion along the bearing begins when the pin's acceleration falls below this fraction of its value at the ends
+of the dip (of the smaller value)."""
 LEAST = 8
 """Least number of rows between the two maxima of the force beside a dip. A dip with fewer rows is not resolved and is skipped."""
 STEPS = 400
@@ -39,8 +46,8 @@ ROUND_OFF = 1e-9
 ACROSS = 1.0
 """Shortest crossing that counts, in multiples of the clearance: the chord of a sixth of the circle."""
 STRAIGHT = 1e-9
-"""The pin's acceleration counts as reversing along a straight line if the last acceleration deviates from the line of the first by
-less than this fraction of its size."""
+"""The pin's acceleration counts as reversing along a straight line if its last value deviates little from the line of its first
+value: by less than this fraction of its size."""
 FINE = 1e-9
 """Relative tolerance for the motion along a bearing."""
 DEGREE = 5
@@ -63,7 +70,7 @@ class ClearanceImpact:
         energy: kinetic energy of ``mass`` at ``speed``, J.
         normal: outward normal on the pin at the impact (3, inboard joint frame).
         angle: angle of the normal, rad, defined as in the columns of contacts.
-        part: number of the clearance in the joint: of a sleeve, 1 along e2 and 2 along e3; of a universal joint, the journal.
+        part: number of the clearance in the joint. Sleeve: 1 along e2, 2 along e3. Universal joint: number of the journal.
     """
 
     joint: str
@@ -90,13 +97,13 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Clear
 
     Args:
         result: the run.
-        clearance: radial clearance (of a sleeve, half its play across), m: one value for all revolute, cylindrical, spherical,
+        clearance: radial clearance (for a sleeve: half its lateral play), m: one value for all revolute, cylindrical, spherical,
             prismatic and universal joints, or {joint: value}.
 
     Raises:
         SceneError: for joints of other types, clearances that are not positive, and missing columns.
     """
-    able = {n: j for n, j in result.scene.joints.items() if plays_of(j)}
+    able = {n: j for n, j in result.scene.joints.items() if clearances_of(j)}
     asked = clearance if isinstance(clearance, Mapping) else dict.fromkeys(able, float(clearance))
     hint = f"joints with clearances in this scene: {', '.join(able)}" if able else "this scene has no joints with clearances"
     wrong = [Problem(n, _why_not(result.scene.joints.get(n)), hint) for n in asked if n not in able]
@@ -125,14 +132,14 @@ def _find_impacts(r: Result, name: str, c: float) -> list[ClearanceImpact]:
     force = np.column_stack([r[f"{name}.reaction.force[{k}]"] for k in (1, 2, 3)])
     turned, free, known = [rotation_at(r, name, i) for i in range(len(r))], free_mobility(r, name), dict[int, np.ndarray]()
     out = []
-    for number, play in enumerate(plays_of(r.scene.joints[name]), 1):
+    for number, play in enumerate(clearances_of(r.scene.joints[name]), 1):
         frames = np.array([frame_of(play, R) for R in turned])
         acts = np.einsum("nji,nj->ni", frames, force)
         acts[:, [k for k in range(3) if k not in play.axes]] = 0.0
         for first, low, last in _dips(np.linalg.norm(acts, axis=1)):
             if low not in known:
                 known[low] = free(low)
-            W = frames[low].T @ restricted(known[low], play, turned[low]) @ frames[low]
+            W = frames[low].T @ restrict_mobility(known[low], play, turned[low]) @ frames[low]
             found = _cross_dip(r.time[first : last + 1], acts[first : last + 1] @ W.T, c)
             if found is not None:
                 out.append(_impact(r, name, number, play, W, c, found))

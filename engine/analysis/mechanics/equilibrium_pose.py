@@ -12,7 +12,7 @@ import numpy as np
 
 from trunnion.analysis.mechanics.friction_rest_ranges import Band, BandSearch
 from trunnion.analysis.mechanics.further_equilibrium_poses import kind_of, other_rests
-from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
+from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest, open_contacts, remove_friction
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
@@ -60,7 +60,7 @@ class Equilibrium:
         around: ranges that contain the given pose; the other coordinates keep their given values. Empty if friction does not hold
             the given pose.
         others: further isolated poses of rest without friction, at most 8, found by Newton's method from poses with one coordinate
-            moved. Not searched for mechanisms with ball joints or with contacts that begin and end.
+            moved. Empty for mechanisms with ball joints or with contacts that begin and end, for which there is no search.
     """
 
     q: dict[str, tuple[float, ...]]
@@ -87,15 +87,15 @@ def equilibrium(scene: Given, along: str | Sequence[str] | None = None, override
 
     Raises:
         SceneError: for wrong input.
-        SimulationError: if the mechanism does not come to rest (it falls) and friction does not hold its given pose, or if its
-            loops cannot be closed.
+        SimulationError: if the mechanism does not come to rest (it falls) and friction does not hold its given pose; if its loops
+            cannot be closed.
     """
     loaded = scene_given(scene, overrides)
     wanted = (along,) if isinstance(along, str) else along
     if wrong := [n for n in wanted or () if n not in loaded.joints]:
         raise SceneError([Problem("along", f"there is no joint {n!r}", f"joints: {', '.join(loaded.joints)}") for n in wrong])
     bare = remove_friction(loaded)
-    start = Still(bare)
+    start = MechanismAtRest(bare)
     chosen = _chosen_joints(loaded, start.system, wanted)
     q, given = coordinates(start.system, start.pose()), BandSearch(loaded, bare, start) if chosen else None
     around = given.all_bands(chosen) if given and given.holds() else ()
@@ -133,13 +133,13 @@ def coordinates(system: System, y: np.ndarray) -> dict[str, tuple[float, ...]]:
     return {j.name: tuple(map(float, y[j.q0 : j.q0 + len(state_coordinates(j))])) for j in system.tree if j.kind.nv}
 
 
-def find_rest(scene: sm.Scene) -> Still:
+def find_rest(scene: sm.Scene) -> MechanismAtRest:
     """The scene in its pose of rest: dampers bring it to rest from its start, with the loads of t = 0. Newton's method then finds
     the exact pose.
 
     SimulationError if no pose of rest is found.
     """
-    still = Still(scene)
+    still = MechanismAtRest(scene)
     slow, fast = still.model.built.numbers.rate, _fastest_rate(still)
     if _size(still, slow) <= STILL and still.settle():
         return still
@@ -154,25 +154,25 @@ def find_rest(scene: sm.Scene) -> Still:
         q, down = ({n: [r[c][-1] for c in r.matching(f"{n}.{of}[*]")] for n in scene.joints} for of in ("q", "latch.state"))
         gaps = {j.name: float(r[f"{j.name}.gap"][-1]) for j in still.system.unilateral}
         scene = engage_latches(open_contacts(start_at(scene, q), [n for n, gap in gaps.items() if gap]), down)
-        still = Still(scene)
+        still = MechanismAtRest(scene)
         if _size(still, fast) < SETTLED and still.settle():
             return still
     raise SimulationError("no pose of rest: the mechanism moves on without end, even with dampers (is a support missing?)")
 
 
-def _size(still: Still, rate: float) -> float:
+def _size(still: MechanismAtRest, rate: float) -> float:
     """Largest acceleration at rest, relative to its scale ``rate``² (rate in 1/s)."""
     return float(np.abs(still.accelerations()).max(initial=0.0)) / max(rate**2, 1e-300)
 
 
-def _fastest_rate(still: Still) -> float:
+def _fastest_rate(still: MechanismAtRest) -> float:
     """The rate scale of the mechanism or, if higher, the rate of its fastest swing about the start, 1/s."""
     stiffness = still.reduced()[0]
     swings = np.abs(np.linalg.eigvals(stiffness)) if stiffness.size else np.zeros(1)
     return max(still.model.built.numbers.rate, math.sqrt(float(swings.max())))
 
 
-def _damping(still: Still, rate: float) -> dict[str, np.ndarray]:
+def _damping(still: MechanismAtRest, rate: float) -> dict[str, np.ndarray]:
     """For each tree joint, the dampings of its freedoms, {joint: values in N s/m or N m s/rad}. These dampings stop the fastest
     swing within one period. With less damping, loads that rotate with their body could sustain the motion."""
     along = np.diag(still.mass()) * rate
@@ -184,7 +184,7 @@ def _damping(still: Still, rate: float) -> dict[str, np.ndarray]:
 
 
 def _damped(scene: sm.Scene, damping: Mapping[str, np.ndarray]) -> sm.Scene:
-    """The scene with further dampings of its joints, and with impacts without restitution."""
+    """The scene with additional damping in its joints, and with impacts without restitution."""
     plastic = {n: replace(j.unilateral, restitution=0.0) if j.unilateral else None for n, j in scene.joints.items()}
     joints = {n: replace(j, unilateral=plastic[n]) for n, j in scene.joints.items()}
     for name, more in damping.items():
@@ -203,13 +203,14 @@ def hold_signals(scene: sm.Scene) -> sm.Scene:
 
 
 def _held_fields(owner: Any) -> dict[str, Any]:
-    """Those fields of a data class that contain signals, with each signal replaced by its value at t = 0."""
+    """The fields of a data class that contain signals, with each signal replaced by its value at t = 0."""
     values = {f.name: getattr(owner, f.name) for f in fields(owner) if f.init}
     return {n: held for n, v in values.items() if (held := _held(v)) is not v}
 
 
 def _held(value: Any) -> Any:
-    """``value`` with each signal in it replaced by the signal's value at t = 0. The same object if it contains no signal."""
+    """``value`` with each signal in it replaced by the signal's value at t = 0. Returns ``value`` itself if it contains no
+    signal."""
     if isinstance(value, sm.Signal):
         return value_at(value, 0.0)
     if isinstance(value, tuple):

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts
+from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest, open_contacts
 from trunnion.analysis.static_bounds.start_pose_statics import STILL, accelerating_joints, hold_drives
 from trunnion.analysis.studies.root_bracket import bracketed_root
 from trunnion.basics.lazy_data_classes import dataclass
@@ -22,9 +22,9 @@ from trunnion.system.construction.start_values_and_scales import GIVEN, Numbers
 from trunnion.system.structure.bodies_and_joints import Joint, state_coordinates
 
 FIRST, GROWS, LONGEST, FAR = 1e-4, 2.0, 0.1, 2.0 * math.pi
-"""Search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of the steps;
-LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one maximum
-within three consecutive points."""
+"""Steps of the search for the end of a band, in rad or relative to the scene's length. FIRST: first step; GROWS: growth factor of
+the steps; LONGEST: longest step; FAR: largest distance. The steps are so short that the largest share of friction has at most one
+maximum within three consecutive points."""
 TIPS = 1e-12
 """Replaces ``STILL`` for mechanisms with contacts that begin and end. The value is smaller, because the acceleration grows from 0
 where a contact opens."""
@@ -53,10 +53,10 @@ class Band:
 
 
 class BandSearch:
-    """Finds the bands: the ranges of coordinates in which friction holds the mechanism. scene: with friction. latches: the scene
-    with the latches of the pose. still: the mechanism in the pose."""
+    """Finds the bands: the ranges of coordinates in which friction holds the mechanism. scene: the scene with friction. latches: a
+    scene whose latches have the positions of the pose. still: the mechanism in the pose."""
 
-    def __init__(self, scene: sm.Scene, latches: sm.Scene, still: Still):
+    def __init__(self, scene: sm.Scene, latches: sm.Scene, still: MechanismAtRest):
         held = copy_latches(hold_drives(scene)[0], latches)
         self.model, self.at = Model(held, ("energy.kinetic",)), still.pose()
         self.built, self.moves = self.model.built, ""
@@ -129,7 +129,7 @@ class BandSearch:
         return next((x for x in excesses if x is not None), 1.0)
 
     def _excess_of(self, model: Model, moved: Numbers) -> float | None:
-        """The result of ``_excess`` with the start values ``moved``; None if they are impossible."""
+        """The result of ``_excess`` with the start values ``moved``; None if a mechanism cannot have these start values."""
         block = model.block
         block.take(moved, np.array(self.built.parameters.values))
         block.configure(Settings(rtol=1e-9))

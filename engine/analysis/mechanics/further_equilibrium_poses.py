@@ -8,13 +8,13 @@ from itertools import product
 
 import numpy as np
 
-from trunnion.analysis.mechanics.matrices_at_rest import Still
+from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest
 from trunnion.basics.problems import SimulationError
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 ONE_FREEDOM, SEVERAL = tuple(np.linspace(-1.0, 1.0, 17)), (-0.5, 0.5, 1.0)
-"""Starts of Newton's method: changes of one coordinate, in half turns or lengths of the scene. The first tuple is for mechanisms
-with one coordinate, the second for those with several."""
+"""Starts of Newton's method: changes of one coordinate, in half turns or lengths of the scene. ONE_FREEDOM is for mechanisms with
+one coordinate, SEVERAL for all others."""
 MOST = 8
 """Largest number of further poses of rest; a chain of n pendulums has 2ⁿ."""
 SAME = 1e-7
@@ -25,7 +25,7 @@ NEUTRAL = 1e-9
 1e-13)."""
 
 
-def kind_of(still: Still) -> tuple[str, bool]:
+def kind_of(still: MechanismAtRest) -> tuple[str, bool]:
     """("stable", "neutral" or "unstable", whether no neighbouring pose is a pose of rest)."""
     stiffness, _, _ = still.reduced()
     if not stiffness.size:
@@ -36,7 +36,7 @@ def kind_of(still: Still) -> tuple[str, bool]:
     return kind, bool(np.abs(sizes).min() > NEUTRAL * scale)
 
 
-def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
+def other_rests(still: MechanismAtRest) -> Iterator[tuple[np.ndarray, str]]:
     """(coordinates (nq), kind) of further isolated poses of rest, at most MOST. Newton's method starts from the pose of ``still``,
     and from each pose found, with one coordinate moved. Nothing is yielded for mechanisms with ball joints, whose poses of rest are
     rarely isolated, or with contacts that begin and end. ``still`` keeps its pose."""
@@ -45,7 +45,7 @@ def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
         return
     kinds = [j.kind.coordinates[c] for j in system.tree for c in state_coordinates(j)]
     turns, length, found = np.array(kinds) == "angle", still.model.built.numbers.length, [still.pose()]
-    for base in found:  # the loop also visits the poses that it appends
+    for base in found:  # ``found`` grows: the loop also visits the poses appended below
         for i, way in product(range(len(kinds)), ONE_FREEDOM if len(kinds) == 1 else SEVERAL):
             still.block.y[: system.nq] = base
             still.block.y[i] += way * (math.pi if turns[i] else length)
@@ -59,7 +59,7 @@ def other_rests(still: Still) -> Iterator[tuple[np.ndarray, str]]:
     still.settle()
 
 
-def _settles(still: Still) -> bool:
+def _settles(still: MechanismAtRest) -> bool:
     try:
         return still.settle()
     except (SimulationError, RuntimeError, np.linalg.LinAlgError):

@@ -1,5 +1,5 @@
-"""Clearances of joints: directions in which the parts of a joint with clearance can move, and the mobility there (theory,
-"Clearance")."""
+"""Clearances of joints: directions in which the parts of a joint with clearance can move, and the mobility in these directions
+(theory, "Clearance")."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STIFF = 1e-9
 """A mobility along locked directions counts as zero below this multiple of the largest such mobility."""
 
 
-def plays_of(j: sm.Joint) -> tuple[Play, ...]:
+def clearances_of(j: sm.Joint) -> tuple[Play, ...]:
     """The clearances of a joint; empty if crossings of its clearance cannot be computed."""
     element = REGISTRY[j.type].friction
     return CONTACTS[element].plays if element else ()
@@ -44,12 +44,12 @@ def directions(names: Sequence[str], R: np.ndarray) -> np.ndarray:
 
 
 def rotation_at(r: Result, name: str, row: int) -> np.ndarray:
-    """R of a joint in a row: outboard to inboard joint frame (3×3)."""
+    """The rotation matrix R of a joint at a row of the result, from the outboard to the inboard joint frame (3×3)."""
     q = [float(r[c][row]) for c in r.matching(f"{name}.q[*]")]
     return np.array(REGISTRY[r.scene.joints[name].type].rotation(q, Numeric), float)
 
 
-def restricted(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
+def restrict_mobility(B: np.ndarray, play: Play, R: np.ndarray) -> np.ndarray:
     """The mobility in the directions of a clearance (3×3, inboard joint frame). B: mobility of the free joint (6×6)."""
     axes = frame_of(play, R)[:, list(play.axes)]
     ways, turns = directions(play.ways, R), directions(play.turns, R)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.matrices_at_rest import Still
+from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes import scene as sm
@@ -58,7 +58,7 @@ def kinematics(
 def prescribed(scene: sm.Scene) -> sm.Scene:
     """The scene without loads, friction and stiffnesses. SceneError if a freedom is not determined by the drives."""
     bare = without_forces(scene)
-    still = Still(bare)
+    still = MechanismAtRest(bare)
     left = still.allowed()
     if left.size:
         free = [n for n, moves in zip(still.freedoms, np.abs(left).max(axis=1) > 1e-9, strict=True) if moves]

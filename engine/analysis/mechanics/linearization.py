@@ -152,8 +152,8 @@ class _Point:
         return Linearization(block.time, states_, tuple(names), columns, A, B, C, D, x, u, row[1:], dx.copy())
 
     def _input_seeds(self) -> np.ndarray:
-        """For each input (row), the effect of a unit change on the input's signal. It changes the signal's value or, for a
-        prescribed motion, the acceleration."""
+        """For each input (row), the effect of a unit change on the input's signal. The unit change concerns the signal's value or,
+        for a prescribed motion, the acceleration."""
         count, tables = len(self.model.system.inputs), self.model.built.numbers.tables
         out = np.zeros((count, TABLE * count))
         for i, given in enumerate(tables[:count]):

@@ -53,7 +53,7 @@ def _check_names(model: Model, q: Mapping[str, Sequence[float]], qd: Mapping[str
     for what, given in (("coordinates", q), ("rates", qd)):
         for name, values in given.items():
             if name in cut:
-                continue  # the coordinates of the tree determine those of a cut joint
+                continue  # the tree joints determine the values of a cut joint
             if name not in kinds:
                 raise ValueError(f"{what} of {name!r}: the joints of the tree are {', '.join(kinds)}")
             wanted = kinds[name].nq if what == "coordinates" else kinds[name].nv

@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
 from trunnion.analysis.mechanics.friction_rest_ranges import copy_latches
-from trunnion.analysis.mechanics.matrices_at_rest import Still, open_contacts, remove_friction
+from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest, open_contacts, remove_friction
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
@@ -84,7 +84,7 @@ def modes(
     """
     loaded = scene_given(scene, overrides)
     bare = remove_friction(loaded)
-    still = Still(bare) if at_start else find_rest(bare)
+    still = MechanismAtRest(bare) if at_start else find_rest(bare)
     scale = max(still.model.built.numbers.rate**2, 1e-300)
     if np.abs(still.accelerations()).max(initial=0.0) > REST * scale:
         raise SimulationError("the start is not a pose of rest: omit at_start, or set the start coordinates of a pose of rest")
@@ -95,7 +95,7 @@ def modes(
     values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
     fastest = float(np.abs(values).max(initial=0.0))
     found: list[VibrationMode] = []
-    idle = 0  # number of zero eigenvalues; a freedom without stiffness has two
+    idle = 0  # number of zero eigenvalues so far; a freedom without stiffness has two
     for value, vector in sorted(zip(values, vectors.T, strict=True), key=lambda p: (abs(p[0].imag), -p[0].real)):
         creeps = abs(value) <= SLOW * fastest
         idle += creeps
@@ -114,7 +114,7 @@ def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: floa
     return VibrationMode(abs(value.imag) / (2 * np.pi), -value.real / abs(value), float(value.real), told)
 
 
-def _locked(still: Still, held: Sequence[str]) -> list[np.ndarray]:
+def _locked(still: MechanismAtRest, held: Sequence[str]) -> list[np.ndarray]:
     """Rows over the rates (nv) that must be zero if the joints ``held`` are held. SimulationError for a cut joint."""
     cut = [j for j in still.system.cuts if j.name in held]
     if cut:
@@ -126,7 +126,7 @@ def _locked(still: Still, held: Sequence[str]) -> list[np.ndarray]:
 def displaced(result: VibrationModes, number: int, size: float = 0.3) -> sm.Scene:
     """The scene at the largest excursion of a mode. size: excursion of the freedom with the largest amplitude, rad or relative to
     the scene's length."""
-    still = Still(remove_friction(result.scene))
+    still = MechanismAtRest(remove_friction(result.scene))
     shape = result.modes[number].shape
     way = np.array([shape[n].real for n in still.freedoms])
     largest = int(np.argmax(np.abs(way)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.analysis.mechanics.rows_inside_steps import with_rows_inside_steps
+from trunnion.analysis.mechanics.dense_output_rows import with_rows_inside_steps
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import ContactElement, Place
@@ -47,7 +47,7 @@ class ContactWear:
         energy: work of friction per projected area, J/m².
         angles: directions around the pin (n), rad; empty if the contact does not extend around the pin.
         on_pin: depths on the pin (n), m.
-        on_bearing: depths on the bearing (n), m; its directions are those of the pin's frame at q = 0.
+        on_bearing: depths on the bearing (n), m, in the directions ``angles`` of the pin's frame at q = 0.
     """
 
     joint: str
@@ -207,7 +207,7 @@ def _sizes(j: sm.Joint, element: ContactElement) -> dict[str, float]:
 def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, float]) -> list[np.ndarray]:
     """Sliding speed of every pair in every row, m/s."""
     rates = [r[f"{name}.qd[{i + 1}]"] for i in range(sum(map(len, element.pairs)))]
-    if element.elevates:  # sliding speed of a ball: r |ω × n|
+    if element.elevates:  # a ball: its sliding speed is r |ω × n|
         normal = np.array([r[f"{name}.contact[1].normal[{i}]"] for i in (1, 2, 3)])
         return [sizes["radius"] * np.linalg.norm(np.cross(np.array(rates).T, normal.T), axis=1)]
     pairs: Any = element.velocity(rates, sizes)  # type: ignore[arg-type]  # ``velocity`` also accepts arrays
@@ -215,8 +215,8 @@ def _speeds(r: Result, name: str, element: ContactElement, sizes: dict[str, floa
 
 
 def _around(r: Result, name: str, i: int, volume: np.ndarray, place: Place) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(centre angles of the sectors around a pin, rad; worn depth of the pin in each; worn depth of the bearing in each). volume:
-    worn volume up to each row, m³."""
+    """(centre angles of the sectors around a pin, rad; worn depth of the pin in each sector; worn depth of the bearing in each
+    sector). volume: worn volume up to each row, m³."""
     joint = r.scene.joints[name]
     kind = REGISTRY[joint.type]
     spin = next(x for x in range(kind.nv) if kind.turns(x)) if kind.second_axis < 0 else (i - 1) // 2

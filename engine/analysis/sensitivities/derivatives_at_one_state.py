@@ -23,8 +23,8 @@ REGULAR = 1e-4
 """A matrix counts as regular if its smallest pivot exceeds this multiple of its largest pivot. Solving by triangular factors then
 takes a third of the time of least squares."""
 OPENING = 1e-3
-"""The convergence of Newton's method is judged relative to the size of the multipliers, or to this multiple of the run's largest
-multiplier if that is larger. Where contacts open, all multipliers may be 0."""
+"""A step of Newton's method is compared with the size of the multipliers or, if larger, with this multiple of the run's largest
+multiplier. Where contacts open, all multipliers may be 0."""
 MOST_KEPT = 8
 """Number of units whose functions are kept for further requests."""
 _kept: dict[tuple[Any, ...], Sensitivities] = {}
@@ -51,9 +51,9 @@ class SensitivityUnit:
         self.wo = np.zeros(self.n["o_point"] + 1)
         self.nz = self.na + self.ne
         self.width = self.ny + self.nz + self.np + 1
-        self._by_each = np.zeros((self.nz, self.width))  # one unit seed for each multiplier
+        self._by_each = np.zeros((self.nz, self.width))  # seeds: a unit change of each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
-        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # receives the derivatives along the seeds ``_by_each``
+        self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # memory for the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None
         self.least = 1e-300
         self._places = tuple(map(address_of, (self.c, self.w, self.f)))
@@ -91,7 +91,7 @@ class SensitivityUnit:
             most = np.maximum.reduce(np.abs(step))
             size = max(np.maximum.reduce(np.abs(z)), most, self.least)
             z = z - step
-            if most <= 1e-13 * size or most < 1e-200:  # the Jacobian is constant over so small a step
+            if most <= 1e-13 * size or most < 1e-200:  # a smaller step changes the Jacobian only by round-off
                 return f - self.Rz @ step, z
         if not most <= 1e-9 * size:
             raise SimulationError(f"no derivative: the multipliers have no solution at t = {x[NOW]:.6g} s")
@@ -140,7 +140,7 @@ class SensitivityUnit:
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Total derivatives (df, dz) of f and of the multipliers, for seeds S of y (ny × m), dp of p (np × m) and dt of time.
 
-        The point of differentiation is that of the last ``solve``.
+        The derivatives are taken at the point of the last ``solve``.
         """
         m = S.shape[1]
         seeds = np.zeros((m, self.width))

@@ -1,8 +1,9 @@
 """Derivatives across an impact of joints that only push (theory, "Batches and hosts").
 
-The instant of the impact is g(y, p) = 0, with g the gap, so a unit change of the parameters shifts it by dt = −(g_y S + g_p)/ġ.
-With h the map of the impact, S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The map is one or two problems of impulses, which the run has
-recorded. Each is a step of negligible length. Its multipliers are the impulses divided by this length, so forces do not count.
+The impact occurs where the gap g(y, p) is 0. A unit change of the parameters therefore shifts the instant of the impact by dt =
+−(g_y S + g_p)/ġ. The impact maps the state by a function h, so S⁺ = h_y (S⁻ + ẏ⁻ dt) + h_p − ẏ⁺ dt. The function h solves one or
+two impulse problems, which the run has recorded. Each problem is a step of negligible length. Its multipliers are the impulses
+divided by this length, so finite forces are negligible.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from trunnion.system.structure.external_value_layout import INSIDE
 SHORT = 1e-12
 """Length of the step of an impact, relative to the time scale of the mechanism."""
 TOGETHER = 1e-6
-"""Contacts count as closing together for all parameters if the derivatives of their instants differ by less than this, relative to
-the size of the derivatives."""
+"""Contacts count as closing together for all parameters if the derivatives of their instants are nearly equal: within this value,
+relative to their size."""
 FREE, RATE, IMPULSE = range(3)
 """What a phase of an impact prescribes for a contact: no impulse (FREE), its rate after the phase, or its impulse."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A recorded phase of an impact. x: external values; impulses: those of all multipliers; given: FREE, RATE or IMPULSE for each
-    contact; restitution: coefficient of each contact."""
+    """A recorded phase of an impact. x: external values; impulses: impulses of all multipliers; given: FREE, RATE or IMPULSE for
+    each contact; restitution: coefficient of each contact."""
 
     x: np.ndarray
     impulses: np.ndarray
@@ -40,8 +41,8 @@ class Phase:
 
 @dataclass(frozen=True)
 class Crossing:
-    """The result of an impact. S: the derivatives after it; joint: the first contact that closes; shift: derivative of the instant
-    by the parameters; unique: whether this derivative is the same for all contacts that close."""
+    """The result of an impact. S: the derivatives after the impact; joint: the first contact that closes; shift: derivative of the
+    instant by the parameters; unique: whether ``shift`` is the same for all contacts that close."""
 
     S: np.ndarray
     joint: str
@@ -60,8 +61,8 @@ class ImpactTangents:
         self.before = step.impact[1 : 1 + len(step.y1)]
 
     def cross(self, z: np.ndarray, x0: np.ndarray, x1: np.ndarray) -> Crossing:
-        """Compute the derivatives after the impact. z: multipliers before the impact; x0, x1: external values before and after
-        it."""
+        """Compute the derivatives after the impact. z: multipliers before the impact; x0, x1: external values before and after the
+        impact."""
         u, n = self.unit, self.n
         f, _ = u.solve(x0, self.before[: u.ny], z)
         df, _ = u.total_derivatives(self.S, self.dp)

@@ -75,7 +75,7 @@ def _number(scene: Scene, name: str) -> float | None:
 
 
 def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]:
-    """A problem for every path that is not a number of the scene or by which a run has no derivative."""
+    """A problem for every path that is not a number of the scene, or with respect to which a run has no derivative."""
     following = _following(scene, parameters)
     problems = []
     for name in parameters:
@@ -86,7 +86,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
             hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if known else ():
-            in_table = "table" in (parse_path(path) or ())[2:]  # the second key is a name that the user chose
+            in_table = "table" in (parse_path(path) or ())[2:]  # skip the second key: the user may have chosen the name "table"
             if path.startswith("simulation.") or in_table:
                 what = "a table" if in_table else "a setting of the run"
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
@@ -167,9 +167,9 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
-    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Whether they are linear is
-    tested with two other scenes, at unequal distances on both sides: nonlinear terms could cancel there only by chance. None if
-    some of the data are not linear."""
+    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Two other scenes, at unequal
+    distances on both sides, test the linearity: nonlinear terms could cancel in both only by chance. None if some of the data are
+    not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):

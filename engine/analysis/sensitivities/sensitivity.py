@@ -24,7 +24,7 @@ from trunnion.scene.units.python_arguments import Amount, Names, names_given
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.results.redundant_reactions import redundancy
 from trunnion.simulation.run import Model
-from trunnion.simulation.settings.run_settings import described, settings_given
+from trunnion.simulation.settings.run_settings import settings_given, with_setting_docs
 
 UNIQUE = 1e-6
 """A column counts as unique if its values for two different solutions for the reactions agree to this relative tolerance."""
@@ -82,7 +82,7 @@ class Sensitivity:
         }  # fmt: skip
 
 
-@described("trunnion.sensitivity")
+@with_setting_docs("trunnion.sensitivity")
 def sensitivity(
     scene: Given,
     parameters: Names,
@@ -117,8 +117,8 @@ def sensitivity(
 
 
 class DifferentiatedRuns:
-    """Runs with derivatives, of scenes that differ only in numbers. The runs share the model and its unit of derivatives. scene:
-    the first of these scenes; other arguments as for ``sensitivity``."""
+    """Runs with derivatives, of scenes that differ only in numbers. The runs share the model and its compiled derivative functions.
+    scene: the first of these scenes; other arguments as for ``sensitivity``."""
 
     def __init__(
         self, scene: Scene, parameters: Sequence[str], outputs: Sequence[str], until: float | None, every: float | None,

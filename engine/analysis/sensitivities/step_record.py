@@ -25,8 +25,7 @@ MOST_SOLVED = 4096
 """Largest number of steps whose multipliers are stored. In later steps, the integration of tangents solves for the multipliers
 again, which takes longer."""
 SAME_TIME = 1e-12
-"""A sample counts as at the end of a step if their times differ by less than this value times the time, or times 1 s if the time is
-shorter."""
+"""A sample counts as at the end of a step if the difference of their times is below this value times max(time, 1 s)."""
 GO_ON = (bl.DONE, bl.MORE, bl.EVENTS_FULL, bl.ROWS_FULL, bl.OK)
 
 
@@ -92,7 +91,7 @@ class StepRecord:
 
 def record_steps(model: Model, samples: np.ndarray, every: float, rtol: float, tick: Tick) -> StepRecord:
     """Run with rk8 from the assembled start through all sample times, which are multiples of ``every`` and the end (s).
-    SimulationError if the run fails or its audit finds it inaccurate."""
+    SimulationError if the run fails, or if its audit finds the run inaccurate."""
     settings, end = bl.Settings(rtol=rtol, method=RK8.name), samples[-1]
     model.block.configure(settings)
     rows = np.zeros((len(samples) + 1, model.block.width))
@@ -164,11 +163,11 @@ class _Recorder:
         time, y, begin, after = (np.concatenate(a) for a in zip(*self.parts, strict=True))
         stages, whole = (np.concatenate(a) for a in zip(*self.solutions, strict=True))
         impacts = np.concatenate(self.impacts)
-        # Modes may change at the start of a step that begins at a break, because the signals may have jumped there.
+        # Signals may jump at a break. Modes may therefore change at the start of a step that begins at a break.
         breaks, near = np.array(self.block.numbers.break_times(time[-1])), SAME_TIME * np.maximum(1.0, time)
         at_break = np.searchsorted(breaks, (time + near)[:-1], side="right") > np.searchsorted(breaks, (time - near)[:-1])
         first = np.where(at_break[:, None], begin[1:], after[:-1])
-        # At the start of a step that no event has cut, frozen directions of pairs with several components change.
+        # Frozen directions of pairs with several components change at the start of every step that no event has cut.
         turned = (np.sign(first[:, self.flags]) != np.sign(after[1:, self.flags])).any(axis=1) & (whole == 0)
         turned |= impacts[:, 0] > 0.0
         x = after[1:].copy()

@@ -17,7 +17,7 @@ from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block
 
 BY_HOST = 2
-"""Result of a function in C for which Python found the solution."""
+"""Return value of a C function if ``HostSolver`` found the solution."""
 HOST = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 6)
 """Type of ``tr_tangents.host``."""
 
@@ -40,7 +40,7 @@ class HostSolver:
 
     Attributes:
         function: the function for C.
-        failure: the exception that ended the function. It cannot pass through C, so the caller raises it.
+        failure: the exception that ended the function. An exception cannot pass through C, so the caller raises it.
     """
 
     def __init__(self, unit: SensitivityUnit, dp: np.ndarray, nx: int):
@@ -140,9 +140,9 @@ class TangentMarch:
         return f, df.T, df[:, n : n + u.nz].T
 
     def cross(self, k: int, x: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, flow, after) at an event at the end of step k. f: the unit's values just before it, with external values x. df,
-        flow: derivatives of f by the parameters, and by time along the motion. after: the rates just after it, with external values
-        x1."""
+        """(f, df, flow, after) at an event at the end of step k. f: the unit's values just before the event, with external values
+        x. df, flow: derivatives of f by the parameters, and by time along the motion. after: the rates just after the event, with
+        external values x1."""
         u, run, n = self.unit, self.run, self.unit.ny + self.unit.nquad
         f, df, flow, after = (np.zeros(size) for size in (u.n["values"], (self.m, u.n["values"]), u.n["values"], n))
         known = k + 1 < len(run.x) and self._marks[k + 1, 3]

@@ -37,7 +37,7 @@ LET_GO = 1e-9
 """A hook releases where its event function (m, rad, or a fraction of its release signal) is below this value."""
 SLIP_SPEED = 1e-10
 """Speed, relative to the run's rate scale, that replaces the zero speed of a pair at the instant at which its sliding begins or
-ends. The error of derivatives is about ten times this value. Below it, round-off disturbs the direction."""
+ends. The error of derivatives is about ten times this value. At lower speeds, round-off disturbs the direction."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class SensitivityIntegrator:
 
     def _only_stops_change(self, step: RecordedStep) -> bool:
         """Whether an event at the step's end belongs only to end stops and to contacts that open. Their forces are continuous at
-        these events. A jump of ẏ there is only the error of the event's location times a stop's stiffness."""
+        these events. If ẏ jumps at such an event, the jump is only the error of the event's location times a stop's stiffness."""
         changed = step.x != step.x1
         for j in self.unit.system.frictional:
             assert j.friction is not None
@@ -168,7 +168,7 @@ class SensitivityIntegrator:
             return
         run, n, sides = self.march.run, self.unit.ny + self.unit.nquad, []
         if k + 1 == len(run.x):
-            return  # the run has no later step
+            return  # step k is the last step of the run
         after = run.step(k + 1)
         for x, inside in ((step.x, 0.5 * (step.t0 + step.t1)), (after.x, 0.5 * (after.t0 + after.t1))):
             side = x.copy()
@@ -187,10 +187,10 @@ class SensitivityIntegrator:
         """(joint, dg, ġ) of the event function g that is zero at the step's end; None if neither a hook nor a friction pair causes
         the event.
 
-        For a hook, g is the distance from its release. For a pair that came to rest, g is its speed; for a released pair, its
-        friction ratio. Pairs released together have a combination.
+        For a hook, g is the distance from its release. For a pair that came to rest, g is its speed. For a released pair, g is its
+        friction ratio minus one. For pairs released together, ``_release_together`` combines these functions.
 
-        dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values there.
+        dg and ġ are taken just before the event. f, df, flow: as in ``TangentMarch.cross``; x: external values before the event.
         """
         u = self.unit
         n, rates = u.ny + u.nquad, u.ny + u.nquad + u.n["residuals"]

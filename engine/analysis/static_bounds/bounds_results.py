@@ -48,7 +48,7 @@ class End:
 
     Attributes:
         value: value that ``state`` attains; infinite for an endless state, None where no state was found.
-        certified: value beyond which no state exists; this is certain.
+        certified: value beyond which certainly no state exists.
         state: the state that attains ``value``.
         cells: number of cells that the search examined.
     """
@@ -183,12 +183,12 @@ class HoldBounds:
         return max((e.gap for e in ends), default=0.0)
 
 
-def plain(x: Any) -> Any:
+def to_json_data(x: Any) -> Any:
     """Nested data for JSON: infinite numbers become "inf" or "-inf", NaN becomes null."""
     if isinstance(x, float):
         return x if math.isfinite(x) else None if math.isnan(x) else str(x)
     if isinstance(x, dict):
-        return {k: plain(v) for k, v in x.items()}
+        return {k: to_json_data(v) for k, v in x.items()}
     if isinstance(x, list | tuple):
-        return [plain(v) for v in x]
+        return [to_json_data(v) for v in x]
     return x

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Answer, Cell, Relaxation
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.sum_of_norms_program import FAR, Program
 from trunnion.basics.lazy_data_classes import dataclass
 
@@ -50,13 +50,13 @@ class Found:
 
 
 class Search:
-    """One search. effort: its cost limits; floor: known lower bound of the value; root: cones that contain all admissible
+    """One search. budget: its cost limits; floor: known lower bound of the value; root: cones that contain all admissible
     vectors."""
 
-    def __init__(self, program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None):
+    def __init__(self, program: Program, budget: SearchBudget, floor: float = -np.inf, root: Cell | None = None):
         self.root = root or {}
-        self.program, self.effort, self.floor = program, effort, floor
-        self.linear = Relaxation(program, effort.is_over)
+        self.program, self.budget, self.floor = program, budget, floor
+        self.linear = Relaxation(program, budget.is_over)
         self.concave = program.concave()
         self.value, self.left = np.inf, np.inf
         self.X: np.ndarray | None = None
@@ -66,16 +66,16 @@ class Search:
 
     def run(self) -> Found:
         """Search until the gap is closed, or the limit of cells or time is reached."""
-        self.effort.begin()
-        if self.effort.is_over():
-            self.effort.short += 1
+        self.budget.begin()
+        if self.budget.is_over():
+            self.budget.short += 1
             return Found(np.inf, self.floor, None, 0)
         self._visit(self.root, self.floor)
-        while self.heap and self.cells < self.effort.cells and not self._endless():
+        while self.heap and self.cells < self.budget.cells and not self._endless():
             if self.heap[0][0] >= self.value - self._close():
                 break
-            if self.effort.is_over():
-                self.effort.short += 1
+            if self.budget.is_over():
+                self.budget.short += 1
                 break
             bound, _, cell, answer = heapq.heappop(self.heap)
             parts = self._parts(cell, answer)
@@ -119,8 +119,8 @@ class Search:
             self.value, self.X = value, at
 
     def _parts(self, cell: Cell, answer: Answer) -> list[Cell]:
-        """The parts of a cell, cut where its relaxation is worst. The cell itself if only tangents are missing, which the next
-        visit adds; [] if the relaxation is exact."""
+        """The parts of a cell, cut where its relaxation is worst. Returns the cell itself if only tangents are missing, which the
+        next visit adds, and [] if the relaxation is exact."""
         j = self._worst(cell, answer)
         if j is None:
             return [cell] if len(self.linear.missing(answer)) else []
@@ -146,7 +146,7 @@ class Search:
 
 
 def _first(k: int) -> list[np.ndarray]:
-    """Cones that cover all directions of k components."""
+    """Cones that cover all directions of a vector with k components."""
     if k == 1:
         return [np.array([[1.0]]), np.array([[-1.0]])]
     if k == 2:
@@ -182,13 +182,13 @@ def _cut(G: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
     return halves
 
 
-def minimise(program: Program, effort: Effort, floor: float = -np.inf, root: Cell | None = None) -> Found:
+def minimise(program: Program, budget: SearchBudget, floor: float = -np.inf, root: Cell | None = None) -> Found:
     """The minimum of a program. Arguments as for ``Search``."""
-    return Search(program, effort, floor, root).run() if program.width > 1 else _only_state(program)
+    return Search(program, budget, floor, root).run() if program.width > 1 else _only_state(program)
 
 
 def _only_state(program: Program) -> Found:
-    """The value at the only state of equilibrium, where nothing is open."""
+    """The value at the only state of equilibrium, for a program without open directions."""
     X = program.scaled(np.ones(1))
     if X is None or program.violation(X) > FEASIBLE:
         return Found(np.inf, np.inf, None, 1)

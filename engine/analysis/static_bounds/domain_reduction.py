@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.analysis.static_bounds.linear_relaxation import Cell, Relaxation
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 CAP = 1.0 + 1e-9
@@ -19,18 +19,18 @@ NARROW = 1e-6
 """Least opening of a cone, rad. The error of the relaxation is the square of the opening. Narrower cones are ill conditioned."""
 FORWARD = 1e-3
 """Least component, relative to the loads, of a term's vectors along the axis of its cone. The linear programs give the cone's
-sides with an error of 1e-10 over this component; ``NARROW`` exceeds it."""
+sides with an error of 1e-10 over this component; ``NARROW`` exceeds this error."""
 ROUNDS = 4
 """Largest number of rounds in which cones narrow each other. A further round would gain less than one cut of a cell."""
 
 
-def limit_norms(program: Program, effort: Effort) -> Program:
+def limit_norms(program: Program, budget: SearchBudget) -> Program:
     """The program, with an upper bound added for each norm whose overestimate would relax the program. The relaxations of the
-    result are bounded. When the time is used up, only the bounds found so far are added.
+    returned program are bounded. When the time is used up, only the bounds found so far are added.
     """
-    rows, relaxation = [], Relaxation(program, effort.is_over)
+    rows, relaxation = [], Relaxation(program, budget.is_over)
     for j, helps in enumerate(program.concave()):
-        if helps == 0.0 or effort.is_over():
+        if helps == 0.0 or budget.is_over():
             continue
         ends = list(relaxation.solutions({}, [Row(s * v) for v in program.terms[j] for s in (1.0, -1.0)]))
         pairs = zip(ends[::2], ends[1::2], strict=True)
@@ -41,14 +41,14 @@ def limit_norms(program: Program, effort: Effort) -> Program:
     return program.with_objective(program.objective, tuple(rows))
 
 
-def first_cell(program: Program, X: np.ndarray, effort: Effort) -> Cell:
+def first_cell(program: Program, X: np.ndarray, budget: SearchBudget) -> Cell:
     """Cones that contain the vectors of the terms in every state of the program. X: one state of the program."""
     cell: Cell = {}
-    relaxation = Relaxation(program, effort.is_over)
+    relaxation = Relaxation(program, budget.is_over)
     for _ in range(ROUNDS):
         before = {j: G.copy() for j, G in cell.items()}
         for j, helps in enumerate(program.concave()):
-            if helps > 0.0 and not effort.is_over():
+            if helps > 0.0 and not budget.is_over():
                 _narrow(relaxation, j, program.terms[j] @ X, cell)
         if all(j in before and np.abs(before[j] - G).max() < 0.1 * _opening(G) for j, G in cell.items()):
             break

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from trunnion.analysis.static_bounds.kernel_function_calls import Probe
+from trunnion.analysis.static_bounds.loads_as_parameters import Load, pose_columns, release_drives
 from trunnion.analysis.static_bounds.start_pose_statics import hold_drives, start_at_rest
-from trunnion.analysis.static_bounds.statics_scene import Load, pose_columns, release_drives
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import SPAN

@@ -49,7 +49,8 @@ class Space:
 
     @property
     def undetermined(self) -> int:
-        """Number of open directions, without the forces that push the wheels of teeth apart: the driving forces determine them."""
+        """Number of open directions. Separating forces of toothed wheels do not count, because the driving forces determine
+        them."""
         return self.open - len(_toothed(self.statics))
 
     def x(self, X: np.ndarray) -> np.ndarray:
@@ -89,8 +90,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     if load is not None:
         now[load] = 0.0
     e = st.constant + st.by_load @ now
-    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # these multipliers are 0 at rest
-    light = range(st.eta0 - len(st.system.light), st.eta0)  # these multipliers remove an added inertia; 0 at rest
+    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # η of pairs without friction at rest: 0
+    light = range(st.eta0 - len(st.system.light), st.eta0)  # multipliers that remove an added inertia: 0 at rest
     zero = [*light, *smooth]
     strands, pull = _strands(st, E.shape[1])
     E, e = np.vstack([E, np.eye(E.shape[1])[zero], strands]), np.concatenate([e, np.zeros(len(zero)), pull])
@@ -99,7 +100,7 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     seen = looks[:, :-1] @ null
     U, sizes, Vt = np.linalg.svd(seen, full_matrices=False) if seen.size else (seen, np.zeros(0), np.zeros((0, null.shape[1])))
     unit = np.abs(looks[:, :-1]).max(initial=0.0) * np.abs(null).max(initial=0.0)
-    keep = sizes > RANK * max(unit, 1e-300)  # the largest singular value is no scale: it may itself be round-off
+    keep = sizes > RANK * max(unit, 1e-300)  # the largest singular value may itself be round-off, so it cannot serve as scale
     basis = null @ (Vt[keep].T / sizes[keep])
     at = looks[:, :-1] @ origin + looks[:, -1]
     origin = origin - basis @ (U[:, keep].T @ at)

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any, Literal, overload
 
 from trunnion.analysis.static_bounds.bounds_results import HoldBounds, PairBounds
+from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.equilibrium_space import space
-from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion, motions
 from trunnion.analysis.static_bounds.pair_and_load_bounds import (
     NEVER,
     AdmissibleStates,
@@ -20,8 +20,8 @@ from trunnion.analysis.static_bounds.pair_and_load_bounds import (
     pair_bounds,
     without_guarantee,
 )
-from trunnion.analysis.static_bounds.search_budget import Effort
-from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
+from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress
 from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
 from trunnion.analysis.static_bounds.start_pose_statics import hold as one_answer
 from trunnion.basics.interrupts import held
@@ -88,29 +88,31 @@ def hold(
     answer, st = one_answer(loaded), statics(loaded)
     pairs = tuple(st.pairs())
     with held() as interrupt:
-        effort = Effort(cells or (CELLS if space(st, pairs).undetermined <= FEW else FEWER), budget, lambda: interrupt.asked)
+        limits = SearchBudget(cells or (CELLS if space(st, pairs).undetermined <= FEW else FEWER), budget, lambda: interrupt.asked)
         stress = self_stress if misfit is None else {n: misfit * (j.stiffness or USUAL) for n, j in loaded.joints.items()}
-        return replace(_bounds(answer, st, pairs, stress, effort), self_stress=self_stress, misfit=misfit)
+        return replace(_bounds(answer, st, pairs, stress, limits), self_stress=self_stress, misfit=misfit)
 
 
-def _bounds(answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stress: Stress | None, effort: Effort) -> HoldBounds:
+def _bounds(
+    answer: HoldReport, st: Statics, pairs: tuple[Pair, ...], self_stress: Stress | None, limits: SearchBudget
+) -> HoldBounds:
     found, unheld, all_found = motions(st, pairs)
-    effort.searches = planned = _searches(st, pairs, len(found))
-    a = admissible_states(st, pairs, self_stress, effort)
+    limits.searches = planned = _searches(st, pairs, len(found))
+    a = admissible_states(st, pairs, self_stress, limits)
     balanced, there = a.space.misses <= NEVER, a.there
     begin = find_onsets(a, found) if there else []
-    if begin and not a.space.open:  # the kernel's laws decide about the only state
+    if begin and not a.space.open:  # there is only one state, and the kernel's laws decide whether it holds
         there, begin = answer.holds, []
     unheld += sum(not is_pushed(a, m) for m in found) if there else 0
     holds = "no" if there is False else "possible" if begin or there is None else "certain"
     each = tuple(pair_bounds(a, i) for i in range(len(pairs))) if there is not False else ()
-    loads = [load_bounds(st, pairs, self_stress, effort, k, True) for k in range(len(st.drives))]
-    loads += [load_bounds(st, pairs, self_stress, effort, k, False) for k in range(len(st.loads))]
+    loads = [load_bounds(st, pairs, self_stress, limits, k, True) for k in range(len(st.drives))]
+    loads += [load_bounds(st, pairs, self_stress, limits, k, False) for k in range(len(st.loads))]
     if not there and not a.space.open:
         loads = [load if load.now is None else without_guarantee(load) for load in loads]
-    notes = (*st.notes, *_notes(a, there, unheld, all_found, balanced), *_budget_notes(effort, planned))
+    notes = (*st.notes, *_notes(a, there, unheld, all_found, balanced), *_budget_notes(limits, planned))
     first = _first(answer, pairs, begin, each)
-    return HoldBounds(holds, first, a.space.undetermined, None, each, tuple(loads), answer, notes, effort.ended)
+    return HoldBounds(holds, first, a.space.undetermined, None, each, tuple(loads), answer, notes, limits.ended)
 
 
 def _searches(st: Statics, pairs: tuple[Pair, ...], ways: int) -> int:
@@ -119,11 +121,11 @@ def _searches(st: Statics, pairs: tuple[Pair, ...], ways: int) -> int:
     return 2 + 2 * ways + own + len(st.drives) * (4 + 2 * ways) + len(st.loads) * (4 + 4 * ways)
 
 
-def _budget_notes(effort: Effort, planned: int) -> list[str]:
-    if effort.ended == "done":
+def _budget_notes(limits: SearchBudget, planned: int) -> list[str]:
+    if limits.ended == "done":
         return []
-    why = "Ctrl-C" if effort.ended == "cancelled" else "the time budget"
-    return [f"{why} ended {effort.short} of up to {planned} searches early: the bounds are the values certified until then"]
+    why = "Ctrl-C" if limits.ended == "cancelled" else "the time budget"
+    return [f"{why} ended {limits.short} of up to {planned} searches early: the bounds are the values certified until then"]
 
 
 def _first(

@@ -1,5 +1,5 @@
-"""Linear programs, solved by the dual simplex method of HiGHS. Its own interface solves a program of this size in a tenth of the
-time that ``scipy.optimize.linprog`` takes, and a changed program is solved from the last basis."""
+"""Linear programs, solved by the dual simplex method of HiGHS through its Python package highspy. For the small programs of static
+bounds, this takes a tenth of the time of ``scipy.optimize.linprog``. A changed program is solved from the last basis."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class LinearProgram:
     """Minimise cost·x subject to rows · x = right (the first rows) or ≤ right, and low ≤ x ≤ high."""
 
     def __init__(self) -> None:
-        self.highs = highs._Highs()  # the class Highs prints its name when it is made
+        self.highs = highs._Highs()  # the constructor of the class Highs prints a banner
         for name, value in OPTIONS.items():
             self.highs.setOptionValue(name, value)
 

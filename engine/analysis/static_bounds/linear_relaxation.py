@@ -21,7 +21,7 @@ BREAKING = 1e3
 """Penalty for a violated row in a descent. The largest multiplier observed was 10."""
 STALLED, STALLS = 0.9, 3
 """A descent towards admissible states ends after STALLS steps that each leave more than the fraction STALLED of the largest
-violation. Near an admissible state, a step leaves its square."""
+violation. Near an admissible state, a step reduces the violation to about its square."""
 OLD = 12
 """A cut is dropped if this number of successive linear programs did not need it."""
 Cell = dict[int, np.ndarray]
@@ -103,8 +103,8 @@ class Relaxation:
         return found
 
     def missing(self, a: Answer) -> np.ndarray:
-        """The cuts for norms that the solution underestimates. Norms of one component get none: they have all their cuts from the
-        beginning, and only the tolerance of the linear program makes the solution underestimate them."""
+        """The cuts for norms that the solution underestimates. Norms of one component get no cut: they have all their cuts from the
+        beginning. Only the tolerance of the linear program makes the solution underestimate them."""
         size = self.program.norms(a.X)
         return self._tangents(a.X, size - a.t > 1e-10 * np.maximum(1.0, size))
 
@@ -118,14 +118,14 @@ class Relaxation:
         return cuts
 
     def climb(self, X: np.ndarray, low: float, close: float, rounds: int = 20) -> np.ndarray | None:
-        """The best state of a descent from X; None if no admissible state is found. low: no state has a lower value. close: the
-        descent ends if it gains less.
+        """The best state of a descent from X; None if no admissible state is found. low: lower bound of the value. close: the
+        descent ends if a step gains less than this.
 
         The linear programs of the descent replace norms that must be large by their tangents. A tangent never exceeds its norm, so
         the solutions are admissible.
         """
         best, value, missed, stalls, p = None, np.inf, np.inf, 0, self.program
-        if float(np.abs(X).max()) < 1e-9:  # a norm has no tangent at zero
+        if float(np.abs(X).max()) < 1e-9:  # X = 0, where norms have no tangents, is replaced by another start
             X = np.append(np.zeros(self.n - 1), 1.0)
         for _ in range(rounds):
             if self.is_over():
@@ -183,7 +183,7 @@ class Relaxation:
         return np.vstack([rows[~equal], signs, rows[equal], across, -rows[equal], -across])
 
     def _tangent_rows(self, rows: tuple[Row, ...], X: np.ndarray, every: bool = False) -> np.ndarray:
-        """Rows in which the tangents u·v at X replace the norms that must be large; all norms, if ``every``."""
+        """Rows in which the tangents u·v at X replace the norms that must be large (with ``every``: all norms)."""
         p = self.program
         wide = p.weights.copy() if rows is p.rows else p.wide(rows)
         equal = np.array([every or r.equal for r in rows], bool)

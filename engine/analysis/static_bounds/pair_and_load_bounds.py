@@ -9,13 +9,13 @@ import numpy as np
 from trunnion.analysis.static_bounds.bounds_results import Breakaway, End, Interval, JointState, LoadBounds, PairBounds, State
 from trunnion.analysis.static_bounds.branch_and_bound import Found, minimise
 from trunnion.analysis.static_bounds.domain_reduction import first_cell, limit_norms
+from trunnion.analysis.static_bounds.elementary_motions import Motion, motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics
 from trunnion.analysis.static_bounds.equilibrium_space import Space, holding_program, space
 from trunnion.analysis.static_bounds.linear_relaxation import FEASIBLE, Cell, Relaxation
-from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion, motions
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
-from trunnion.analysis.static_bounds.search_budget import Effort
-from trunnion.analysis.static_bounds.slip_onset_constraints import Stress, limit_self_stress, restrict_to_onset
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
+from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress, limit_self_stress, restrict_to_onset
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.static_friction_capacity import Capacity, Norm, Pair
@@ -36,7 +36,7 @@ class AdmissibleStates:
         program: the program with all friction limits.
         sizes: index of the term of each pair's friction.
         holds: for each pair, {sense of friction: {term: weight in the pair's capacity}}.
-        effort: cost limits of the searches.
+        budget: cost limits of the searches.
         root: the cell with which each search begins.
         there: whether any state exists; None if the search ended without an answer.
     """
@@ -45,7 +45,7 @@ class AdmissibleStates:
     program: Program
     sizes: list[int]
     holds: list[dict[int, dict[int, float]]]
-    effort: Effort
+    budget: SearchBudget
     root: Cell
     there: bool | None
 
@@ -56,7 +56,7 @@ class AdmissibleStates:
 
 
 def admissible_states(
-    st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, load: int | None = None
+    st: Statics, pairs: tuple, self_stress: Stress | None, budget: SearchBudget, load: int | None = None
 ) -> AdmissibleStates:
     """The admissible states with all loads at their present amounts, except the load with index ``load``, which is free."""
     s = space(st, pairs, load)
@@ -66,23 +66,23 @@ def admissible_states(
         program, stress = limit_self_stress(s, program, self_stress)
     none, root = Row(np.zeros(s.open + 1)), Cell()
     if s.misses > NEVER:
-        return AdmissibleStates(s, program, sizes, holds, effort, root, False)
+        return AdmissibleStates(s, program, sizes, holds, budget, root, False)
     reach = norm_bounds(program, sizes, holds, stress)
     if reach:
-        effort.begin(FIRST)
-        program = limit_norms(program.with_objective(none, reach), effort)
-        answer = Relaxation(program, effort.is_over).solve({})
+        budget.begin(FIRST)
+        program = limit_norms(program.with_objective(none, reach), budget)
+        answer = Relaxation(program, budget.is_over).solve({})
         if answer is None:
-            return AdmissibleStates(s, program, sizes, holds, effort, root, False)
-        root = first_cell(program, answer.X, effort)
-    found = minimise(program.with_objective(none), effort, root=root)
+            return AdmissibleStates(s, program, sizes, holds, budget, root, False)
+        root = first_cell(program, answer.X, budget)
+    found = minimise(program.with_objective(none), budget, root=root)
     if found.X is None:
-        return AdmissibleStates(s, program, sizes, holds, effort, root, False if found.bound == np.inf else None)
+        return AdmissibleStates(s, program, sizes, holds, budget, root, False if found.bound == np.inf else None)
     if not reach:
-        effort.begin(FIRST)
-        program = limit_norms(program, effort)
-        root = first_cell(program, found.X, effort)
-    return AdmissibleStates(s, program, sizes, holds, effort, root, True)
+        budget.begin(FIRST)
+        program = limit_norms(program, budget)
+        root = first_cell(program, found.X, budget)
+    return AdmissibleStates(s, program, sizes, holds, budget, root, True)
 
 
 def state_of(a: AdmissibleStates, X: np.ndarray, endless: bool) -> State:
@@ -124,7 +124,7 @@ def _extreme(
     """The least (sign 1) or largest (sign −1) value of a row, relative to ``normal`` if given, over all admissible states. floor:
     lower bound of the least value."""
     objective = Row(sign * row.linear, {j: sign * c for j, c in row.norms.items()})
-    found = minimise(a.program.with_objective(objective, normal=normal), a.effort, floor if sign > 0 else -np.inf, a.root)
+    found = minimise(a.program.with_objective(objective, normal=normal), a.budget, floor if sign > 0 else -np.inf, a.root)
     return end(a, found, sign, scale)
 
 
@@ -141,7 +141,7 @@ def pair_bounds(a: AdmissibleStates, i: int) -> PairBounds:
         largest = _extreme(b, own, -1.0, 1.0, least) if pressed else End(None, 1.0, None, 0)
         found.append((normal, Interval(_extreme(b, own, 1.0, 1.0, most, 0.0), largest)))
     normals, share = [n for n, _ in found], [s for _, s in found]
-    if all(i.least.certified == np.inf for i in share):  # no state presses the pair; ends of a unique state differ by round-off
+    if all(i.least.certified == np.inf for i in share):  # no state presses the pair, so its share is 0
         share = [Interval(End(0.0, 0.0, i.least.state, i.least.cells), End(0.0, 0.0, i.least.state, i.least.cells)) for i in share]
     friction = interval(a, Row(a.program.terms[size][0]) if len(pair.eta) == 1 else own, a.space.scale)
     kind, exact = a.space.statics.joint(pair.joint).element.joint.kind_name, all(c.exact for c in pair.capacities)
@@ -171,7 +171,7 @@ def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
 def _with_kernel_values(pair: Pair, eta: list[int], found: Interval, share: bool) -> Interval:
     """The interval of the share or the normal force. At its ends, the kernel's laws give the values, because the capacities of the
     program are only bounds. A normal force is at least 0. A share is at most 1, because friction that a pair holds is within its
-    capacity. eta: indices of the pair's multipliers among those of its joint."""
+    capacity. eta: indices of the pair's multipliers among its joint's multipliers."""
 
     def told(e: End) -> End:
         if e.state is None:
@@ -193,7 +193,7 @@ def _certain(e: End) -> End:
 
 def _states_by_sense(a: AdmissibleStates, i: int) -> list[tuple[Row, Row | None, AdmissibleStates]]:
     """(upper bound of the capacity, lower bound or None, admissible states with this capacity) for all senses of a pair's friction
-    that have different capacities. Both bounds are the capacity where it is exact."""
+    that have different capacities. If the capacity is exact, it is both bounds."""
     made, pair, V = a.holds[i], a.space.pairs[i], a.program.terms[a.sizes[i]][0]
     out = []
     for c in pair.capacities:
@@ -212,7 +212,7 @@ def _lower_bound(a: AdmissibleStates, pair: Pair, c: Capacity) -> Row | None:
 
 
 def _states_at_limit(a: AdmissibleStates, i: int) -> list[tuple[Row, Row, AdmissibleStates]]:
-    """As ``_states_by_sense``, with the capacities of a pair at its limit of friction."""
+    """The result of ``_states_by_sense`` with the capacities of a pair at its limit of friction."""
     pair, V, one = a.space.pairs[i], a.program.terms[a.sizes[i]][0], np.append(np.zeros(a.space.open), 1.0 / a.space.scale)
     out = []
     for at in pair.limits:
@@ -241,7 +241,7 @@ def _hull(found: list[Interval]) -> Interval:
 
 def feasible(a: AdmissibleStates, program: Program) -> bool | None:
     """Whether the program has a state; None if the search ended without an answer."""
-    found = minimise(program.with_objective(Row(a.none)), a.effort, root=a.root)
+    found = minimise(program.with_objective(Row(a.none)), a.budget, root=a.root)
     return True if found.X is not None else False if found.bound == np.inf else None
 
 
@@ -264,20 +264,20 @@ def find_onsets(a: AdmissibleStates, every: list[Motion]) -> list[tuple[Motion, 
     return out
 
 
-def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, effort: Effort, k: int, drive: bool) -> LoadBounds:
+def load_bounds(st: Statics, pairs: tuple, self_stress: Stress | None, budget: SearchBudget, k: int, drive: bool) -> LoadBounds:
     """The range of a load, or of a drive's effort, before a pair slips. k: index of the load or drive."""
     load = (st.drives if drive else st.loads)[k]
-    a = admissible_states(st, pairs, self_stress, effort, None if drive else k)
+    a = admissible_states(st, pairs, self_stress, budget, None if drive else k)
     amount = a.space.amount(st.multipliers + k if drive else len(a.space.origin) - 1)
     found, _, _ = motions(st, pairs, k if drive else None)
     ways = []
     for sign in (1.0, -1.0):
-        possible = end(a, minimise(a.program.with_objective(Row(-sign * amount)), effort, root=a.root), -sign, a.space.scale)
+        possible = end(a, minimise(a.program.with_objective(Row(-sign * amount)), budget, root=a.root), -sign, a.space.scale)
         rows = () if drive else (Row(_at_least(sign, amount, load.now / a.space.scale)),)
         ends = []
         for m, sense in _onset_senses(st, found, k, sign, drive):
             program = restrict_to_onset(a.space, a.program, m, sense).with_objective(Row(sign * amount), rows)
-            ends.append((end(a, minimise(program, effort, root=a.root), sign, a.space.scale), m))
+            ends.append((end(a, minimise(program, budget, root=a.root), sign, a.space.scale), m))
         ways.append(_breakaway(pairs, possible, ends, sign, np.nan if drive else load.now))
     low, high, error = ways[1].possible.certified, ways[0].possible.certified, FEASIBLE * a.space.scale
     result = LoadBounds(load.name, load.unit, None if drive else load.now, *ways)

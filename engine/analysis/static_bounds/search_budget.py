@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 
-class Effort:
+class SearchBudget:
     """The cost limits. cells: largest number of cells of each search. seconds: time for all searches; None means no limit. asked:
     whether Ctrl-C was pressed. searches: expected number of searches."""
 

@@ -162,7 +162,8 @@ def _pairs(system: System, scene: Scene, table: np.ndarray, open_joints: tuple[s
 
 
 def accelerating_joints(model: Model, still: float = STILL) -> tuple[str, ...]:
-    """Tree joints with a freedom that accelerates although every pair is held. still: as for ``STILL``."""
+    """Tree joints with a freedom that accelerates although every pair is held. still: limit of accelerations, by default
+    ``STILL``."""
     block, system, numbers = model.block, model.system, model.built.numbers
     if not block.ny:
         return ()

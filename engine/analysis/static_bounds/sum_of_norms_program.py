@@ -42,8 +42,7 @@ def term_index(terms: list[np.ndarray], V: np.ndarray) -> int:
 
 @dataclass(frozen=True)
 class Across:
-    """The constraint that the vector of term ``moment`` is perpendicular to the vector of term ``force``, and has at most ``most``
-    times its norm."""
+    """The vector of term ``moment`` is perpendicular to the vector of term ``force``, and at most ``most`` times as long."""
 
     force: int
     moment: int
@@ -113,11 +112,11 @@ class Program:
         return np.add.reduceat(v[:, None] * V, first) / np.where(size > 0.0, size, 1.0)[:, None]
 
     def senses(self, X: np.ndarray) -> np.ndarray:
-        """For each row, whether it applies at X: 1, or 0 where the component that it depends on is zero, or −1."""
+        """For each row: 1 if the row applies at X, −1 if not, and 0 if the component in its condition ``when`` is zero."""
         return np.array([1.0 if r.when is None else r.when[1] * np.sign(self.terms[r.when[0]][0] @ X) for r in self.rows])
 
     def scaled(self, X: np.ndarray) -> np.ndarray | None:
-        """The positive multiple of X whose normal row equals 1; None if there is none. Without a normal row, X itself."""
+        """The positive multiple of X whose normal row equals 1; None if there is none. Without a normal row, returns X itself."""
         if self.normal is None:
             return X
         size = self.normal.value(X, self.norms(X))
@@ -137,8 +136,8 @@ class Program:
         return replace(self, objective=objective, rows=(*self.rows, *rows), normal=normal)
 
     def concave(self) -> np.ndarray:
-        """For every term j, how much an overestimate of t_j relaxes the program: the largest size of a coefficient of t_j among
-        the rows that it relaxes. 0 if it relaxes no row."""
+        """For every term j, how much an overestimate of t_j relaxes the program. This is the largest size of a coefficient of t_j
+        among the rows that the overestimate relaxes, or 0."""
         out = np.zeros(len(self.terms))
         for row in (*self.rows, self.objective):
             for j, c in row.norms.items():

@@ -3,7 +3,7 @@
 A box in the space of the varied numbers has a case at each corner. Halving the box along one axis adds cases in the middles of the
 edges along this axis. The deviation of a middle case from linear interpolation measures the curvature of the result. The boxes with
 the largest product of curvature and size are halved next; different outcomes at the corners count as curvature 1. The search ends
-when the boxes with different outcomes or curvature are narrower than the tolerance, or when the allowed number of cases is used up.
+when all boxes with different outcomes or curvature are narrower than the tolerance, or after the allowed number of cases.
 """
 
 from __future__ import annotations

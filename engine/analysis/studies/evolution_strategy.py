@@ -5,9 +5,9 @@ their violation of the constraints; then cases without a value. Jumps, kinks and
 The first search begins at the best case of an initial sample. The second search begins at another point, with twice as many cases
 in each round.
 
-A search for a target value also uses the sign of the difference from it. As soon as cases lie on both sides of the target, a place
-between two of them at which the result has this value is searched (``root_bracket``). The evolution strategy continues if the
-result jumps across the target there.
+A search for a target value also uses the sign of the difference from the target. As soon as cases lie on both sides of the target,
+``root_bracket`` searches between two of them for a place at which the result equals the target. If the result jumps across the
+target between the two cases, the evolution strategy continues.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Optimisation(Study):
     """A request of an optimisation. Revision 1 did not search between two cases.
 
     Attributes:
-        own: values of these numbers in the scene, SI units.
+        own: the scene's own values of the varied numbers, SI units.
         goal: one of GOALS.
         of: name of the result to optimise.
         target: value to reach if the goal is "reach".
@@ -95,8 +95,9 @@ class Optimisation(Study):
             begin = latin(1, d, self.seed + 1 + ended)[0]
 
     def _between(self, tried: _Trials, report: Callable[[dict[str, Any]], None]) -> Generator[np.ndarray, CaseResults, bool]:
-        """Search the target between the best case and the nearest case beyond it. Returns whether the best case then has
-        the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, no search is made."""
+        """Search for the target between the best case and the nearest case on the other side of the target. Returns whether the
+        best case then has the target value. Each pair of cases is tried once; after MOST_JUMPS searches without success, no search
+        is made."""
         pair = tried.pair() if self.goal == "reach" and self.revision >= REVISION and not tried.reached() else None
         if pair is None or tried.jumps == MOST_JUMPS:
             return False
@@ -221,8 +222,8 @@ class _Trials:
         return self.results[i][self.wanted.of] - self.wanted.target if self.keys[i][0] < 2 else float("nan")
 
     def pair(self) -> tuple[int, int] | None:
-        """The best case, and the nearest case on the other side of the target; None if there is none, or if the best case violates
-        constraints or was in a pair before."""
+        """The best case, and the nearest case on the other side of the target. None if no case lies there, or if the best case
+        violates constraints or was in a pair before."""
         if self.best == self.paired or self.keys[self.best][0] > 0:
             return None
         self.paired, off = self.best, np.array([self.off_target(i) for i in range(len(self))])

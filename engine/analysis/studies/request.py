@@ -60,7 +60,7 @@ class StudyRequest:
 def make_study(
     scene: Scene, wanted: StudyRequest, keep: Sequence[str], run: Run, wrong: Sequence[Problem] = ()
 ) -> tuple[Study, Plan]:
-    """The study, and the plan of its cases. ``set_values`` later supplies the parameter values of the cases.
+    """The study, and the plan of its cases. ``with_case_values`` later supplies the parameter values of the cases.
 
     keep: further reductions; wrong: problems found before. SceneError lists every problem.
     """
@@ -85,7 +85,7 @@ def make_study(
     return made, Plan(scene, study_cases(made, unknown), chosen, run)
 
 
-def set_values(made: Study, plan: Plan, values: Values) -> Plan:
+def with_case_values(made: Study, plan: Plan, values: Values) -> Plan:
     """The plan with ``values`` as the source of its cases' parameter values."""
     return Plan(plan.scene, study_cases(made, values), plan.reductions, plan.run, plan.about)
 

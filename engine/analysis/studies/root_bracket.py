@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Generator
 
 NARROW = 4e-16
-"""Width of the bracket, relative to the segment, at which a search for a best case ends."""
+"""Width of the bracket, relative to the segment, at which a search ends by default."""
 MOST_STEPS = 20
 CONTINUOUS = 1e-6
 """Largest remaining residual of a continuous result, relative to the residuals at the ends of the segment."""
@@ -15,10 +15,10 @@ CONTINUOUS = 1e-6
 def bracketed_root(
     first: float, second: float, enough: float, narrow: float = NARROW, most: int = MOST_STEPS
 ) -> Generator[float, float, bool]:
-    """Search a root of a residual on a segment. first, second: residuals at its ends (0 and 1), of opposite signs. enough: residual
-    that counts as 0. narrow, most: width of the bracket and number of steps at which the search ends. The generator yields places
-    on the segment, receives their residuals (NaN for a failed case, which ends the search), and returns whether it has found a
-    root. At a jump across the target, there is none."""
+    """Search for a root of a residual on a segment. first, second: residuals at its ends (0 and 1), of opposite signs. enough:
+    residual that counts as 0. narrow, most: width of the bracket and number of steps at which the search ends. The generator yields
+    places on the segment, receives their residuals (NaN for a failed case, which ends the search), and returns whether it has found
+    a root. A jump across zero is not a root."""
     a, b, c = 1.0, 0.0, 0.0  # the root lies between a and b; c is the previous point
     fa, fb, fc = second, first, first
     share = 0.5

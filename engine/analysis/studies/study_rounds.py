@@ -57,7 +57,7 @@ class Study(ABC):
         high: upper bounds, SI units.
         most: largest number of cases.
         tolerance: width, relative to the ranges, at which the search ends.
-        revision: revision of the search; that of a stored study can be earlier than REVISION.
+        revision: revision of the search; a stored study can have an earlier revision than REVISION.
     """
 
     kind: ClassVar[str]

@@ -52,7 +52,7 @@ def measure_work_precision(
     exact = _exact_variant(scene, laws)
     study = WorkPrecision(scene, request, measure, until, exact, notes=notes)
     ready = {}
-    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # first the exact law: model errors need its reference
+    for k, v in enumerate(sorted(laws, key=lambda v: v != exact)):  # the exact law comes first: model errors need its reference
         progress(f"reference {v}".strip(), k, len(laws))
         ready[v] = _make_model(study, v)
         ladders = _settings(study, ready[v])
@@ -89,8 +89,8 @@ def _make_model(study: WorkPrecision, v: FrictionVariant) -> BenchmarkModel:
 
 
 def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
-    """Build times (what, s) of a kernel: symbolic time and compile time from the kernel's record, and the measured time of a new
-    build of its Jacobian unit."""
+    """Build times (what, s) of a kernel. The kernel's record gives symbolic time and compile time. A new build of its Jacobian unit
+    is measured."""
     from trunnion.kernel.shared_libraries import build_jacobian
 
     facts, law = ready.model.kernel.facts, f" ({ready.variant.law})" if ready.variant.law else ""

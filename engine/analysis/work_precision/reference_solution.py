@@ -13,7 +13,7 @@ from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 TIGHT = (1e-13, 1e-12, 1e-11, 1e-10)
 TIME_STEPPING = tuple(m.name for m in REGISTRY if isinstance(m, Impulses))
-"""The first-order methods. They take millions of steps for few digits at tight tolerance, so they run only if fewer than two other
+"""The first-order methods. At tight tolerance they take millions of steps for few digits. They run only if fewer than two other
 methods reach the end of the run."""
 STEPS = 3_000_000
 """Step limit of a reference run."""

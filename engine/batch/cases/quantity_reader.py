@@ -38,7 +38,7 @@ class Reader:
         return max(0, self.wrong - MOST_REPORTED)
 
     def complain(self, what: str, hint: str = "") -> None:
-        """Report a mistake. After MOST_REPORTED mistakes, only count it."""
+        """Report a mistake. After MOST_REPORTED mistakes, further mistakes are only counted."""
         self.wrong += 1
         if self.wrong <= MOST_REPORTED:
             self.problems.append(Problem(self.where, what, hint))
@@ -108,7 +108,7 @@ def number_at(scene: Scene, path: str) -> tuple[float, str] | None:
     node: Any = scene
     for i, key in enumerate(place or ()):
         if isinstance(node, float) and place is not None and place[i:] == (0,):
-            place = place[:i]  # the scene may give a single number in place of a list with one entry: q[1] is this number
+            place = place[:i]  # q[1] means q if the scene gives q as a single number instead of a list
             break
         node = _part(node, key)
     return (float(node), unit_of(scene, place)) if place and isinstance(node, float) else None

@@ -85,8 +85,8 @@ def _replicate(bits: np.ndarray, seed: int, start: int, replicate: int) -> np.nd
 def _bits(axes: int, start: int, stop: int) -> np.ndarray:
     """Sobol points from start to stop − 1 as integers of BITS bits (n × axes). ValueError beyond the last point.
 
-    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Therefore it is the exclusive or of
-    two points, whose indices are the high bits and the low bits of n.
+    Point n is the exclusive or of the direction numbers that the bits of n's Gray code select. Point n is therefore the exclusive
+    or of two other points: one has the high bits of n as index, the other the low bits.
     """
     if stop > 1 << BITS:
         raise ValueError(f"Sobol's sequence has 2^{BITS} points here")
@@ -126,7 +126,7 @@ def directions_from_points(sequence: Any, bits: int) -> np.ndarray:
     for k in range(bits):
         sequence.fast_forward((2 << k) - 1 - sequence.num_generated)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # SciPy warns if the number of points is not a power of 2
+            warnings.simplefilter("ignore", UserWarning)  # SciPy's warning: the number of points is not a power of 2
             out.append(np.rint(sequence.random(1)[0] * (1 << bits)))
     return np.column_stack(out).astype(np.uint64)
 
@@ -139,11 +139,11 @@ def _scrambled(bits: np.ndarray, generator: np.random.Generator, start: int) -> 
     """
     drawn = generator.integers(0, 1 << BITS, BITS, np.uint64)
     out = np.full(len(bits), generator.integers(0, 1 << BITS, dtype=np.uint64))
-    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) affects itself and lower bits
+    for j in range(BITS):  # the bit of weight 2^(BITS - 1 - j) changes only itself and lower bits
         at = np.uint64(BITS - 1 - j)
         column = (drawn[j] & ((np.uint64(1) << at) - np.uint64(1))) | (np.uint64(1) << at)
         out ^= ((bits >> at) & np.uint64(1)) * column
-    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # one draw for each number
+    generator.bit_generator.advance(start)  # type: ignore[attr-defined]  # skip one draw for each earlier number
     return (out + generator.random(len(bits))) / (1 << BITS)
 
 
@@ -179,8 +179,8 @@ def _large(count: int, axes: int, seed: int, method: str, start: int, stop: int)
 
 
 def _crossed(count: int, axes: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Rows start … stop − 1 of a crossed sample of the samples A and B. Each point has these rows: A; for each number, A with this
-    number from B; for each number, B with this number from A; and B.
+    """Rows start … stop − 1 of a crossed sample of the samples A and B. The rows of each point are: A; A with one number from B,
+    for each number; B with one number from A, for each number; B.
 
     Point k belongs to replicate k mod REPLICATES.
     """

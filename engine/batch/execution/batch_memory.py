@@ -21,7 +21,7 @@ from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.run_settings import Run
 
 CAPACITY = 256
-"""Number of rows in the buffer. When the buffer is full, C updates the reductions from its rows and empties it."""
+"""Number of rows in the buffer. When the buffer is full, C updates the reductions from the rows and empties the buffer."""
 STORED_BUFFERS = 8
 """Capacity for stored rows, in multiples of CAPACITY. Python takes the rows at the latest when this memory is full."""
 
@@ -60,7 +60,7 @@ class CaseBlocks:
             self.of_series = [0, *(1 + places[n] for n in ("time", *series.names))]
 
     def _buffer(self, size: int) -> int:
-        """Address of ``size`` zeroed bytes that live as long as the loop."""
+        """Address of ``size`` zeroed bytes that live as long as this object."""
         self.memory.append((ctypes.c_double * (size // 8 + 4))())
         return ctypes.addressof(self.memory[-1])  # type: ignore[arg-type]
 
@@ -72,7 +72,7 @@ class CaseBlocks:
         block = bl.Block(made, numbers, np.array(table.values), events)
         v = self.batch.variant[len(self.blocks)]
         v.fresh, v.plain = block.at, self._buffer(block.bytes)
-        self.lib.tr_ask(block.at, ctypes.cast(self.watch.host, ctypes.c_void_p))  # each case begins as a copy of the block
+        self.lib.tr_ask(block.at, ctypes.cast(self.watch.host, ctypes.c_void_p))  # each case begins as a copy of this block
         self.blocks.append(block)
 
     def _redundant(self) -> None:

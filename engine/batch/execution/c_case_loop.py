@@ -13,7 +13,7 @@ from trunnion.basics.interrupts import Unwanted
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.execution.batch_memory import CaseBlocks
 from trunnion.batch.execution.cancellation_and_time_limit import CALL_SECONDS, Tick
-from trunnion.batch.execution.lane_batch import ensemble_of
+from trunnion.batch.execution.lane_batch import lane_batch_of
 from trunnion.batch.execution.outcomes_and_audits import ends_of
 from trunnion.batch.preparation.case_parameters import Rows
 from trunnion.batch.tables.reductions import EVENT_NUMBERS, OF_COLUMNS, OF_DECISIONS, Reduction, event_kind
@@ -54,7 +54,7 @@ class Reduced:
     why: np.ndarray | None = None
 
 
-def join(a: Reduced, b: Reduced, seconds: float) -> Reduced:
+def join_results(a: Reduced, b: Reduced, seconds: float) -> Reduced:
     """The joined results of two sets of cases without stored rows."""
     both = [np.concatenate([x, y]) for x, y in ((a.index, b.index), (a.numbers, b.numbers), (a.steps, b.steps))]
     return Reduced(both[0], both[1], [*a.outcomes, *b.outcomes], [*a.audits, *b.audits], both[2], seconds)
@@ -65,7 +65,7 @@ class Loop(CaseBlocks):
 
     def __init__(self, rows: Rows, chosen: Sequence[Reduction], run: Run, kernel: str, series: Series | None = None):
         super().__init__(rows, chosen, run, kernel, series)
-        self.together = ensemble_of(self) if kernel == "lanes" and series is None else None
+        self.together = lane_batch_of(self) if kernel == "lanes" and series is None else None
 
     def run(self, rows: Rows, tick: Tick | None = None) -> Reduced:
         """Run the cases. If ``tick`` returns False, only finished cases are returned."""
@@ -79,7 +79,7 @@ class Loop(CaseBlocks):
         if stopped or not len(again):
             return got
         rest = self._alone(rows.some(again), tick and (lambda done: tick(len(whole) + done)))
-        return join(got, rest, spent + rest.seconds)
+        return join_results(got, rest, spent + rest.seconds)
 
     def _begin(self, rows: Rows, tick: Tick | None) -> np.ndarray:
         """Pass a set of cases to C. Returns the records into which C writes their results."""
@@ -131,7 +131,7 @@ class Loop(CaseBlocks):
             self.watch.pass_on()
             if status == bl.DONE:
                 return len(out)
-            if status in (bl.CANCELLED, bl.MORE) and b.running and self.watch.impatient():
+            if status in (bl.CANCELLED, bl.MORE) and b.running and self.watch.is_over_limit():
                 self.lib.tr_batch_end(ctypes.addressof(b), bl.Status.FAIL_TIME)
                 status = bl.Status.CASE_FAILED
             if status == bl.CANCELLED:
@@ -145,14 +145,14 @@ class Loop(CaseBlocks):
                     failed[b.at] = lacking
             elif status == bl.NEED_REDUNDANT:
                 self._redundant()
-                self.watch.case = -1  # build time does not count as time of the case
+                self.watch.case = -1  # restart the time limit: build time does not count
             elif status == bl.NEED_JACOBIAN:
                 self._jacobian()
                 self.watch.case = -1
             else:
                 self.budget = int(min(max(self.budget * min(2.0, max(0.5, CALL_SECONDS / max(spent, 1e-6))), 50), 1_000_000))
             if tick is not None and not tick(b.at):
-                return int(b.at + b.reported)  # failed cases are finished cases
+                return int(b.at + b.reported)  # a case that failed is finished, too
 
     def _outcome(self, case: np.void) -> Outcome:
         """The diagnosis of the case that just failed, from the state in its block."""

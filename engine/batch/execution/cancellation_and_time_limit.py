@@ -15,7 +15,7 @@ Tick = Callable[[int], bool]
 
 
 class Watch:
-    """Ends a batch if its tick returns False, and a case if it reaches its time limit. C calls ``host`` every few milliseconds.
+    """Ends a batch if its tick returns False, and a case at its time limit. C calls ``host`` every few milliseconds.
     cpu_limit: largest processor time of a case, s; None means no limit."""
 
     def __init__(self, cpu_limit: float | None) -> None:
@@ -29,7 +29,7 @@ class Watch:
         self.case, self.since = -1, 0.0
         self.raised: BaseException | None = None
 
-    def impatient(self) -> bool:
+    def is_over_limit(self) -> bool:
         """Whether the present case has exceeded its time limit. The time begins with the first call of this function for the
         case."""
         now = time.thread_time()
@@ -43,7 +43,7 @@ class Watch:
             return 0
         self.asked = now
         try:
-            return int(self.impatient() or (self.tick is not None and not self.tick(self.at())))
+            return int(self.is_over_limit() or (self.tick is not None and not self.tick(self.at())))
         except BaseException as e:  # noqa: BLE001  # exceptions cannot pass through C: pass_on raises e
             self.raised = e
             return 1

@@ -98,7 +98,7 @@ class ErrorEstimateLoop:
         run's own error;
         alike (cases): whether both runs have the same outcome; begun (cases): whether the first run made a step.
         """
-        with np.errstate(invalid="ignore"):  # without an event or a margin, both values are infinite
+        with np.errstate(invalid="ignore"):  # both values are infinite if there is no event or margin
             off = np.abs(a - b)
         for (_, column), i in self.at.items():
             if column in self.wraps:
@@ -121,17 +121,17 @@ class ErrorEstimateLoop:
 
     def _why(self, a: np.ndarray, b: np.ndarray, states: np.ndarray, alike: np.ndarray, begun: np.ndarray) -> np.ndarray:
         """For each case, the reason why it has no error estimate, as an index of WHY. The index is 0 if both runs make the same
-        clear decisions and their errors are small. Of several reasons, the last one in ``found`` is given: it usually occurs first
-        in a run and causes the others.
+        clear decisions and their errors are small. If several reasons apply, the one that stands last in ``found`` is given: it
+        usually occurs earliest in a run and causes the others.
         """
         counts = [i for (k, what), i in self.at.items() if k == "count" and event_kind(what) not in ("any", *REPORTED)]
         margin, marginal = (self.at[k, ""] for k in OF_DECISIONS)
         near = [(alike & (x[:, margin] < rules.DECIDED * states)) | (x[:, marginal] > 0.0) for x in (a, b)]
         other = alike & (a[:, counts] != b[:, counts]).any(axis=1)
-        of_one = other & ~(near[0] & near[1])  # the event with the narrow decision occurs in only one of the runs
+        of_one = other & ~(near[0] & near[1])  # only one of the runs has the event with the narrow decision
         found = {
             "growth": ~(states <= rules.LINEAR),
-            "outcome": ~alike,  # states and events at different end times are not comparable
+            "outcome": ~alike,  # different end times: states and events are not comparable
             "events": other,
             "marginal": (near[0] | (b[:, marginal] > 0.0)) & ~of_one,
             "start": ~begun,

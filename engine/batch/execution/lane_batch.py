@@ -16,7 +16,7 @@ from trunnion.runtime.abi.enumerations import Strand
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 
-class Ensemble:
+class LaneBatch:
     """The cases of a loop that step together. Each case has its own block and buffers."""
 
     def __init__(self, loop: CaseBlocks):
@@ -92,8 +92,8 @@ class Ensemble:
         self.lib.tr_ensemble_resume(ctypes.addressof(self.all))
 
 
-def ensemble_of(loop: CaseBlocks) -> Ensemble | None:
-    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if lanes do not serve the scene."""
+def lane_batch_of(loop: CaseBlocks) -> LaneBatch | None:
+    """The lane batch of a loop. None if rows are stored, if steps are bounded, or if the scene does not support lanes."""
     if loop.series is not None or loop.step_events or not lanes_fit(loop.model.kernel):
         return None
-    return Ensemble(loop)
+    return LaneBatch(loop)

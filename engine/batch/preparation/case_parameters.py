@@ -1,11 +1,11 @@
 """Computes the parameters of many cases. They are bit-identical to those of a scene built for each case, at a fraction of the
 cost.
 
-The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. Many groups determine entries of the rows
-directly (``parameters_without_scene_builds``): the value is an entry of the table of parameters (friction, springs, dampers,
-drives, …), or entries are copies of the value, or a formula gives them. For any other group, a scene is built once for each
-distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is built for every case. A scene
-is also built for each case with another structure.
+The varied paths of one owner (a body, a joint, a joint's start, gravity, …) form a group. For many groups,
+``parameters_without_scene_builds`` writes the entries of the rows directly. The value is an entry of the table of parameters
+(friction, springs, dampers, drives, …), or entries are copies of the value, or a formula gives the entries. For any other group, a
+scene is built once for each distinct value, and its changed entries are copied to the rows. If groups share an entry, a scene is
+built for every case. A scene is also built for each case with another structure.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from trunnion.basics.interrupts import heed
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.problems import SceneError
-from trunnion.batch.preparation.dependent_parameters import Followers
+from trunnion.batch.preparation.dependent_parameters import DependentParameters
 from trunnion.batch.preparation.parameter_formulas import total_mass
 from trunnion.batch.preparation.parameters_without_scene_builds import Placing
 from trunnion.runtime.abi.batch_records import CASE_SETTINGS
@@ -30,7 +30,7 @@ from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.simulation.execution.missing_inertia import bodies_lack_inertia
 from trunnion.simulation.execution.starts_at_cuts_and_points import build_with_starts
 from trunnion.simulation.settings.realtime_steps import bounds_of
-from trunnion.simulation.settings.realtime_steps import problems as bounded
+from trunnion.simulation.settings.realtime_steps import step_problems as bounded
 from trunnion.simulation.settings.run_settings import Run
 from trunnion.system.construction.start_values_and_scales import turning
 from trunnion.system.construction.system_builder import Built
@@ -85,7 +85,7 @@ class Preparer:
 
     def __init__(self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None):
         self.lock = Lock()
-        self.followers = Followers(scene, paths)
+        self.followers = DependentParameters(scene, paths)
         paths = self.followers.paths
         self.scene, self.paths, self.run = scene, tuple(paths), run
         self.start = build_with_starts(scene)
@@ -97,7 +97,7 @@ class Preparer:
         self.kept: list[dict[bytes, _Entry | SceneError]] = [{} for _ in self.groups]
         self.met = [0] * len(self.groups)
         named = [tuple(self.paths[i] for i in group) for group in self.groups]
-        if ends is None or any(self.followers.names):  # a dependent number need not be extreme where the parameter is extreme
+        if ends is None or any(self.followers.names):  # bounds of a parameter do not bound the numbers that depend on it
             ends = np.full((2, len(self.paths)), np.nan)
         self.placing = [
             Placing(self.start, self.base, self.mass, p, partial(self._entry, g), ends[:, self.groups[g]])
@@ -121,7 +121,7 @@ class Preparer:
         return [replace(r, index=kept[r.index]) for r in rows], wrong | {int(kept[i]): e for i, e in more.items()}
 
     def _rows(self, values: np.ndarray) -> tuple[list[Rows], dict[int, SceneError]]:
-        """The result of ``rows`` for values of ``self.paths``. ``Followers.values`` computes these values."""
+        """The result of ``rows`` for values of ``self.paths``. ``DependentParameters.values`` computes these values."""
         n = len(values)
         flat = np.repeat(self.base[None, :], n, axis=0)
         alone = np.zeros(n, bool)

@@ -12,7 +12,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_dependence import DependentNumbers, parameter
 
 
-class Followers:
+class DependentParameters:
     """Converts values of varied paths to values of ``self.paths``: the varied numbers of the scene, then the numbers that depend
     on varied parameters. A number that is itself varied no longer depends on the scene's parameters."""
 

@@ -15,7 +15,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.data_classes.joints import AxisAngle
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path
-from trunnion.scene.queries.mass_properties import solid
+from trunnion.scene.queries.mass_properties import volume_and_moments
 from trunnion.system.construction.start_values_and_scales import coordinates
 from trunnion.system.construction.system_builder import Built
 from trunnion.system.structure.bodies_and_joints import state_coordinates
@@ -70,7 +70,7 @@ def _mass(scene: Scene, name: str, what: str) -> Entries | None:
         return Entries(lambda values: values, (f"bodies.{name}.mass",)) if what == "mass" else None
     if (body.density if what == "mass" else body.mass) is not None:
         return None
-    volume, gyration = solid(body)
+    volume, gyration = volume_and_moments(body)
 
     def numbers(values: np.ndarray) -> np.ndarray:
         mass = values * volume if what == "density" else values

@@ -52,7 +52,7 @@ class Placing:
         low, high = distinct.min(axis=0), distinct.max(axis=0)
         if self.known is None or not ((self.box[0] <= low) & (high <= self.box[1])).all():
             met = np.array([np.fmin(low, self.box[0]), np.fmax(high, self.box[1])])
-            if not self._learn(met, distinct[:0]):  # test the way that is known, at the new ends of the range
+            if not self._learn(met, distinct[:0]):  # does the known way also hold at the new ends of the range?
                 every = np.array([np.fmin(met[0], self.ends[0]), np.fmax(met[1], self.ends[1])])
                 if not self._learn(every, distinct):
                     self.ends = np.full_like(self.ends, np.nan)

@@ -1,8 +1,8 @@
 """Quantiles of a sample's results, and probabilities of exceeding a bound, with intervals.
 
 The interval of a quantile lies between two order statistics. Their ranks alone determine the confidence, whatever the distribution
-is. Clopper and Pearson's formula gives the interval of a probability. A case without a value counts as the smallest value for the
-lower end of an interval, and as the largest value for the upper end. Therefore the intervals are valid whatever value such a case
+is. Clopper and Pearson's formula gives the interval of a probability. A case without a value counts as the smallest value at the
+lower end of an interval and as the largest value at the upper end. Therefore the intervals are valid whatever value such a case
 has.
 """
 

@@ -51,7 +51,7 @@ def spreads_of(
     if problems:
         raise SceneError(problems)
     bounds = {n: [bound(b, units[n], f"above.{n}", problems) for b in given] for n, given in above.items()}
-    if cases.sampling == "saltelli":  # only the first and last case of each point are a sample; the others combine their numbers
+    if cases.sampling == "saltelli":  # the first and last case of each point are a sample; other cases mix their numbers
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"

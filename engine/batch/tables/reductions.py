@@ -1,8 +1,8 @@
 """Reductions of a case: single numbers, taken from a column over its output rows or from its events.
 
 A reduction is written ``kind:what``, which is also the name of its column in the table. For a column, the kind is ``max``,
-``min``, ``mean`` (over finite values) or ``final``. For a kind of event, or ``any``, it is ``first`` (time, s) or ``count``. The
-prefix ``error:`` means the global error of a reduction.
+``min``, ``mean`` (over finite values) or ``final``. For a kind of event, or ``any``, the kind of the reduction is ``first`` (time,
+s) or ``count``. The prefix ``error:`` means the global error of a reduction.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def command(
     loaded = reader.scene(scene, ctx, changes)
     reader.check_columns(loaded, outputs)
     if not outputs:
-        reader.add("--outputs", "no column is given", "name the columns that matter, for example --outputs 'slider.position[1]'")
+        reader.add("--outputs", "no column is given", "name the important columns, for example --outputs 'slider.position[1]'")
     loaded = reader.checked(loaded)
     assert largest is not None
     with pin_to_one_core(), ProgressBar(f"advise {loaded.name}") as bar:
@@ -85,7 +85,7 @@ def document(a: Advice) -> dict[str, Any]:
 
 
 def lines(name: str, a: Advice) -> list[str]:
-    """The ladder of models as text."""
+    """The tried models as text."""
     out = [f"{name}: {a.measure.describe()}", f"reference: {a.reference.made_by}, whose results differ by {a.reference.error:.1e}"]
     if a.influences:
         rows = [(i.joint, f"{i.predicted:.1e}" if math.isfinite(i.predicted) else "unknown") for i in a.influences]
@@ -103,7 +103,7 @@ def lines(name: str, a: Advice) -> list[str]:
 
 
 def row(r: Rung, chosen: bool) -> tuple[str, ...]:
-    """A model of the ladder as a row of the table."""
+    """A tried model as a row of the table."""
     name = ("→ " if chosen else "  ") + r.describe()
     own = f"{r.model_error:.1e}{' by sensitivity' if r.predicted else ''}" if math.isfinite(r.model_error) else r.outcome
     if r.setting is None:

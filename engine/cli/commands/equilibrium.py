@@ -32,8 +32,8 @@ def command(
     plot: Plot = None,
     as_json: Json = False,
 ) -> int:
-    """Tell whether friction holds the mechanism in its given pose, and in which range around this pose. Then find the poses of rest
-    without friction, stable and unstable, and the range around each in which friction holds the mechanism."""
+    """Tell whether friction holds the mechanism in its given pose, and in which range around this pose. Then find stable and
+    unstable poses of rest without friction, and the range around each pose in which friction holds the mechanism."""
     from trunnion.analysis.mechanics.equilibrium_pose import equilibrium, start_at
     from trunnion.analysis.static_bounds.start_pose_statics import hold
 
@@ -56,7 +56,7 @@ def command(
         lines += ["", "without friction there is no pose of rest"]
     else:
         lines += ["", f"pose of rest without friction ({result.kind})", *_pose(result.q)]
-        lines += _ranges("friction holds each coordinate within this range, with the other coordinates as above:", result.bands)
+        lines += _ranges("friction holds each coordinate in this range, with the other coordinates at these values:", result.bands)
     for other in result.others:
         lines += ["", f"further pose of rest without friction ({other.kind})", *_pose(other.q), *_ranges("", other.bands)]
     return print_answer(as_json, DONE, {"given": hold_document(given), **result.document()}, lines, [picture])

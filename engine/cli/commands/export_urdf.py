@@ -22,7 +22,7 @@ def command(
     save: Annotated[str | None, file_option(".urdf", what="Write the file instead of printing it")] = None,
     as_json: Json = False,
 ) -> int:
-    """Export a scene as URDF, and list what URDF cannot hold."""
+    """Export a scene as URDF, and list the keys that URDF cannot express."""
     from trunnion.basics.atomic_files import writing
     from trunnion.importers.urdf_export import urdf_of_scene
 

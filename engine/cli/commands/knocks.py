@@ -53,7 +53,7 @@ def clearances_by_joint(texts: Sequence[str], reader: ArgumentReader) -> dict[st
     pairs = [text.rpartition("=") for text in texts]
     read = {name.strip(): reader.quantity(value.strip(), "m", "--clearance") or 0.0 for name, _, value in pairs}
     if not read or ("" in read and len(texts) > 1):
-        what = "give one clearance for all joints, or one for each joint, not both" if read else "no size is given"
+        what = "give one clearance for all joints, or one for each joint, not both" if read else "no clearance is given"
         reader.add("--clearance", what, "for example --clearance '20 um', or --clearance pin='20 um'")
     return read.get("", read)
 

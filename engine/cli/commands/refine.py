@@ -29,7 +29,8 @@ def command(
     workers: Workers = None,
     as_json: Json = False,
 ) -> int:
-    """Find the values of numbers at which the outcome changes, or a result jumps or has a kink. Cases are added near them."""
+    """Find the values of numbers at which the outcome changes, or a result jumps or has a kink. The search adds cases near these
+    values."""
     return run_and_report_study(
         "refine", ctx, scene, settings, vary, reduce, changes, {"table": save, "plot": plot}, workers, as_json, ArgumentReader(),
         of=of, cases=cases, tolerance=tolerance,

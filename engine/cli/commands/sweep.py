@@ -146,7 +146,7 @@ def summary(result: Sweep) -> list[str]:
         *([f"cancelled: {len(result)} of {result.plan.cases.count} cases finished and are kept"] if result.cancelled else []),
         outcome_counts(result.counts),
         *missing_errors(result.missing_error_reasons),
-        f"{result.wall_time:.3g} s, stepping {result.stepping_time:.3g} s on all cores"
+        f"{result.wall_time:.3g} s, stepping {result.stepping_time:.3g} s (sum of all cores)"
         + (f", built in {result.build_time:.3g} s" if result.build_time else ""),
         "",
         *table(("reduction", "least", "largest", "cases", "unit"), rows),

@@ -28,7 +28,7 @@ def command(
     coefficient: Annotated[str | None, typer.Option("-k", metavar="K", help=COEFFICIENT, show_default="the scene's")] = None,
     depth: Annotated[
         str | None,
-        typer.Option("--depth", metavar="D", help="Also compute after how many such runs wear has this depth, such as '10 um'."),
+        typer.Option("--depth", metavar="D", help="Also compute how many such runs cause wear of this depth, such as '10 um'."),
     ] = None,
     changes: Changes,
     save: CsvTable = None,

@@ -125,7 +125,7 @@ class ArgumentReader:
         self, word: str | None, context: Context, changes: Sequence[str], law: str | None = None, massless: bool = False
     ) -> Scene | None:
         """The scene that the command line names, changed by ``--set`` and ``--law``. massless: bodies need no masses."""
-        from trunnion.cli.options.stored_scenes import stored_scene
+        from trunnion.cli.options.checked_scene_cache import stored_scene
 
         source, values = self.scene_word(word, context), self.assignments(changes)
         scene = self.attempt(partial(stored_scene, source, massless)) if source is not None else None
@@ -172,7 +172,7 @@ class ArgumentReader:
 
 
 def problem_at(where: str, p: Problem) -> Problem:
-    """The problem with an option as its place. A problem that stands for several others is unchanged."""
+    """The problem, with an option as its place. A problem that stands for several others is returned unchanged."""
     if p.count != 1:
         return p
     return Problem(where, f"{p.where}: {p.what}" if where != p.where else p.what, p.hint)

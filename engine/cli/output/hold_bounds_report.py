@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from trunnion.analysis.static_bounds.bounds_results import plain
+from trunnion.analysis.static_bounds.bounds_results import to_json_data
 from trunnion.cli.output.hold_report import hold_document
 from trunnion.cli.output.printed_output import number, table
 
@@ -28,8 +28,8 @@ def bounds_document(b: HoldBounds) -> dict[str, Any]:
     return {
         "holds": b.holds, "ended": b.ended, "first": list(b.first),
         "open_directions": b.open, "self_stress": b.self_stress, "misfit": b.misfit, "gap": b.gap,
-        "pairs": [plain(asdict(p) | {"margin": {"least": p.margins[0], "largest": p.margins[1]}}) for p in b.pairs],
-        "loads": [plain(asdict(p)) for p in b.loads],
+        "pairs": [to_json_data(asdict(p) | {"margin": {"least": p.margins[0], "largest": p.margins[1]}}) for p in b.pairs],
+        "loads": [to_json_data(asdict(p)) for p in b.loads],
         "answer": hold_document(b.answer), "notes": list(b.notes),
     }  # fmt: skip
 

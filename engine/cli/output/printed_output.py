@@ -1,4 +1,4 @@
-"""Lines of text: aligned tables, colours, answers of commands."""
+"""Printed lines: aligned tables, colours, results of commands."""
 
 from __future__ import annotations
 

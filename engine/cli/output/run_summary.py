@@ -13,7 +13,7 @@ from trunnion.basics.problems import Problem
 from trunnion.cli.output.exit_codes_and_errors import error_lines, problem_lines
 from trunnion.cli.output.printed_output import BOLD, DIM, GREEN, PLAIN, RED, number, print_lines, table
 from trunnion.simulation.results.error_statement import rough
-from trunnion.simulation.results.summary import counted, ranges
+from trunnion.simulation.results.summary import column_ranges, count_events
 
 if TYPE_CHECKING:
     from trunnion.simulation.results.error_statement import Certainty
@@ -43,7 +43,8 @@ def summary_lines(result: Result, files: Mapping[str, str], columns: Sequence[st
     lines += [f"note: {n}" for n in result.notes]
     shown = columns if columns is None else list(columns[:MOST_COLUMNS])
     rows = [
-        (r.name, number(r.low), number(r.high), number(r.last), *error_cells(result, r.name), r.unit) for r in ranges(result, shown)
+        (r.name, number(r.low), number(r.high), number(r.last), *error_cells(result, r.name), r.unit)
+        for r in column_ranges(result, shown)
     ]
     if rows:
         lines += ["", *table(("column", "min", "max", "last", *error_cells(result), "unit"), rows)]
@@ -57,7 +58,7 @@ def error_line(c: Certainty) -> str:
     """One line about the estimated errors."""
     requested = f"accuracy {c.asked}: {'met' if c.met else 'NOT met'}; " if c.asked else ""
     shift = c.shift.max(initial=0.0)
-    jumps = f"; rows near events may be off by {rough(shift)} s" if shift > 0.0 else ""
+    jumps = f"; values near events may belong to a time up to {rough(shift)} s earlier or later" if shift > 0.0 else ""
     return f"{requested}{c}{jumps} {DIM}({c.cost:.2g} runs){PLAIN}"
 
 
@@ -89,7 +90,7 @@ def duration(t: float) -> str:
 
 def event_lines(result: Result) -> list[str]:
     """Counts of events by kind, and a table of the first events."""
-    counts = ", ".join(f"{kind.replace('_', ' ')} {n}" for kind, n in counted(result.events).items())
+    counts = ", ".join(f"{kind.replace('_', ' ')} {n}" for kind, n in count_events(result.events).items())
     rows = []
     errors = result.certainty.event_errors if result.certainty is not None else ()
     for i, e in enumerate(result.events[:FIRST_EVENTS]):

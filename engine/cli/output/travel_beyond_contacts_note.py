@@ -11,8 +11,8 @@ from trunnion.scene.signals.registry import given
 
 
 def contact_travel_notes(scene: Scene) -> list[str]:
-    """Notes on sliding joints that move beyond the contacts at the ends of their inboard part. In such joints the contacts may
-    really be at the ends of the outboard part."""
+    """Notes on sliding joints that move beyond the contacts at the ends of their inboard part. For such a joint, the scene may have
+    to place the contacts at the ends of the outboard part."""
     notes = []
     for name, j in scene.joints.items():
         rub = j.friction

@@ -22,7 +22,7 @@ from trunnion.cli.requests.varied_numbers import MU, bounds_by_path
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from trunnion.analysis.studies.local_studies import StudyResult
+    from trunnion.analysis.studies.optimise_and_refine import StudyResult
     from trunnion.batch.sweep import Sweep
 
 SHOWN = 20
@@ -51,7 +51,7 @@ def run_and_report_study(
 ) -> int:
     """Run a study and report it. Returns the exit code, which is 1 if no case satisfies the request, or after Ctrl-C. kind:
     "optimise" or "refine"; reader: collects the mistakes; fields: fields of ``StudyRequest``."""
-    from trunnion.analysis.studies.local_studies import run_study
+    from trunnion.analysis.studies.optimise_and_refine import run_study
     from trunnion.analysis.studies.request import StudyRequest, make_study
     from trunnion.batch.plan_and_runner import Run
     from trunnion.cli.output.progress_bars import ProgressBar

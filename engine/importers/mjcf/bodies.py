@@ -1,4 +1,5 @@
-"""Conversion of MJCF bodies to links and MJCF joints to ties. A body with several joints becomes a chain of massless links."""
+"""Conversion of MJCF bodies and joints to links and joints of the linkage. A body with several joints becomes a chain of massless
+links."""
 
 from __future__ import annotations
 
@@ -8,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, Names, Tie, floats
+from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, LinkageJoint, Names, floats
 from trunnion.importers.mass_matrix import mass_matrix
-from trunnion.importers.mjcf.body_masses import Geom, Masses, drawn
+from trunnion.importers.mjcf.body_masses import Geom, MassReader, drawn
 from trunnion.importers.mjcf.includes_and_defaults import Model
-from trunnion.importers.mjcf.joints import JOINTS, Freedom, freedom
-from trunnion.importers.mjcf.mesh_solids import Mass
+from trunnion.importers.mjcf.joints import JOINTS, MjcfJoint, freedom
+from trunnion.importers.mjcf.mesh_solids import MassProperties
 from trunnion.importers.pose_matrices import Pose, along, pose, to_quaternion
 from trunnion.importers.xml_reader import Element
 
 
 @dataclass
-class Place:
+class LinkPose:
     """A pose relative to a link, or to the world."""
 
     link: str
@@ -32,7 +33,7 @@ Inside = dict[str, list[tuple[Element, Pose, str]]]
 """The content of a body by kind, with <frame> elements resolved: (element, pose of its frame in the body, default class)."""
 
 
-class Bodies:
+class BodyConverter:
     """Converts the bodies of a model into a linkage.
 
     places    place of each body by name
@@ -44,11 +45,11 @@ class Bodies:
 
     def __init__(self, model: Model, linkage: Linkage):
         self.model, self.linkage, self.found = model, linkage, model.found
-        self.masses, self.names = Masses(model), Names()
-        self.places: dict[str, Place] = {"world": Place(GROUND, np.eye(4))}
-        self.sites: dict[str, Place] = {}
+        self.masses, self.names = MassReader(model), Names()
+        self.places: dict[str, LinkPose] = {"world": LinkPose(GROUND, np.eye(4))}
+        self.sites: dict[str, LinkPose] = {}
         self.world: dict[str, Pose] = {GROUND: np.eye(4)}
-        self.freedoms: list[Freedom] = []
+        self.freedoms: list[MjcfJoint] = []
         self.elements: list[Element] = []
         self.lifted: dict[str, float] = {}
         self.scenery = 0
@@ -70,34 +71,35 @@ class Bodies:
                 out[CONTENT[c.tag]].append((c, at, around))
         return out
 
-    def _inside(self, inside: Inside, place: Place) -> None:
+    def _inside(self, inside: Inside, place: LinkPose) -> None:
         """Add the sites and the child bodies of a body."""
         for e, at, around in inside["sites"]:
             said = self.model.attributes(e, around)
             if e.get("name"):
                 own, _ = self.masses.pose_and_size(e, said, said.get("type", "sphere"))
-                self.sites[e.get("name")] = Place(place.link, place.at @ at @ own)
+                self.sites[e.get("name")] = LinkPose(place.link, place.at @ at @ own)
         for e, at, around in inside["bodies"]:
-            self._body(e, Place(place.link, place.at @ at), e.get("childclass") or around)
+            self._body(e, LinkPose(place.link, place.at @ at), e.get("childclass") or around)
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
-    def _body(self, e: Element, carrier: Place, around: str) -> None:
+    def _body(self, e: Element, carrier: LinkPose, around: str) -> None:
         at = carrier.at @ self.model.pose(e, e.attributes)
         inside = self._sorted(e, np.eye(4), around)
         moving = bool(inside["joints"])
         matters = moving or carrier.link != GROUND or any(c.tag in JOINTS for c in e.inside())
         weighs = matters and e.first("inertial") is None
         geoms = [g for g in (self._geom(*each, weighs) for each in inside["geoms"]) if g is not None]
-        mass = self.masses.body(e, geoms) if matters else Mass()
+        mass = self.masses.body(e, geoms) if matters else MassProperties()
         if moving:
-            place = self._links_of(e, inside, Place(carrier.link, at), mass, geoms)
+            place = self._links_of(e, inside, LinkPose(carrier.link, at), mass, geoms)
         elif mass.mass > 0:
-            place = Place(self._link(e.get("name"), "body", mass, geoms, carrier.link, at), np.eye(4))
-            self._tie(f"{e.get('name') or place.link}_mount", Tie("fixed", carrier.link, place.link, at, np.eye(4)))
+            place = LinkPose(self._link(e.get("name"), "body", mass, geoms, carrier.link, at), np.eye(4))
+            mount = LinkageJoint("fixed", carrier.link, place.link, at, np.eye(4))
+            self._store_joint(f"{e.get('name') or place.link}_mount", mount)
         else:
             self.scenery += not matters
-            place = Place(carrier.link, at)
+            place = LinkPose(carrier.link, at)
         self.places[e.get("name")] = place
         if place.link != GROUND and e.get("gravcomp"):
             self.lifted[place.link] = self.found.attribute(e, "gravcomp")
@@ -109,26 +111,26 @@ class Bodies:
             return g
         return replace(g, at=at @ g.at, mass=g.mass.placed(at))
 
-    def _link(self, name: str, kind: str, mass: Mass, geoms: list[Geom], carrier: str, at: Pose) -> str:
+    def _link(self, name: str, kind: str, mass: MassProperties, geoms: list[Geom], carrier: str, at: Pose) -> str:
         """Add a link and return its name. ``at`` is its initial pose in the link ``carrier``."""
         made = self.names.new(name, kind)
         self.linkage.links[made] = Link(mass.mass, mass.center, mass.inertia, drawn(geoms, mass.center))
         self.world[made] = self.world[carrier] @ at
         return made
 
-    def _tie(self, name: str, tie: Tie) -> str:
+    def _store_joint(self, name: str, joint: LinkageJoint) -> str:
         made = self.names.new(name, "joint")
-        self.linkage.ties[made] = tie
+        self.linkage.joints[made] = joint
         return made
 
-    def _links_of(self, e: Element, inside: Inside, start: Place, mass: Mass, geoms: list[Geom]) -> Place:
+    def _links_of(self, e: Element, inside: Inside, start: LinkPose, mass: MassProperties, geoms: list[Geom]) -> LinkPose:
         """Add one link for each joint of a body; the last link is the body itself."""
         if not mass.mass and not any(c.tag in ("inertial", "geom") for c in e.inside() if c is not e):
             self.found.add(e, e.get("name") or "body", "moves and has no mass", "give it a geom with mass, or an <inertial>")
         last = len(inside["joints"]) - 1
         link, at = start.link, start.at
         for k, (j, framed, around) in enumerate(inside["joints"]):
-            own = mass if k == last else Mass()
+            own = mass if k == last else MassProperties()
             body = e.get("name") or f"body{len(self.linkage.links)}"
             made = self._link(body if k == last else f"{body}_{k + 1}", "body", own, geoms if k == last else [], link, at)
             self.elements.append(j)
@@ -138,10 +140,10 @@ class Bodies:
                 f.frame = self.masses.principal_frame(e)
             self.freedoms.append(f)
             link, at = made, np.eye(4)
-        return Place(link, at)
+        return LinkPose(link, at)
 
-    def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> Freedom:
-        """Add one joint as a tie. ``at`` is the pose of the body in the inboard link."""
+    def _add_joint(self, e: Element, framed: Pose, around: str, inboard: str, outboard: str, at: Pose) -> MjcfJoint:
+        """Add one joint to the linkage. ``at`` is the pose of the body in the inboard link."""
         f = freedom(self.model, e, around, self.linkage)
         frame = framed @ along(f.axis, f.place)
         more: dict[str, Any] = dict(f.more)
@@ -153,7 +155,7 @@ class Bodies:
             more["start"] = {"q": f.start}
         if f.kind.quaternion == 0:
             ends = (at @ pose(frame[:3, 3]), pose(frame[:3, 3]))
-        f.name = self._tie(e.get("name") or f"{outboard}_joint", Tie(f.kind.name, inboard, outboard, *ends, more))
+        f.name = self._store_joint(e.get("name") or f"{outboard}_joint", LinkageJoint(f.kind.name, inboard, outboard, *ends, more))
         return f
 
     # -- completion ---------------------------------------------------------------------------------------------------------
@@ -167,21 +169,21 @@ class Bodies:
                 link.mass, link.inertia = link.mass * scale, link.inertia * scale
         self.linkage.complete_masses()
         self._tune_springs()
-        lifts = not {"spring", "damper"} <= self.model.disabled  # with both disabled, MuJoCo omits all passive forces
+        lifts = not {"spring", "damper"} <= self.model.disabled  # MuJoCo then omits all passive forces
         for name, share in self.lifted.items():
             if share and lifts and any(self.linkage.gravity):
                 self.linkage.lift(self.names.new(f"{name}_lift", "force"), name, share)
 
     def _tune_springs(self) -> None:
-        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio. These refer to
-        the initial pose."""
+        """Compute stiffness and damping of those springs for which the file gives time constant and damping ratio in the initial
+        pose."""
         swinging = {f.name: f.swing for f in self.freedoms if f.swing and f.kind.nv == 1}
         if not swinging:
             return
         rows, M = mass_matrix(self.linkage, self.world)
         weight = 1.0 / np.diag(np.linalg.inv(M))
         for name, (time, ratio) in swinging.items():
-            own, more = float(weight[rows.index((name, 0))]), self.linkage.ties[name].more
+            own, more = float(weight[rows.index((name, 0))]), self.linkage.joints[name].more
             if "spring" in more:
                 more["spring"]["stiffness"] = own / (time * ratio) ** 2
             if "damper" not in self.model.disabled:

@@ -11,7 +11,7 @@ from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.importers import visual_shapes
 from trunnion.importers.intermediate_linkage import tensor
 from trunnion.importers.mjcf.includes_and_defaults import Attributes, Model
-from trunnion.importers.mjcf.mesh_solids import WAYS, Mass, hull, solid
+from trunnion.importers.mjcf.mesh_solids import WAYS, MassProperties, hull, solid
 from trunnion.importers.pose_matrices import Pose, least_turn, of_quaternion, pose
 from trunnion.importers.triangle_mesh_files import Unreadable, triangles
 from trunnion.importers.xml_reader import Element
@@ -33,25 +33,25 @@ class Geom:
     kind: str
     size: list[float]
     at: Pose
-    mass: Mass
+    mass: MassProperties
     corners: Callable[[], np.ndarray]
     group: float
 
 
-def sum_of(parts: list[Mass]) -> Mass:
+def sum_of(parts: list[MassProperties]) -> MassProperties:
     """The sum of several masses."""
     mass = sum(p.mass for p in parts)
     if not mass:
-        return Mass()
+        return MassProperties()
     center = sum((p.mass * p.center for p in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
     for p in parts:
         d = p.center - center
         inertia += p.inertia + p.mass * (d @ d * np.eye(3) - np.outer(d, d))
-    return Mass(mass, center, inertia)
+    return MassProperties(mass, center, inertia)
 
 
-def unit_solid(kind: str, s: list[float]) -> Mass:
+def unit_solid(kind: str, s: list[float]) -> MassProperties:
     """The solid of a simple geom with half sizes s, m, about its centre."""
     if kind == "sphere":
         s = [s[0]] * 3
@@ -66,10 +66,10 @@ def unit_solid(kind: str, s: list[float]) -> Mass:
         volume = body + ends
         side = (body * r * r / 4 + ends * r * r / 5) / volume
         squares = np.array([side, side, (body * h * h / 3 + ends * (h * h + 0.75 * r * h + r * r / 5)) / volume])
-    return Mass(float(volume), np.zeros(3), volume * (squares.sum() * np.eye(3) - np.diag(squares)))
+    return MassProperties(float(volume), np.zeros(3), volume * (squares.sum() * np.eye(3) - np.diag(squares)))
 
 
-class Masses:
+class MassReader:
     """Reads geoms and inertias of a model."""
 
     def __init__(self, model: Model):
@@ -79,7 +79,7 @@ class Masses:
             said = model.attributes(e, "")
             name = said.get("name") or said.get("file", "").replace("\\", "/").rpartition("/")[2].rpartition(".")[0]
             self.meshes[name] = (e, said)
-        self._solids: dict[str, Mass | None] = {}
+        self._solids: dict[str, MassProperties | None] = {}
         self._drawn: dict[str, np.ndarray] = {}
 
     # -- geoms --------------------------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ class Masses:
             return self._drawn_triangles(e, said) if kind == "mesh" else np.zeros((0, 3, 3))
 
         if not weighs:
-            return Geom(kind, size, at, Mass(), corners, group)
+            return Geom(kind, size, at, MassProperties(), corners, group)
         if said.get("shellinertia") == "true" or (kind != "mesh" and "mesh" in said):
             what = "is a shell" if kind == "mesh" or "mesh" not in said else f"is a {kind} fitted to a mesh"
             self.found.add(e, name, f"{what}, whose mass is not computed", "give the body an <inertial>")
@@ -116,7 +116,8 @@ class Masses:
                 self.found.add(e, name, what, "give the body an <inertial>")
             return None
         mass = given if given > 0 else density * shape.mass
-        return Geom(kind, size, at, Mass(mass, shape.center, shape.inertia * (mass / shape.mass)).placed(at), corners, group)
+        scaled = MassProperties(mass, shape.center, shape.inertia * (mass / shape.mass))
+        return Geom(kind, size, at, scaled.placed(at), corners, group)
 
     def _drawn_triangles(self, e: Element, said: Attributes) -> np.ndarray:
         """Triangles of a mesh for drawing. If the mesh cannot be read, the result is empty and no problem is added."""
@@ -179,7 +180,7 @@ class Masses:
             self.found.add(at, name, f"its file {asset['file']}: {wrong}", "save it as binary STL")
             return None
 
-    def solid(self, e: Element, said: Attributes) -> Mass | None:
+    def solid(self, e: Element, said: Attributes) -> MassProperties | None:
         """The solid of a geom's mesh."""
         name = said.get("mesh", "")
         if name not in self._solids:
@@ -192,13 +193,13 @@ class Masses:
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
-    def body(self, body: Element, geoms: list[Geom]) -> Mass:
+    def body(self, body: Element, geoms: list[Geom]) -> MassProperties:
         """The mass properties of a body, raised to the lower bounds in <compiler>."""
         own = body.first("inertial")
         how = self.model.settings.from_geoms
         if own is not None and how != "true":
             return self._within_bounds(body, self._given_mass(own))
-        return self._within_bounds(body, sum_of([g.mass for g in geoms]) if how != "false" else Mass())
+        return self._within_bounds(body, sum_of([g.mass for g in geoms]) if how != "false" else MassProperties())
 
     def principal_frame(self, body: Element) -> Pose | None:
         """Frame at the mass centre with MuJoCo's principal axes, in the body. MuJoCo chooses the axes itself unless the file gives
@@ -207,26 +208,26 @@ class Masses:
         known = own is not None and self.model.settings.from_geoms != "true" and "fullinertia" not in own.attributes
         return self.model.pose(own, own.attributes) if own is not None and known else None
 
-    def _given_mass(self, e: Element) -> Mass:
+    def _given_mass(self, e: Element) -> MassProperties:
         at = self.model.pose(e, e.attributes)
         mass = self.found.attribute(e, "mass")
         full = self.found.numbers(e, "fullinertia", e.attributes["fullinertia"], (6,)) if "fullinertia" in e.attributes else None
         diagonal = self.model.three(e, e.attributes, "diaginertia", "0 0 0")
-        return Mass(mass, at[:3, 3], tensor(full if full is not None else [*diagonal, 0.0, 0.0, 0.0], at))
+        return MassProperties(mass, at[:3, 3], tensor(full if full is not None else [*diagonal, 0.0, 0.0, 0.0], at))
 
-    def _within_bounds(self, body: Element, m: Mass) -> Mass:
+    def _within_bounds(self, body: Element, m: MassProperties) -> MassProperties:
         """The mass properties, raised to the lower bounds in <compiler>. With ``balanceinertia``, moments that violate the triangle
         inequality are replaced by their mean."""
         s = self.model.settings
         if not np.isfinite(m.inertia).all():
             self.found.add(body, body.get("name") or "body", "its inertia is not finite", "check sizes and densities of its geoms")
-            return Mass(1.0)
+            return MassProperties(1.0)
         moments, axes = np.linalg.eigh(m.inertia)
         bounded = np.maximum(moments, s.least_moment)
         if bounded[0] + bounded[1] < bounded[2] * (1 - 1e-12) and s.balance:
             bounded = np.full(3, bounded.mean())
         inertia = m.inertia if np.array_equal(bounded, moments) else axes @ np.diag(bounded) @ axes.T
-        return Mass(max(m.mass, s.least_mass), m.center, inertia)
+        return MassProperties(max(m.mass, s.least_mass), m.center, inertia)
 
 
 def drawn(geoms: list[Geom], center: np.ndarray) -> dict[str, Any]:

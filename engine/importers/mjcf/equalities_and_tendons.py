@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import GROUND, Tie, floats, plain_name
-from trunnion.importers.mjcf.bodies import Bodies, Place
+from trunnion.importers.intermediate_linkage import GROUND, LinkageJoint, floats, plain_name
+from trunnion.importers.mjcf.bodies import BodyConverter, LinkPose
 from trunnion.importers.mjcf.joints import CLOSING
 from trunnion.importers.pose_matrices import Pose, inverse, of_quaternion, pose
 from trunnion.importers.xml_reader import Element, is_zero
@@ -16,10 +16,10 @@ PULLING = {"stiffness": "spring", "damping": "damper", "frictionloss": "friction
 """Attributes that make a tendon exert forces, each with the flag that disables them."""
 
 
-class Closing:
+class EqualitiesAndTendons:
     """Adds equalities and tendons to the linkage."""
 
-    def __init__(self, bodies: Bodies):
+    def __init__(self, bodies: BodyConverter):
         self.bodies, self.model, self.found = bodies, bodies.model, bodies.found
         for e in self.model.entries("equality"):
             if self.model.attributes(e, "", "equality").get("active", "true") == "false" or "equality" in self.model.disabled:
@@ -51,14 +51,14 @@ class Closing:
 
     # -- bodies -------------------------------------------------------------------------------------------------------------
 
-    def _place(self, e: Element, key: str, known: dict[str, Place], default: str = "") -> Place | None:
+    def _place(self, e: Element, key: str, known: dict[str, LinkPose], default: str = "") -> LinkPose | None:
         name = e.get(key, default)
         if name not in known:
             self.found.add(e, e.title, f"there is no {key.rstrip('12')} {name!r}")
             return None
         return known[name]
 
-    def _ends(self, e: Element) -> tuple[Place, Place, bool] | None:
+    def _ends(self, e: Element) -> tuple[LinkPose, LinkPose, bool] | None:
         """(the two places that an equality connects, whether they are sites); None if there is a fault or both are on one link."""
         by_site = "site1" in e.attributes
         known = self.bodies.sites if by_site else self.bodies.places
@@ -71,7 +71,7 @@ class Closing:
             return None
         return one, two, by_site
 
-    def _world(self, place: Place) -> Pose:
+    def _world(self, place: LinkPose) -> Pose:
         return self.bodies.world[place.link] @ place.at
 
     def _connect(self, e: Element) -> None:
@@ -81,9 +81,9 @@ class Closing:
         one, two, by_site = ends
         if not by_site:
             anchor = pose(self.model.three(e, e.attributes, "anchor", "0 0 0"))
-            two = Place(two.link, inverse(self.bodies.world[two.link]) @ self._world(one) @ anchor)
-            one = Place(one.link, one.at @ anchor)
-        self._add_joint(e, Place(one.link, pose(one.at[:3, 3])), Place(two.link, pose(two.at[:3, 3])))
+            two = LinkPose(two.link, inverse(self.bodies.world[two.link]) @ self._world(one) @ anchor)
+            one = LinkPose(one.link, one.at @ anchor)
+        self._add_joint(e, LinkPose(one.link, pose(one.at[:3, 3])), LinkPose(two.link, pose(two.at[:3, 3])))
 
     def _weld(self, e: Element) -> None:
         ends = self._ends(e)
@@ -94,16 +94,16 @@ class Closing:
         if not by_site:
             told = "relpose" in e.attributes and any(given[3:])
             relative = pose(given[:3], of_quaternion(given[3:])) if told else inverse(self._world(one)) @ self._world(two)
-            one = Place(one.link, one.at @ relative)
+            one = LinkPose(one.link, one.at @ relative)
         self._add_joint(e, one, two)
 
-    def _add_joint(self, e: Element, one: Place, two: Place) -> None:
+    def _add_joint(self, e: Element, one: LinkPose, two: LinkPose) -> None:
         if one.link == GROUND:
             one, two = two, one
         if one.link == GROUND:
             return
-        tie = Tie(CLOSING[e.tag], two.link, one.link, two.at, one.at)
-        self.bodies.linkage.ties[self.bodies.names.new(e.get("name") or f"{one.link}_to_{two.link}", "joint")] = tie
+        joint = LinkageJoint(CLOSING[e.tag], two.link, one.link, two.at, one.at)
+        self.bodies.linkage.joints[self.bodies.names.new(e.get("name") or f"{one.link}_to_{two.link}", "joint")] = joint
 
     # -- tendons ------------------------------------------------------------------------------------------------------------
 
@@ -134,7 +134,7 @@ class Closing:
         }  # fmt: skip
         return True
 
-    def _point(self, p: Place, name: str) -> str:
+    def _point(self, p: LinkPose, name: str) -> str:
         linkage = self.bodies.linkage
         points = linkage.ground if p.link == GROUND else linkage.links[p.link].points
         made = plain_name(name)

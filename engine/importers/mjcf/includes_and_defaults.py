@@ -152,7 +152,7 @@ class Model:
         )  # fmt: skip
 
     def _disabled(self) -> set[str]:
-        """What <flag> disables. Flags that change no motion of a scene are omitted."""
+        """The names of the features that <flag> disables, without features that do not affect the motion of a scene."""
         flags: Attributes = {}
         for option in self.sections("option"):
             for e in option.all("flag"):

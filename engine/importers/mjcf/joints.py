@@ -23,7 +23,7 @@ CLOSING = {"connect": "spherical", "weld": "fixed"}
 
 
 @dataclass
-class Freedom:
+class MjcfJoint:
     """A joint of the file.
 
     type    the type in MJCF
@@ -52,7 +52,7 @@ class Freedom:
         return REGISTRY[KINDS[self.type]]
 
 
-def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
+def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> MjcfJoint:
     """The freedom of a joint element."""
     said: Attributes = {"type": "free"} if e.tag == "freejoint" else model.attributes(e, around)
     kind, name = said.get("type", "hinge"), e.get("name") or e.tag
@@ -66,7 +66,7 @@ def freedom(model: Model, e: Element, around: str, linkage: Linkage) -> Freedom:
     own = REGISTRY[KINDS[kind]]
     angle = model.settings.angle if own.turns(0) else float
     ref = angle(model.found.number(e, "ref", said.get("ref"), 0.0)) if own.nv == 1 else 0.0
-    out = Freedom(kind, ref, axis, model.three(e, said, "pos", "0 0 0"))
+    out = MjcfJoint(kind, ref, axis, model.three(e, said, "pos", "0 0 0"))
     limited = said.get("limited", "auto")
     has_range = limited == "true" or (limited == "auto" and model.settings.auto_limits and "range" in said)
     if has_range and "limit" not in model.disabled:
@@ -101,7 +101,7 @@ def add_damping(model: Model, e: Element, said: Attributes, nv: int, more: dict[
         more["nonlinear"] = {"quadratic_damping": earlier + scale * quadratic}
 
 
-def _spring(model: Model, e: Element, said: Attributes, f: Freedom, angle: Any) -> None:
+def _spring(model: Model, e: Element, said: Attributes, f: MjcfJoint, angle: Any) -> None:
     name = e.get("name") or e.tag
     stiffness = _coefficient(model, e, said, "stiffness")
     if not is_zero(said.get("springyield", "0")):

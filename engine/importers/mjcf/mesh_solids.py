@@ -14,20 +14,20 @@ WAYS = ("legacy", "exact", "convex")
 
 
 @dataclass
-class Mass:
+class MassProperties:
     """Mass, mass centre (3), and inertia about the mass centre (3×3)."""
 
     mass: float = 0.0
     center: np.ndarray = field(default_factory=lambda: np.zeros(3))
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
-    def placed(self, at: Pose) -> Mass:
+    def placed(self, at: Pose) -> MassProperties:
         """This mass in a frame in which its own frame has the pose ``at``."""
         R = at[:3, :3]
-        return Mass(self.mass, at[:3, 3] + R @ self.center, R @ self.inertia @ R.T)
+        return MassProperties(self.mass, at[:3, 3] + R @ self.center, R @ self.inertia @ R.T)
 
 
-def solid(corners: np.ndarray, way: str) -> Mass:
+def solid(corners: np.ndarray, way: str) -> MassProperties:
     """The solid of density 1 inside triangles (n×3×3). The method ``way`` is one of:
 
     exact   signed volumes of tetrahedra
@@ -45,7 +45,7 @@ def solid(corners: np.ndarray, way: str) -> Mass:
     arms = corners - center  # the legacy method repeats the computation with the apex at this centre, which changes the volume
     parts, total = _volumes(arms, way), arms.sum(axis=1)
     second = (np.einsum("nki,nkj,n->ij", arms, arms, parts) + np.einsum("ni,nj,n->ij", total, total, parts)) / 20
-    return Mass(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)
+    return MassProperties(float(parts.sum()), center, np.trace(second) * np.eye(3) - second)
 
 
 def _volumes(corners: np.ndarray, way: str) -> np.ndarray:

@@ -15,7 +15,7 @@ FILES = 100
 
 
 @dataclass
-class Held:
+class ModelItem:
     """A link or a joint, the full name of its model (``scope``), and whether its model is static (``still``)."""
 
     element: Element
@@ -29,7 +29,7 @@ class Models:
 
     def __init__(self, root: Element, folder: Path, found: Findings):
         self.root, self.folder, self.found, self.count = root, folder, found, 0
-        self.frames, self.links, self.joints = Frames(found), dict[str, Held](), list[Held]()
+        self.frames, self.links, self.joints = Frames(found), dict[str, ModelItem](), list[ModelItem]()
         schema("SDF").tell(root, found)
         self.old = root.get("version") in ("1.0", "1.2", "1.3", "1.4")
         worlds = root.all("world")
@@ -53,14 +53,14 @@ class Models:
             elif c.tag == "model":
                 self._add_model(c, scope, still)
             elif c.tag == "link":
-                self.links[self.frames.add(c, scope, scope or WORLD)] = Held(c, scope, still)
+                self.links[self.frames.add(c, scope, scope or WORLD)] = ModelItem(c, scope, still)
             elif c.tag == "frame":
                 holder = self.frames.full(scope, c.get("attached_to") or OWN)
                 self.frames.add(c, scope, holder, holder)
             elif c.tag == "joint":
                 child = self.frames.full(scope, c.text_of("child"))
                 self.frames.add(c, scope, child, child)
-                self.joints.append(Held(c, scope, still))
+                self.joints.append(ModelItem(c, scope, still))
 
     def _add_model(self, e: Element, scope: str, still: bool, placed: Element | None = None) -> None:
         """Add a model. ``placed`` is the <include> that names the model; pose, name and static flag of the <include> override those

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, Names, Tie, plain_name, tensor
+from trunnion.importers.intermediate_linkage import GROUND, LIGHT, MOMENTS, Link, Linkage, LinkageJoint, Names, plain_name, tensor
 from trunnion.importers.pose_matrices import Pose, along, inverse
 from trunnion.importers.sdf.frames import WORLD
 from trunnion.importers.sdf.joints import TYPES, acting, axis_of, crossed, pitch_of
-from trunnion.importers.sdf.model_tree import Held, Models
-from trunnion.importers.visual_meshes import Pictures
+from trunnion.importers.sdf.model_tree import ModelItem, Models
+from trunnion.importers.visual_meshes import MeshReader
 from trunnion.importers.visual_shapes import Solid, drawn
 from trunnion.importers.xml_reader import Element, existing, read_root
 from trunnion.scene.data_classes.scene import Scene
@@ -31,7 +31,7 @@ def scene_of_sdf(file: str | Path, stops: float | None = None) -> tuple[Scene, l
     path = existing(file)
     root, found = read_root(path, "sdf", "SDF files begin with <sdf>")
     folder = path.resolve().parent
-    reader = SdfReader(root, Models(root, folder, found), Pictures(folder, found))
+    reader = SdfReader(root, Models(root, folder, found), MeshReader(folder, found))
     scene = reader.linkage(path.stem).scene(stops)
     reader.meshes.tell()
     return scene, found.notes
@@ -41,7 +41,7 @@ PARALLEL = 1.0 - 1e-9
 
 
 class SdfReader:
-    def __init__(self, root: Element, models: Models, meshes: Pictures):
+    def __init__(self, root: Element, models: Models, meshes: MeshReader):
         self.root, self.models, self.meshes, self.found, self.frames = root, models, meshes, models.found, models.frames
         self.links, self.joints = models.links, models.joints
         self.names, self.place = Names(), {WORLD: GROUND}
@@ -76,7 +76,7 @@ class SdfReader:
             self.found.add(self.root, "sdf", "nothing in it moves")
         return out
 
-    def _couple(self, j: Held, out: Linkage) -> None:
+    def _couple(self, j: ModelItem, out: Linkage) -> None:
         """Add the mimic constraints of a joint: q = multiplier · (q of the leader − reference) + offset."""
         for m in (m for a in j.element.all("axis", "axis2") for m in a.all("mimic")):
             ratio, offset, ref = (self.found.child(m, k, d) for k, d in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0)))
@@ -115,11 +115,11 @@ class SdfReader:
 
     # -- joints -------------------------------------------------------------------------------------------------------------
 
-    def _end(self, j: Held, side: str) -> str:
+    def _end(self, j: ModelItem, side: str) -> str:
         """Full name of the link on one side of a joint; "" if there is no such link."""
         return self.frames.link(self.frames.full(j.scope, j.element.text_of(side))) or ""
 
-    def _joint(self, j: Held, out: Linkage) -> None:
+    def _joint(self, j: ModelItem, out: Linkage) -> None:
         e, kind = j.element, j.element.get("type")
         ends = [self._end(j, side) for side in ("parent", "child")]
         missing = [side for side, end in zip(("parent", "child"), ends, strict=True) if end not in self.place]
@@ -141,7 +141,8 @@ class SdfReader:
             return
         frame = at @ (crossed(first, second) if kind == "universal" else first)
         more = acting(self.found, e, TYPES[kind], out) | pitch_of(self.found, e)
-        made = self.made[self.frames.full(j.scope, e.get("name"))] = self._tie(e.get("name"), TYPES[kind], ends, frame, more, out)
+        full = self.frames.full(j.scope, e.get("name"))
+        made = self.made[full] = self._add_joint(e.get("name"), TYPES[kind], ends, frame, more, out)
         self._store_limit(e, "axis", made, out)
 
     def _store_limit(self, e: Element, tag: str, made: str, out: Linkage) -> None:
@@ -150,7 +151,7 @@ class SdfReader:
         if limit is not None and e.get("type") != "continuous":
             out.limits[made] = (self.found.child(limit, "lower", -np.inf), self.found.child(limit, "upper", np.inf))
 
-    def _axis(self, j: Held, at: Pose, tag: str) -> Pose:
+    def _axis(self, j: ModelItem, at: Pose, tag: str) -> Pose:
         """Pose of a frame whose first direction is the axis, relative to the joint's frame."""
         e = j.element.first(tag)
         given, expressed = axis_of(self.found, j.element, e)
@@ -164,7 +165,7 @@ class SdfReader:
             given = at[:3, :3].T @ self.frames.place(name)[:3, :3] @ given
         return along(given)
 
-    def _add_two_hinges(self, j: Held, out: Linkage, ends: list[str], at: Pose, first: Pose) -> None:
+    def _add_two_hinges(self, j: ModelItem, out: Linkage, ends: list[str], at: Pose, first: Pose) -> None:
         """Add two hinges and a nearly massless link between them."""
         name, child = j.element.get("name"), self.place[ends[1]]
         light = LIGHT * (out.links[child].mass if child in out.links else 1.0)
@@ -172,17 +173,17 @@ class SdfReader:
         out.links[middle] = Link(light, np.zeros(3), np.zeros((3, 3)))
         self.place[middle] = middle
         self.added[middle] = at
-        one = self._tie(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out)
+        one = self._add_joint(f"{name}_1", TYPES["revolute"], [ends[0], middle], at @ first, {}, out)
         last = at @ self._axis(j, at, "axis2")
-        two = self._tie(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out)
+        two = self._add_joint(f"{name}_2", TYPES["revolute"], [middle, ends[1]], last, {}, out)
         self._store_limit(j.element, "axis", one, out)
         self._store_limit(j.element, "axis2", two, out)
 
-    def _tie(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage) -> str:
+    def _add_joint(self, name: str, kind: str, ends: list[str], frame: Pose, more: dict[str, Any], out: Linkage) -> str:
         """Add a joint whose frame is given in the world, and return its name."""
         sides = [inverse(self._link_pose(n)) @ frame for n in ends]
         made = self.names.new(name, "joint")
-        out.ties[made] = Tie(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
+        out.joints[made] = LinkageJoint(kind, self.place[ends[0]], self.place[ends[1]], sides[0], sides[1], more)
         return made
 
     def _link_pose(self, name: str) -> Pose:

@@ -77,7 +77,7 @@ def draw_refinement(answer: Mapping[str, Any], sweep: Sweep) -> Figure:
         up, label = np.zeros(len(x)), ""
     else:
         up, label = table[of].to_numpy().astype(float), _result_label(of, sweep)
-        up = np.where(np.isnan(up), np.nanmin(up) - 0.04 * np.ptp(up[~np.isnan(up)]), up)  # cases without a result
+        up = np.where(np.isnan(up), np.nanmin(up) - 0.04 * np.ptp(up[~np.isnan(up)]), up)  # cases without a result are lowest
     for k, outcome in enumerate(dict.fromkeys(["done", *outcomes.tolist()])):
         here = outcomes == outcome
         mark, color = MARKS[k % len(MARKS)], COLORS[k % len(COLORS)]

@@ -16,7 +16,7 @@ SUFFIXES = (".gif", ".webp", ".mp4")
 FPS = 15
 """Frames per second."""
 SHORTEST, LONGEST = 2.0, 12.0
-"""The film of a run that lasts between these limits, s, is in real time. The film of any other run takes ``USUAL`` seconds."""
+"""The film of a run with a duration between these limits, s, is in real time. The film of any other run takes ``USUAL`` seconds."""
 USUAL = 8.0
 COLORS = 128
 """Colours of a GIF, the same for all frames: a palette for each frame would flicker."""

@@ -9,7 +9,7 @@ from trunnion.plots.animation.html_or_film import page
 from trunnion.simulation.results.result import Result
 
 HEIGHT = 560
-"""Pixels."""
+"""Default height of the animation, pixels."""
 
 
 @dataclass(frozen=True)

@@ -47,8 +47,9 @@ class _Channels:
         self.places: dict[str, int] = {}
 
     def add(self, *values: np.ndarray, sources: Sequence[str] = ()) -> int:
-        """Append columns. sources: the columns of the result from which a host of the scene's C library can fill them: a name, "0",
-        or once for three columns ``rotation:`` and the name of a quaternion. Returns the index of the first appended column."""
+        """Append columns. sources: where a host of the scene's C library finds the values: the name of a column of the result, or
+        "0". Three columns of a rotation have one source, ``rotation:`` with the name of a quaternion. Returns the index of the
+        first appended column."""
         self.columns += values
         self.sources += [*sources, *[""] * (len(values) - len(sources))]
         return len(self.columns) - len(values)
@@ -63,7 +64,8 @@ class _Channels:
 
 
 def content(result: Result, held: bool = False) -> dict[str, Any]:
-    """All data that the viewer draws, as plain data. held: without the view and the scales, for a viewer that keeps its own."""
+    """All data that the viewer draws, as plain data. held: whether to omit the view and the scales, for a viewer that keeps its
+    own."""
     scene = scenery(result.scene, FINE)
     moved = motion(result, [p.name for p in scene.parts])
     channels, meshes = _Channels(result), _Meshes()
@@ -214,7 +216,7 @@ def _ends(lines: tuple[Ends, ...]) -> list[list[dict[str, Any]]]:
 
 def _speeds(result: Result) -> dict[str, Any]:
     """The speeds that the viewer offers, and the initial speed. The initial speed is 1 for a run of 2 s to 60 s. For any other run,
-    it makes the playback take about 10 s."""
+    the initial speed makes the playback take about 10 s."""
     ladder = [k * 10.0**n for n in range(-6, 4) for k in (1, 2, 5)]
     length = float(result.time[-1] - result.time[0]) or 1.0
     wanted = 1.0 if 2.0 <= length <= 60.0 else length / 10.0

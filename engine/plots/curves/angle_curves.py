@@ -1,4 +1,4 @@
-"""Angles as curves: degrees within ±180, with gaps where they wrap and where a contact jumps or is open."""
+"""Angles as curves: degrees within ±180, with gaps where an angle wraps and where a contact jumps or is open."""
 
 from __future__ import annotations
 

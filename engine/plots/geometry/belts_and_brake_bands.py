@@ -93,7 +93,7 @@ def _circle(angles: np.ndarray, radius: float) -> np.ndarray:
 
 
 def _strap(spots: np.ndarray, radius: float) -> Mesh:
-    """A strap along a line of points in the plane x = 0. radius: of the smaller wheel."""
+    """A strap along a line of points in the plane x = 0. radius: radius of the smaller wheel."""
     return join(list(_plates(spots, WIDE * radius, THICK * radius)))
 
 

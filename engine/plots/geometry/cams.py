@@ -63,7 +63,7 @@ def outline(j: sm.Joint) -> np.ndarray:
     else:
         n = (r - 1j * slope) * e
         edge = r * e - float(j.roller or 0.0) * n / abs(n)
-    if not closed(given):  # the profile covers only a sector: the edge returns to the hub
+    if not closed(given):  # a profile of less than a turn: close the edge along the hub
         edge = np.append(edge, [HUB * abs(edge).min() * e[-1], HUB * abs(edge).min() * e[0]])
     return np.column_stack([edge.real, edge.imag])
 

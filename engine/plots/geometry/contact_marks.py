@@ -25,8 +25,8 @@ class Patch:
 
     @classmethod
     def at(cls, p: Place, shape: str) -> Patch:
-        """The patch of a place. Its length is the pin's diameter if the pin has no ends; else the pin's radius, but at most half of
-        the distance to the pin's middle."""
+        """The patch of a place. On a pin without ends, its length is the pin's diameter. On other pins, its length is the pin's
+        radius, but at most half of the distance to the pin's middle."""
         if p.along == 0:
             return cls(p.area, shape, 0, 2 * abs(p.arm), abs(p.arm))
         wide = min(abs(p.arm), 0.5 * abs(p.along))
@@ -38,8 +38,8 @@ class ContactMark:
     """A place where pin and bearing touch: ``base`` on part ``part``, plus ``arm`` times the outward normal.
 
     columns: prefix of the contact's columns. state: column of its friction state. axis: axis of the pin in the part's axes.
-    follows: only for overlapping parts, whose contacts move along ``axis``: the column of the travel, the lengths of the inboard
-    and the outboard part, and the end of the overlap (±1).
+    follows: None unless the contacts of overlapping parts move along ``axis``. In this case: column of the travel, length of the
+    inboard part, length of the outboard part, end of the overlap (±1).
     """
 
     columns: str

@@ -33,9 +33,10 @@ ON_GROUND = -1
 RUBBER = 0.05
 """Radius of a drawn bushing, divided by the mechanism's length."""
 CAGE, THIN = 0.07, 0.008
-"""Radius of the circles that show the place of a load, and thickness of their lines, divided by the mechanism's length."""
+"""CAGE: radius of the circles that show the place of a load. THIN: thickness of their lines. Both are divided by the mechanism's
+length."""
 STOUT = 12.0
-"""The length to which a pin without sizes is drawn is at most this many thicknesses of the thinner body."""
+"""Largest drawn length of a pin without sizes, in thicknesses of the thinner body."""
 
 Place = sm.Drag | sm.Field | sm.PointGravity
 """Loads whose point of action is drawn."""
@@ -221,7 +222,7 @@ def _place(scene: sm.Scene, name: str, f: Place, index: dict[str, int], size: fl
 def _sizes(element: ContactElement, f: sm.Friction | None, size: float) -> dict[str, float]:
     """Sizes of an element by label, m: those of the scene, else fractions of the mechanism's size."""
     given = sizes_given(f, element) if f is not None else {}
-    usual = [s for s in element.sizes if f is None or not s.ends]  # sizes that only matter for contacts at other places are omitted
+    usual = [s for s in element.sizes if f is None or not s.ends]  # omit sizes that apply only to another placement of the contacts
     return {label: s.drawn * size for s in usual for label in s.labels} | given
 
 

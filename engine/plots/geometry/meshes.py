@@ -9,7 +9,7 @@ import numpy as np
 from trunnion.basics.lazy_data_classes import dataclass
 
 ROUND = 20
-"""Sides of a cylinder, meridians of a sphere."""
+"""Number of sides of a cylinder and of meridians of a sphere."""
 SHARP = np.cos(np.deg2rad(40))
 """The common side of two triangles is drawn as an edge if the cosine of the angle between their normals is below this value."""
 PIECES = 8
@@ -19,14 +19,14 @@ correctly."""
 
 @dataclass(frozen=True)
 class Grain:
-    """How finely shapes are cut: sides of a cylinder, meridians of a sphere, pieces along an edge."""
+    """Fineness of shapes: numbers of sides of a cylinder, meridians of a sphere, and pieces along an edge."""
 
     around: int = ROUND
     pieces: int = PIECES
 
 
 SORTED, FINE = Grain(), Grain(around=48, pieces=1)
-"""Grain for drawing from back to front, and for drawing with a depth buffer, where long faces are harmless."""
+"""SORTED: grain for drawing from back to front. FINE: grain for drawing with a depth buffer, where long faces are harmless."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ VIEW = (24.0, 16.0)
 
 @dataclass(frozen=True)
 class Motion:
-    """positions (rows × parts × 3) of the mass centres, turns (rows × parts × 4) as unit quaternions, scalar first."""
+    """The motion of all parts. positions: mass centres (rows × parts × 3). turns: unit quaternions, scalar first (rows × parts ×
+    4)."""
 
     positions: np.ndarray
     turns: np.ndarray

@@ -18,7 +18,7 @@ STATIONS = 8
 PIN = 0.03
 """Radius of a drawn pin, divided by the extent of its curve."""
 WALL, DEEP = 0.6, 5.0
-"""Thickness and depth of a wall, divided by the radius of a drawn pin."""
+"""WALL: thickness of a wall. DEEP: depth of a wall. Both are divided by the radius of a drawn pin."""
 
 
 def slots(scene: sm.Scene) -> list[Wheel]:
@@ -39,7 +39,7 @@ def slots(scene: sm.Scene) -> list[Wheel]:
 
 
 def _turns(count: int) -> list[np.ndarray]:
-    """The rotations (2×2, for rows from the right) of equal slots around e1."""
+    """The rotations of equal slots around e1 (2×2 each, to multiply row vectors from the right)."""
     angles = 2.0 * np.pi * np.arange(count) / count
     return [np.array([[np.cos(x), np.sin(x)], [-np.sin(x), np.cos(x)]]) for x in angles]
 

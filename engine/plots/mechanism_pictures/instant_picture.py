@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 LIGHT = np.array([0.3, 0.65, 0.7]) / np.linalg.norm([0.3, 0.65, 0.7])
 """Direction of the light in the picture's axes (right, up, towards the viewer)."""
 COPLANAR = 0.07
-"""Difference of depth between successive bodies, divided by a body's length, which is added before faces are sorted. Without it,
-the pieces of bodies in one plane would alternate like stripes."""
+"""Depth added to each further body before faces are sorted, divided by a body's length. Without this shift, the pieces of bodies in
+one plane would alternate like stripes."""
 SIZE = (8.4, 6.0)
 """Width and height of the picture, inches."""
 Polygon = tuple[float, np.ndarray, tuple[float, ...], tuple[float, ...]]
 """Depth, corners in the picture, fill and line colour."""
 COILS, WIDTH = 9, 0.05
-"""Count of corners of a spring's zigzag; half width of the zigzag, divided by its length."""
+"""COILS: number of corners of a spring's zigzag. WIDTH: half width of the zigzag, divided by its length."""
 START_TIME, ASSEMBLY_TIME = 1e-3, 1e-9
 """Durations, as fractions of the scene's end time, of the short runs for a picture at time 0 (START_TIME) and for the assembled
 start (ASSEMBLY_TIME)."""
@@ -41,7 +41,8 @@ ARROW_LOOK: dict[str, Any] = {"arrowstyle": "-|>", "color": ARROW, "lw": 1.4, "s
 
 
 def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, aside: tuple[float, float] = VIEW) -> Figure:
-    """A picture of the mechanism at ``time``, s: of the nearest row of a result, or of a scene simulated up to that time.
+    """A picture of the mechanism at ``time``, s. A result is drawn at its row nearest to this time; a scene is simulated up to this
+    time.
 
     aside: angles of the viewer, degrees: to the left of the motion's front, and above the horizontal.
     """
@@ -60,7 +61,7 @@ def mechanism(source: Scene | Result, time: float = 0.0, labels: bool = True, as
     _springs_and_rods(axes, view, scene, moved, row, seen)
     scale = arrow_scale(result, scene)
     states = _contacts(axes, view, scene, moved, result, row, seen)
-    frame_of(axes, np.concatenate(seen))
+    set_limits(axes, np.concatenate(seen))
     _grid(axes, view, scene, np.concatenate(seen))
     if labels:
         label(axes, view, scene, moved, row)
@@ -111,7 +112,7 @@ def needed(scene: Scene) -> list[str]:
     return [*NEEDED[:2], *(NEEDED[2:3] if moves else ()), *(NEEDED[3:4] if touches else ()), *(NEEDED[4:] if rubbing else ())]
 
 
-def frame_of(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:
+def set_limits(axes: Axes, spots: np.ndarray, ratio: float = SIZE[0] / (0.89 * SIZE[1])) -> None:
     """Set limits around all points, with equal scales and the picture's proportions."""
     low, high = spots.min(axis=0), spots.max(axis=0)
     middle = (low + high) / 2

@@ -22,10 +22,10 @@ LONGEST = 30
 SIZES = {"joint": 7.0, "body": 8.0}
 """Font size of each kind of label, points."""
 SPACING, PAD = 1.45, 1.0
-"""Line height divided by font size; margin around a label, points. The margin is needed because a renderer rounds the sizes of
-letters to pixels."""
+"""SPACING: line height divided by font size. PAD: margin around a label, points. The margin is needed because a renderer rounds the
+sizes of letters to pixels."""
 RINGS, AROUND = 16, 16
-"""Candidate places around a named place: rings, and places on each ring."""
+"""Number of rings of candidate places around a named place, and number of places on each ring."""
 RING = 9.0
 """Distance between rings, points."""
 GAP = 8.0
@@ -35,8 +35,8 @@ LED = 14.0
 ASIDE = 0.1
 """Weight, in the cost of a label's place, of the distance to the label's middle. The distance to its nearest edge has weight 1."""
 HIDDEN, COVERED, OUTSIDE = 80.0, 60.0, 100.0
-"""Costs of a label's place, in points of distance: overlap with another label (per square of the font size), each named place that
-the label covers, and a label that leaves the picture."""
+"""Costs of a label's place, in points of distance. HIDDEN: overlap with another label, per square of the font size. COVERED: each
+named place that the label covers. OUTSIDE: a label that leaves the picture."""
 
 
 @dataclass
@@ -61,7 +61,7 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
     joints = [((view @ (p + r @ j.points[1]))[:2], j.name) for j in scene.joints for p, r in (moved.pose(j.parts[1], row),)]
     bodies = [((view @ moved.pose(i, row)[0])[:2], part.name) for i, part in enumerate(scene.parts)]
     points = 72.0 / axes.figure.dpi
-    names = placed(
+    names = place_labels(
         [_name(points * axes.transData.transform(at), words, "body") for at, words in _gathered(axes, bodies)]
         + [_name(points * axes.transData.transform(at), words, "joint") for at, words in _gathered(axes, joints)],
         points * np.array(axes.bbox.extents),
@@ -77,7 +77,7 @@ def label(axes: Axes, view: np.ndarray, scene: Scenery, moved: Motion, row: int)
         axes.annotate(name.text, (x, y), xytext=middle - name.at, size=SIZES[name.kind], color=color, arrowprops=line, **look)
 
 
-def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
+def place_labels(names: list[Name], frame: np.ndarray) -> list[Name]:
     """The names, each with its box at the place of lowest cost; the boxes of earlier names count in the cost. frame: left, bottom,
     right and top of the picture, points."""
     spots = np.array([n.at for n in names])
@@ -87,7 +87,7 @@ def placed(names: list[Name], frame: np.ndarray) -> list[Name]:
         cost = _gap(options, name.at) + ASIDE * np.linalg.norm((options[:, :2] + options[:, 2:]) / 2 - name.at, axis=1)
         cost += HIDDEN / (SIZES[name.kind] ** 2) * _shared(options, others).sum(axis=1)
         inside = (spots[None] > options[:, None, :2]) & (spots[None] < options[:, None, 2:])
-        inside[:, k] &= name.kind == "joint"  # a body's name may cover its own named place
+        inside[:, k] &= name.kind == "joint"  # a body's name may cover the place that it names; a joint's name may not
         cost += COVERED * inside.all(axis=2).sum(axis=1)
         cost += OUTSIDE * ((options[:, :2] < frame[:2]) | (options[:, 2:] > frame[2:])).any(axis=1)
         name.box = options[int(np.argmin(cost))]

@@ -9,7 +9,7 @@ import numpy as np
 
 from trunnion.plots.geometry.mechanism_geometry import scenery
 from trunnion.plots.geometry.motion_and_view import bounds, first_view, motion
-from trunnion.plots.mechanism_pictures.instant_picture import VIEW, draw_bodies, frame_of, needed
+from trunnion.plots.mechanism_pictures.instant_picture import VIEW, draw_bodies, needed, set_limits
 from trunnion.plots.style.panels_and_labels import make_panels
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.results.result import Result
@@ -35,7 +35,7 @@ def draw_mode_shapes(rest: Scene, away: Sequence[tuple[str, Scene, Scene]]) -> F
         moved = [motion(r, [p.name for p in drawn.parts]) for r, _ in runs]
         view = first_view(drawn.up, *bounds(drawn, moved[1]), VIEW)
         seen = [draw_bodies(axes, view, drawn, m, 0, alpha) for m, (_, alpha) in zip(moved, runs, strict=True)]
-        frame_of(axes, np.concatenate(seen), 1.0)
+        set_limits(axes, np.concatenate(seen), 1.0)
     return fig
 
 

@@ -137,6 +137,7 @@ typedef struct tr_friction {
   int folds;           /* number of folds in close succession */
   double resumed_t;    /* time of the last failure that the run overcame, s */
   int resumed;         /* number of failures that the run overcame at that time */
+  int redecide;        /* whether the last decision of contacts failed, so that a remedy of friction must repeat it */
   int impending_laws;  /* whether balls in stuck groups share loads by the friction that they would have in the impending motion */
   double pace;         /* frequency of the fastest periodic load, Hz */
   long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */

@@ -14,17 +14,24 @@ static int tr_count_resumptions(tr_sim *s) {
   return s->friction.resumed;
 }
 
+/* Remove the cause of the friction failure `code` by the first remedy that applies. Returns whether one did. */
+static int tr_remedy_failure(tr_sim *s, int code) {
+  const int more = tr_count_resumptions(s) < s->k->nsliders;
+  return (more && (tr_reset_modes(s) || tr_let_ball_spin(s) || tr_stop_slow_pair(s))) || tr_decide_from_anywhere(s, code) ||
+         tr_continue_by_stored_loads(s) || tr_pass_fold(s) ||
+         (s->friction.resumed < RESUMED_MOST * s->k->nsliders && tr_continue_through_jam(s));
+}
+
 static int tr_continue_after_failure(tr_sim *s, int code) {
   if (code != TR_FAIL_MULTIPLIERS && code != TR_FAIL_MODES) return 0;
   if (tr_method_of(s)->kind == TR_IMPULSES) { /* a run by impulse steps ends if it fails again soon */
     if (s->clock.t - s->moreau.failed_t <= STALL_TIME / s->set.rate) return 0;
     s->moreau.failed_t = s->clock.t;
   }
-  const int more = tr_count_resumptions(s) < s->k->nsliders;
-  if (!(more && (tr_reset_modes(s) || tr_let_ball_spin(s) || tr_stop_slow_pair(s))) && !tr_decide_from_anywhere(s, code) && !tr_continue_by_stored_loads(s) &&
-      !tr_pass_fold(s) && !(s->friction.resumed < RESUMED_MOST * s->k->nsliders && tr_continue_through_jam(s)))
-    return 0;
-  s->friction.resumed++, s->friction.failed = -1;
+  do {
+    if (!tr_remedy_failure(s, code)) return 0;
+    s->friction.resumed++, s->friction.failed = -1;
+  } while (s->friction.redecide && tr_decide_contacts(s) != TR_OK); /* remedies change friction, not contacts */
   s->pending.kind = TR_NOTHING, s->pending.noted = 0;
   return 1;
 }

@@ -32,16 +32,17 @@ static int tr_pass_mouth(tr_sim *s, int stop);
 /* Whether closed contacts would be redundant at the start of a run, although some of them are open. */
 static int tr_has_redundant_contacts(tr_sim *s);
 
-/* Returns TR_FAIL_PENETRATION if the closing of an open contact was missed, otherwise TR_OK. */
-static int tr_check_missed_contacts(tr_sim *s);
+/* Returns TR_FAIL_PENETRATION if the closing of an open contact was missed, otherwise TR_OK. gap, rate: receive all gaps, m, and
+ * their rates, m/s. */
+static int tr_check_missed_contacts(tr_sim *s, double *gap, double *rate);
 
 /* Longest step while a contact is open: error control of a part at rest does not notice another part that passes within one
  * step. */
 static double tr_longest_open_step(const tr_sim *s);
 
 /* Whether, after a jump of forces, a closed contact pulls at the present solution, or the parts of an open contact begin to
- * penetrate. */
-static int tr_has_contact_to_decide(tr_sim *s);
+ * penetrate. gap, rate: results of tr_check_missed_contacts. */
+static int tr_has_contact_to_decide(tr_sim *s, const double *gap, const double *rate);
 
 /* Write the rows of the pending step, then complete the step. After TR_ROWS_FULL, the caller calls again with more space. Returns a
  * status, or TR_WAITS. */

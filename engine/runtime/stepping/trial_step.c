@@ -42,7 +42,8 @@ static int tr_has_stopped_with_drive(const tr_sim *s) {
 /* Prepare a step: evaluate ẏ at its start, choose a first step size, freeze sliding directions. Returns a status. */
 static int tr_begin_step(tr_sim *s, double limit, int order) {
   const tr_kernel *k = s->k;
-  const int missed = tr_check_missed_contacts(s);
+  double gap[k->nunilateral + 1], rate[k->nunilateral + 1];
+  const int missed = tr_check_missed_contacts(s, gap, rate);
   if (missed != TR_OK) return missed;
   if (!s->step.have_k1) {
     s->step.margin = NAN;
@@ -57,7 +58,7 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
     memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
     s->step.have_k1 = 1;
   }
-  if (tr_has_contact_to_decide(s)) {
+  if (tr_has_contact_to_decide(s, gap, rate)) {
     const int code = tr_decide_contacts(s);
     if (code != TR_OK) return code;
     memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)), s->step.have_k1 = 1;

@@ -223,6 +223,7 @@ static int tr_decide_contacts(tr_sim *s) {
   for (int c = 0; c < n; ++c) met[c] = (tr_met){.was = !tr_is_contact_open(s, c), .touched = !tr_is_contact_open(s, c) || tr_is_contact_unloaded(s, c), .restitution = e[tr_unilateral_of(s, c)->stop]}, tr_touch_of(s, c)->now = INFINITY;
   const int code = tr_decide_from(s, met, old, modes);
   s->step.have_k1 = s->step.have_jac = s->loops.known = 0, s->step.margin = NAN;
+  s->friction.redecide = code != TR_OK;
   if (code != TR_OK) {
     memcpy(y, old, sizeof old), tr_restore_modes(s, modes);
     for (int c = 0; c < n; ++c) tr_set_contact(s, c, met[c].was), tr_touch_of(s, c)->unloaded = met[c].touched && !met[c].was;
@@ -238,8 +239,9 @@ static int tr_decide_contacts(tr_sim *s) {
   return TR_OK;
 }
 
-static int tr_check_penetration(tr_sim *s, double most) {
-  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+/* TR_FAIL_PENETRATION if the gap of an open contact is below -most × max(length, 1 m), otherwise TR_OK. gap, rate: receive all gaps
+ * and their rates. */
+static int tr_check_penetration(tr_sim *s, double most, double *gap, double *rate) {
   tr_set_time(s, s->clock.t);
   tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < s->k->nunilateral; ++c)
@@ -269,18 +271,19 @@ static int tr_has_redundant_contacts(tr_sim *s) {
 }
 
 static int tr_start_contacts(tr_sim *s) {
-  const int code = tr_check_penetration(s, TOUCHES);
+  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+  const int code = tr_check_penetration(s, TOUCHES, gap, rate);
   return code == TR_OK ? tr_decide_contacts(s) : code;
 }
 
 static int tr_pass_mouth(tr_sim *s, int stop) {
-  *tr_stop_flag(s, stop) = tr_is_pressed(s, stop) ? TR_STOP_OPEN : TR_STOP_PRESSED;
-  const int code = tr_is_pressed(s, stop) ? tr_check_penetration(s, TOUCHES) : TR_OK;
-  return code == TR_OK ? tr_decide_contacts(s) : code;
+  const int enters = !tr_is_pressed(s, stop);
+  *tr_stop_flag(s, stop) = enters ? TR_STOP_PRESSED : TR_STOP_OPEN;
+  return enters ? tr_start_contacts(s) : tr_decide_contacts(s);
 }
 
-static int tr_check_missed_contacts(tr_sim *s) {
-  return s->k->nunilateral ? tr_check_penetration(s, PENETRATED) : TR_OK;
+static int tr_check_missed_contacts(tr_sim *s, double *gap, double *rate) {
+  return s->k->nunilateral ? tr_check_penetration(s, PENETRATED, gap, rate) : TR_OK;
 }
 
 static double tr_longest_open_step(const tr_sim *s) {
@@ -292,10 +295,8 @@ static double tr_longest_open_step(const tr_sim *s) {
   return open && pace > 0.0 ? OPEN_PART / pace : INFINITY;
 }
 
-static int tr_has_contact_to_decide(tr_sim *s) {
-  double gap[s->k->nunilateral + 1], rate[s->k->nunilateral + 1];
+static int tr_has_contact_to_decide(tr_sim *s, const double *gap, const double *rate) {
   int any = 0;
-  if (s->k->nunilateral) tr_set_time(s, s->clock.t), tr_evaluate_gaps(s, TR_A(s, y), gap, rate);
   for (int c = 0; c < s->k->nunilateral; ++c)
     if (!tr_is_contact_open(s, c)) any |= tr_normal_force(s, c) < -LIFTS * TOL_LIFT * tr_force_unit(s);
     else if (!tr_is_contact_away(s, c) && !tr_is_contact_unloaded(s, c)) any |= gap[c] < 0.0 && rate[c] < -STILL * tr_speed_unit(s);

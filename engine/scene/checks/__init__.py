@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from trunnion.basics.problems import Problem
 from trunnion.scene.checks import (
-    bodies,
     bodiless_joints,
     body_placement,
+    body_shapes_and_masses,
     cam_profiles,
     force_fields,
     gearboxes,
@@ -15,7 +15,7 @@ from trunnion.scene.checks import (
     joint_frames,
     joint_friction,
     joint_mimics,
-    loads,
+    load_ends,
     names,
     nonlinear_forces,
     number_bounds,
@@ -33,9 +33,9 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 
 TOPICS = (
-    names, bodies, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods, joint_mimics,
-    gearboxes, bodiless_joints, joint_friction, start_values, joint_devices, variable_friction_and_input_curves, time_formulas,
-    loads, nonlinear_forces, unilateral_contacts, force_fields, number_bounds, outputs_tunables_and_date,
+    names, body_shapes_and_masses, topology, joint_frames, body_placement, wheel_pair_sizes, cam_profiles, point_curves, rods,
+    joint_mimics, gearboxes, bodiless_joints, joint_friction, start_values, joint_devices, variable_friction_and_input_curves,
+    time_formulas, load_ends, nonlinear_forces, unilateral_contacts, force_fields, number_bounds, outputs_tunables_and_date,
 )  # fmt: skip
 """The modules in the order in which their findings are listed."""
 
@@ -46,8 +46,8 @@ def findings(scene: Scene) -> list[Finding]:
 
 
 def problems(scene: Scene) -> list[Problem]:
-    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then one that gives the
-    number of the others."""
+    """The problems of a scene that Python code made, without file and line: the first ``MOST`` problems, then a problem that counts
+    the others."""
     return list(error_of(findings(scene), {}).problems)
 
 

@@ -21,13 +21,13 @@ def check(scene: Scene) -> Iterator[Finding]:
     for name, j in scene.joints.items():
         kind = REGISTRY[j.type]
         if kind.bodiless and not kind.nq:
-            continue  # ``bodiless_joints`` checks these
+            continue  # ``bodiless_joints`` checks joints without coordinates
         for field in FIELDS:
             yield from _lengths(("joints", name, field), getattr(j, field), kind)
         yield from _rotations(name, j, kind)
         yield from _spun(name, j, kind)
         for path, stops in entries(j.end_stops, ("joints", name, "end_stops")):
-            along_curve = kind.follows == "curve"  # end stops on a curve take their positions from the ends of the curve
+            along_curve = kind.follows == "curve"  # end stops of a curve are at the ends of the curve
             if stops.lower is None and stops.upper is None and not along_curve:
                 yield Finding(path, "end stops need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
     for path, s in signals(scene):
@@ -76,4 +76,4 @@ def _signal(path: Path, s: Drive | Signal) -> Iterator[Finding]:
         if key in SIGNALS:
             yield from SIGNALS[key].findings((*path, key), getattr(s, key), drive)
     if isinstance(s, Signal) and s.limit is not None and kinds:
-        yield from limit.findings((*path, "limit"), s.limit, SIGNALS[kinds[0]], getattr(s, kinds[0]))
+        yield from limit.limit_findings((*path, "limit"), s.limit, SIGNALS[kinds[0]], getattr(s, kinds[0]))

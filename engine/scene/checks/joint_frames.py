@@ -44,7 +44,7 @@ def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
 
 
 def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
-    """Findings about the frame of one side, which results from its own axis and reference or else those of the joint."""
+    """Findings about the frame of one side, which follows from the side's own axis and reference, or from those of the joint."""
     own = side if isinstance(side, Side) else Side("")
     axis, reference = axes_of(j, side)
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))

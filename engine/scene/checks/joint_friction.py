@@ -14,7 +14,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Friction, Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.joint_contact_elements import given, is_constant, named, touching
+from trunnion.scene.queries.joint_contact_elements import defaults_to_one, is_constant, named, touching
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -88,7 +88,7 @@ def _sizes(path: Path, j: Joint, f: Friction, element: ContactElement) -> Iterat
 
 
 def _instead(j: Joint, own: Iterable[str], element: ContactElement, name: str) -> str:
-    """The hint for a size that the friction of a joint does not have: the sizes allowed there."""
+    """The hint for a size that the friction of a joint does not have. The hint names the allowed sizes."""
     usual = REGISTRY[j.type].friction
     if not is_constant(element) and name == PRELOAD.name:
         able = ", ".join(k.name for k in REGISTRY.values() if k.friction and _counts(k.friction, name))
@@ -110,7 +110,7 @@ def _coefficients(path: Path, f: Friction, element: ContactElement, law: str) ->
     law."""
     laws: tuple[Path, ...] = ((*path, "law"), ("friction", "law"))
     for n in LAWS[law].numbers:
-        if getattr(f, n.name) is not None or n.default is not None or given(element, n, law):
+        if getattr(f, n.name) is not None or n.default is not None or defaults_to_one(element, n, law):
             continue
         if n.needed:
             yield Finding((*path, n.name), f'law "{law}" needs {n.name}', n.hint, about=laws)

@@ -62,8 +62,7 @@ def _form(path: Path, name: str) -> Iterator[Finding]:
 
 
 def _reference(scene: Scene, r: Reference, parts: list[str]) -> Iterator[Finding]:
-    """Findings if a joint side, a load or an end of a spring names a body or point that does not exist; ``parts`` are the
-    existing names."""
+    """Findings if a joint side, a load or an end of a spring names an unknown body or point; ``parts`` are the existing names."""
     if r.body == GROUND and r.use == "load":
         yield Finding(r.path, "a load cannot act on the ground", "name a body")
         return

@@ -16,7 +16,7 @@ from trunnion.scene.queries.loads_and_signals import entries
 MOST = 200
 """Most points of a curve; each point adds code to a compiled kernel."""
 NEAR = 1e-9
-"""Relative distance, by the curve's extent, up to which two points count as equal."""
+"""Two points count as equal if their distance, relative to the curve's extent, is at most this value."""
 USUAL = "{points: [[0, 0], [40 mm, 10 mm], [80 mm, 0]]}"
 Point = Sequence[float]
 

@@ -21,7 +21,7 @@ def check(scene: Scene) -> Iterator[Finding]:
                 yield Finding((*path, "length"), f"a {j.type} joint has no length", f"remove it; joints with a length: {able}")
             continue
         if j.length is not None or not (is_known(scene, j.inboard) and is_known(scene, j.outboard)):
-            continue  # other checks cover the given length and unknown bodies
+            continue  # other checks examine a given length and unknown bodies
         length = rod_length(scene, j)
         if length is None:
             hint = "for example length: 200 mm; between bodies with a position the length follows from their poses"

@@ -11,12 +11,12 @@ from trunnion.scene.queries.part_extents import extent
 
 SLIDING = (PRISMATIC.name, CYLINDRICAL.name)
 SHORT = 1.5
-"""× the distance between the contacts: a part that is not longer than this probably carries the contacts."""
+"""A part of at most this length, in multiples of the distance between the contacts, probably carries the contacts."""
 
 
 def contact_end_notes(scene: Scene) -> list[str]:
-    """A note for every sliding joint whose contacts stay on a long part by default, although the other part is about as long as the
-    distance between the contacts. Such contacts do not move with the short part."""
+    """A note for every sliding joint whose contacts stay on a long part by default, although the other part is only about as long
+    as their distance. Such contacts do not move with the short part."""
     notes = []
     for name, j in scene.joints.items():
         half = j.friction.half_length if j.friction is not None else None

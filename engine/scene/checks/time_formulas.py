@@ -33,7 +33,7 @@ def _formula(scene: Scene, path: Path, text: str, known: Mapping[str, Dimension]
     try:
         formula = parse_formula(text, timed=True)
         if formula.names - set(known) - {TIME}:
-            return  # the constant part with this name has no value, which is reported there
+            return  # the formula's numbers report a parameter without a value
         periodic = (n for n in nodes(formula.root) if isinstance(n, Call) and n.function in PERIODIC)
         if any(_counts_cycles(n.arguments[0], known) and Number(math.pi) not in nodes(n.arguments[0]) for n in periodic):
             yield Finding(path, "Hz counts cycles, but sin and cos need an angle", "such as sin(2*pi*3 Hz*t)")

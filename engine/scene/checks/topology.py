@@ -47,7 +47,7 @@ def check(scene: Scene) -> Iterator[Finding]:
                 ends[name] = (a, b)
         else:
             dangling = True
-    if not dangling:  # a joint that names an unknown part may be the missing connection of a body
+    if not dangling:  # a joint to an unknown part might connect the loose bodies
         yield from _loose(scene, ends)
     yield from _rigid(scene, ends)
     yield from _cuts(scene, ends)

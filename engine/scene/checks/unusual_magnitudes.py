@@ -1,5 +1,5 @@
-"""Notes about valid numbers of unusual magnitude, such as 90 rad instead of 90 deg, or a box of 1,000 m. They are never
-mistakes."""
+"""Notes about valid numbers of unusual magnitude, such as 90 rad instead of 90 deg, or a box of 1,000 m. Such numbers are valid, so
+the notes are not errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.scene.units.numbers_with_units import Computed, Quantity
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual magnitudes of numbers in the SI unit ``unit`` at some paths: 0, or between ``least`` and ``most``.
+    """The usual magnitudes of numbers at some paths, in the SI unit ``unit``: 0, or between ``least`` and ``most``.
 
     places: patterns of the paths; because: the reason for the bounds. meant: the unit that the user may have meant if the number is
     outside the bounds.
@@ -51,7 +51,7 @@ _ROWS = tuple((matcher(u.places), u) for u in USUAL)
 
 
 def magnitude_notes(scene: Scene) -> list[str]:
-    """A note for every number of unusual magnitude, up to a hundred; then a note with the number of further ones."""
+    """A note for each of the first hundred numbers of unusual magnitude, then a note with the count of further such numbers."""
     notes = []
     for path, value, unit in numbers(scene):
         if not value or (isinstance(value, Quantity) and (isinstance(value, Computed) or unit not in value.text)):

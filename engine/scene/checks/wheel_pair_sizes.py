@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Joint, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
-from trunnion.scene.queries.wheel_sizes import FINEST, counted, rolls_of
+from trunnion.scene.queries.wheel_sizes import FINEST, rolls_of, whole_number_ratio
 
 OWN = ("teeth", "module", "radii", "lead_angle", "internal", "crossed")
 """Keys that only wheels have."""
@@ -76,7 +76,7 @@ def _sized(path: Path, j: Joint) -> Iterator[Finding]:
         for k, z in enumerate(given):
             if abs(float(z) - round(float(z))) > WHOLE or not float(z) > 0.5:
                 yield Finding((*path, key, k), f"{float(z):g} is not a valid number of teeth", "give a whole number, at least 1")
-    elif step != "radii" and all(float(r) > 0.0 for r in given) and counted(tuple(map(float, given))) is None:
+    elif step != "radii" and all(float(r) > 0.0 for r in given) and whole_number_ratio(tuple(map(float, given))) is None:
         what = f"the ratio of the radii is not a ratio of whole numbers up to {FINEST}"
         yield Finding((*path, key), what, "give teeth, or radii with a simpler ratio")
     if j.internal and count == 2 and float(given[0]) == float(given[1]):

@@ -1,4 +1,4 @@
-"""The copies of an assembly and their motions (mirror, rotate, line)."""
+"""The copies of an assembly and their transformations (mirror, rotate, line)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.scene.composition.part_placement import AXES, Move, move_about, shift_by
-from trunnion.scene.composition.source_lines import Level
+from trunnion.scene.composition.data_with_source_lines import Level
+from trunnion.scene.composition.part_transformations import AXES, Transformation, move_about, shift_by
 from trunnion.scene.expressions.expression_arithmetic import Term, is_number, source, three, times
 from trunnion.scene.expressions.parameter_evaluation import Parameters, is_expression
 from trunnion.scene.findings.findings_and_paths import Path
@@ -33,7 +33,7 @@ class Copy:
 
     suffix: str = ""
     number: int = 0
-    moves: tuple[Move, ...] = ()
+    moves: tuple[Transformation, ...] = ()
 
 
 def copies(level: Level, path: Path, spec: dict[str, Any]) -> list[Copy]:
@@ -59,7 +59,7 @@ def copies(level: Level, path: Path, spec: dict[str, Any]) -> list[Copy]:
     return [Copy(str(n + 1), n + 1, (*m, *last)) for n, m in enumerate(moves)]
 
 
-def _turns(given: Any) -> list[Move]:
+def _turns(given: Any) -> list[Transformation]:
     """The turns in the ``orientation`` of an assembly, about its origin."""
     out = []
     for t in given if isinstance(given, list) else [] if given is None else [given]:
@@ -69,7 +69,7 @@ def _turns(given: Any) -> list[Move]:
     return out
 
 
-def turn_about(axis: str, angle: Term, through: Any) -> Move:
+def turn_about(axis: str, angle: Term, through: Any) -> Transformation:
     """A turn about x, y or z by an angle, which may be an expression."""
     cosine: Term
     sine: Term
@@ -77,7 +77,7 @@ def turn_about(axis: str, angle: Term, through: Any) -> Move:
     if known is None or isinstance(known, Computed):
         whole = float(known) if known is not None else Per("rad")(angle)
         cosine, sine = (0.0 if abs(f(whole)) < 1e-15 else f(whole) for f in (math.cos, math.sin))
-    else:  # the angle depends on parameters
+    else:  # the angle is an expression of parameters
         cosine, sine = f"{{cos{source(angle)}}}", f"{{sin{source(angle)}}}"
     return move_about(_matrix(AXES.index(axis), cosine, sine), through, (axis, angle))
 
@@ -112,19 +112,19 @@ def _copy_count(how: dict[str, Any]) -> int:
     return int(n)
 
 
-def _mirror(how: Any) -> list[tuple[Move, ...]]:
+def _mirror(how: Any) -> list[tuple[Transformation, ...]]:
     group = _checked_keys({"axis": how} if isinstance(how, str) else how, ("axis", "through"), ("axis",))
     k = AXES.index(group["axis"])
     matrix = tuple(tuple((-1.0 if i == k else 1.0) if i == j else 0.0 for j in range(3)) for i in range(3))
     return [(), (move_about(matrix, group.get("through", [0, 0, 0]), None, k),)]
 
 
-def _rotate(how: Any) -> list[tuple[Move, ...]]:
+def _rotate(how: Any) -> list[tuple[Transformation, ...]]:
     group = _checked_keys(how, ("times", "axis", "by", "through"), ("times",))
     n, axis, by, through = _copy_count(group), group.get("axis", "z"), group.get("by"), group.get("through", [0, 0, 0])
     if by is not None:
         return [(), *((turn_about(axis, times(float(i), by), through),) for i in range(1, n))]
-    out: list[tuple[Move, ...]] = [()]
+    out: list[tuple[Transformation, ...]] = [()]
     for part in (Fraction(i, n) for i in range(1, n)):
         sign = 1.0 if part < Fraction(1, 2) else -1.0
         cosine = EXACT.get(part, math.cos(2 * math.pi * part))
@@ -137,9 +137,9 @@ def _rotate(how: Any) -> list[tuple[Move, ...]]:
     return out
 
 
-def _line(how: Any) -> list[tuple[Move, ...]]:
+def _line(how: Any) -> list[tuple[Transformation, ...]]:
     group = _checked_keys(how, ("times", "step"), ("times", "step"))
     return [(), *((shift_by([times(float(i), c) for c in three(group["step"])]),) for i in range(1, _copy_count(group)))]
 
 
-_KINDS: dict[str, Callable[[Any], list[tuple[Move, ...]]]] = {"mirror": _mirror, "rotate": _rotate, "line": _line}
+_KINDS: dict[str, Callable[[Any], list[tuple[Transformation, ...]]]] = {"mirror": _mirror, "rotate": _rotate, "line": _line}

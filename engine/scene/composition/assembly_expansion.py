@@ -7,9 +7,9 @@ from typing import Any
 
 from trunnion.scene.composition import reference_renaming
 from trunnion.scene.composition.assembly_copies import Copy, copies
+from trunnion.scene.composition.data_with_source_lines import Level, copy_of
 from trunnion.scene.composition.file_includes import merge_includes, part_of_file
-from trunnion.scene.composition.part_placement import move_part
-from trunnion.scene.composition.source_lines import Level, copy_of
+from trunnion.scene.composition.part_transformations import move_part
 from trunnion.scene.data_classes.type_tree import keys_at
 from trunnion.scene.findings.findings_and_paths import Path
 from trunnion.scene.findings.name_suggestions import closest, did_you_mean, shown
@@ -72,7 +72,7 @@ def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list
 
 
 def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: Level, copy: Copy, offered: Points) -> None:
-    """Add one copy of an assembly to its level, after numbering, motion and renaming."""
+    """Add one copy of an assembly to its level, after numbering, transformation and renaming."""
     prefix = f"{name}{copy.suffix}"
     try:
         data = _number_names(copy_of(part.data), copy.number)
@@ -149,8 +149,8 @@ def _add_parameters(
     level: Level, path: Path, spec: dict[str, Any], data: dict[str, Any], part: Level, own: dict[str, str], names: dict[str, str],
     copy: Copy,
 ) -> None:  # fmt: skip
-    """Add the parameters of a copy to its level; values under ``with`` replace the part's own. own: new names of the part's
-    parameters; names: these, and the number of the copy as i."""
+    """Add the parameters of a copy to its level; values under ``with`` replace the part's own. own: {parameter of the part: its new
+    name}; names: ``own``, and the number of the copy under the name i."""
     given = _group(spec, "with")
     for name in given:
         if name not in own:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
+from trunnion.scene.composition.data_with_source_lines import Level, copy_of
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
-from trunnion.scene.composition.source_lines import Level, copy_of
 from trunnion.scene.file_format.yaml_reader import Document, read
 from trunnion.scene.findings.findings_and_paths import Finding, Line, Path
 from trunnion.scene.findings.name_suggestions import shown

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
+from trunnion.scene.composition.data_with_source_lines import Level, TooMuch, copy_of
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
 from trunnion.scene.composition.reference_renaming import restore_on
-from trunnion.scene.composition.source_lines import Level, TooMuch, copy_of
 from trunnion.scene.file_format.yaml_reader import MOST
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 
@@ -21,7 +21,7 @@ def compose(data: Any, lines: dict[Path, int], file: str, folder: FilePath | Non
     if not isinstance(data, dict) or not (data.get("include") or data.get("assemblies")):
         rest = {k: v for k, v in data.items() if k not in ("include", "assemblies") or v} if isinstance(data, dict) else data
         return rest, lines, []
-    from trunnion.scene.composition.assembly_expansion import expand_assemblies  # most scenes do not need these modules
+    from trunnion.scene.composition.assembly_expansion import expand_assemblies  # imported here, because most scenes do not need it
 
     chain = (FilePath(file).resolve(),) if folder is not None and file else ()
     level = Level(copy_of(data), lines, folder, "", chain)

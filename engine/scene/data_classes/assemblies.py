@@ -72,19 +72,19 @@ class Part:
     title: str = ""
     """One line about the part."""
     parameters: dict[str, Number] = field(default_factory=dict)
-    """Its parameters, with default values that ``with`` may replace."""
+    """Parameters of the part, with default values that ``with`` may replace."""
     bodies: dict[str, Body] = field(default_factory=dict)
-    """Its bodies. Body rod of assembly leg gets the name leg_rod."""
+    """Bodies. Body rod of assembly leg gets the name leg_rod."""
     joints: dict[str, Joint] = field(default_factory=dict)
-    """Its joints, renamed as its bodies are."""
+    """Joints, renamed in the same way as bodies."""
     forces: dict[str, Applied] = field(default_factory=dict)
-    """Its forces, torques and springs."""
+    """Forces, torques and springs."""
     inputs: dict[str, Input] = field(default_factory=dict)
-    """Its inputs."""
+    """External inputs of the part."""
     ground: Ground = field(default_factory=Ground)
-    """Its named points of the ground."""
+    """Named points of the ground."""
     points: dict[str, str] = field(default_factory=dict)
-    """Names for points of its bodies: with top: rod.end, the scene may write leg.top."""
+    """Names for points of the part's bodies: with top: rod.end, the scene may write leg.top."""
     assemblies: dict[str, Assembly] = field(default_factory=dict)
     """Assemblies inside this one."""
 
@@ -96,7 +96,7 @@ class Assembly:
     use: Annotated[Annotated[str, SCALAR] | Annotated[Part, GROUP], either("the name of a file, or a group of parts")]
     """The name of a file in the folder of this file, or the parts themselves."""
     given: dict[str, Number] = field(default_factory=dict)
-    """Values for its parameters. They may be expressions of the enclosing scene's parameters."""
+    """Values for the part's parameters. They may be expressions of the enclosing scene's parameters."""
     position: Position | None = None
     """Position of the assembly's origin; all its bodies must be placed."""
     orientation: Orientation | None = None

@@ -25,8 +25,8 @@ class Cylinder:
 
 @validated(frozen=True, config=STRICT)
 class Turn:
-    """A rotation of a body about the origin of its frame. With ``angle``, it is about an axis of the world. With ``towards``, it is
-    the smallest rotation that aligns an axis of the body with a direction of the world."""
+    """A rotation of a body about the origin of its frame. With ``angle``, the body rotates about an axis of the world. With
+    ``towards``, the smallest rotation aligns an axis of the body with a direction of the world."""
 
     axis: Direction
     """With ``angle``, the rotation axis in the world; with ``towards``, the axis of the body that is aligned."""

@@ -12,7 +12,8 @@ from trunnion.scene.units.numbers_with_units import Density, Per
 
 @validated(frozen=True, config=STRICT)
 class Drag:
-    """Drag in a medium at rest: ½ · density · coefficient · area · v², opposite to the velocity v of a point, at this point."""
+    """Drag in a medium at rest. The force ½ · density · coefficient · area · v² acts on a point, opposite to the point's velocity
+    v."""
 
     type: Literal["drag"]
     """Kind of load: drag."""

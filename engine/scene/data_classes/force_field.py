@@ -19,17 +19,18 @@ class PlaceFormula:
     """The formula. The names in it are x, y, z and parameters of the scene. Functions of the position: + - * / ^ sin cos exp log
     tanh atan sqrt."""
     numbers: tuple[Number, ...] = ()
-    """The constant parts of the formula in their order, SI. Default: those of the formula."""
+    """Values of the constant parts of the formula, in their order, SI. Default: the values in the formula."""
 
     __text_key__ = "formula"
-    """A text instead of the group is this key's value."""
+    """If a text is given instead of the group, the text is the value of this key."""
     __separate__ = staticmethod(separate)
     """Separates the constant parts of the formula."""
 
 
 @validated(frozen=True, config=STRICT)
 class Field:
-    """A force on a point of a body by formulas of its position. It has no potential energy: its work counts as that of loads."""
+    """A force on a point of a body by formulas of its position. The force has no potential energy: its work counts as work of
+    loads."""
 
     type: Literal["field"]
     """Kind of load: a force field."""

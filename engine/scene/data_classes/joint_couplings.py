@@ -14,8 +14,8 @@ from trunnion.scene.units.unit_parser import UnitError
 @validated(frozen=True, config=STRICT)
 class Profile:
     """The profile of a cam: the follower's distance from the cam axis as a cubic spline over the angle, seen from the cam. It
-    is periodic if the angles cover a full turn. For a cam, the distance is that of the follower's point (the centre of its
-    roller). For a flat_cam, it is the distance of the face at the angle of the face's normal."""
+    is periodic if the angles cover a full turn. For a cam, the distance of the follower's point (the centre of its roller) is
+    given. For a flat_cam, the distance of the face at the angle of the face's normal is given."""
 
     angle: tuple[Angle, ...]
     """At least three increasing angles, from e2 towards e3 of the inboard frame; they cover one turn at most."""
@@ -45,15 +45,15 @@ class Curve:
 
 @validated(frozen=True, config=STRICT)
 class Slot:
-    """Walls of a slot along a curve. They touch the pin where its centre is ``play`` from the curve, and join in a half circle
-    around each end of an open curve, unless there is a mouth."""
+    """Walls of a slot along a curve. The walls touch the pin where its centre is at the distance ``play`` from the curve. Around
+    each end of an open curve the walls join in a half circle, unless the end is a mouth."""
 
     play: Extent
     """Largest distance of the pin's centre from the curve: half the difference of the diameters of slot and pin."""
     mouth: Literal["start", "end", "both"] | None = None
     """Ends of the curve at which the slot is open, so that the pin leaves and enters. Default: none."""
     repeated: Annotated[int, Exactly()] = 1
-    """Number of equal slots, evenly around e1 at the inboard point. The curve is that of the slot around e2."""
+    """Number of equal slots, evenly around e1 at the inboard point. The curve describes the slot around e2."""
 
 
 @validated(frozen=True, config=STRICT)
@@ -63,6 +63,6 @@ class Mimic:
     joint: str
     """Name of the leading joint."""
     ratio: Annotated[float, AnyUnit(bound=Bound(nonzero=True))] = 1.0
-    """Change of this joint's coordinate for a unit change of the leading joint's: a number, m/rad or rad/m."""
+    """Change of this joint's coordinate for a unit change of the leading joint's coordinate: a number, m/rad or rad/m."""
     offset: Number = 0.0
-    """Coordinate of this joint when that of the leading joint is 0."""
+    """Coordinate of this joint when the leading joint's coordinate is 0."""

@@ -236,8 +236,8 @@ class Joint:
     mimic: Mimic | None = None
     """The leading joint, of which this joint's coordinate is a linear function; both joints have one freedom."""
     ratio: Annotated[float, Per("1", Bound(nonzero=True))] | None = None
-    """Of a gearbox, the angle of the input (inboard) shaft per angle of the output (outboard) shaft; negative if the shafts turn in
-    opposite senses."""
+    """For a gearbox, the angle of the input (inboard) shaft per angle of the output (outboard) shaft; negative if the shafts turn
+    in opposite senses."""
     length: Extent | None = None
     """Length of a rod; default: the distance of its two points in the poses of the placed bodies."""
     crossed: Annotated[bool, Exactly()] = False

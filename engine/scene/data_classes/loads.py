@@ -84,7 +84,8 @@ class Bushing:
     type: Literal["bushing"]
     """Kind of load: a bushing."""
     between: tuple[str, str]
-    """The two parts: "body.point", or "body" for its frame origin; between placed bodies, as the sides of a joint."""
+    """The two parts: "body.point", or "body" for its frame origin; between placed bodies, the rules for the sides of a joint
+    apply."""
     axis: Direction | None = None
     """e1, in both bodies' frames; between placed bodies, in the world. Default: x, y, z."""
     reference: Direction | None = None
@@ -127,7 +128,7 @@ class Input:
     start: Number = 0.0
     """Value until the caller sets another."""
     begin: Time | None = None
-    """Time from which the values that the caller sets count. Before it, ``start`` counts. Default: the start of the run."""
+    """Time from which the caller's values apply. Until then, ``start`` applies. Default: the start of the run."""
     unit: str = "1"
     """SI unit of the input."""
     description: str = ""

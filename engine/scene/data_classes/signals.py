@@ -39,7 +39,7 @@ class BySpeed:
     last speed it is constant."""
 
     speed: tuple[Annotated[float, Per("m/s", Bound(0.0))], ...]
-    """Two to twelve increasing sliding speeds. The first is 0; its coefficient is that of static friction."""
+    """Two to twelve increasing sliding speeds. The first is 0; its coefficient is the coefficient of static friction."""
     value: tuple[Annotated[float, Per("1", Bound(0.0))], ...]
     """One coefficient for each speed."""
 

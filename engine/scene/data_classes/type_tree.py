@@ -24,7 +24,7 @@ NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("
 def hints(cls: type) -> dict[str, Any]:
     """The annotations of a scene class by field name, with unions and unit markers. Most come from pydantic, which has evaluated
     them; to evaluate them again takes ten times as long."""
-    fields(cls)  # a class is made at its first use
+    fields(cls)  # this first use makes the lazy data class
     known = {n: (f.annotation, *f.metadata) for n, f in vars(cls).get("__pydantic_fields__", {}).items()}
     if not known or any(isinstance(a, ForwardRef) for a, *_ in known.values()):
         return get_type_hints(cls, include_extras=True)
@@ -58,7 +58,7 @@ def step(annotation: Any, key: str | int) -> Iterator[Any]:
                 yield args[0] if args[-1] is Ellipsis else args[key]
 
 
-@lru_cache(maxsize=4096)  # bounded: users choose the names in paths, and a service would cache ever more paths
+@lru_cache(maxsize=4096)  # bounded, because users choose the names in paths
 def at(path: Path) -> tuple[Any, ...]:
     """Annotations at a path; empty when no scene has such a path."""
     found: list[Any] = [Scene]
@@ -103,9 +103,9 @@ def required_at(path: Path) -> list[str]:
     return [name for c in classes_at(path) for name in required_fields(c)]
 
 
-@lru_cache(maxsize=4096)  # cached like ``at``: the checks need the unit and the bound of every number
+@lru_cache(maxsize=4096)  # cached, because the checks need the unit of every number
 def unit_at(path: Path) -> AnyUnit | None:
-    """The unit marker of the number at a path; None when the path is not that of a number."""
+    """The unit marker of the number at a path; None when there is no number at the path."""
     return next((u for annotation in at(path) for a, u in members(annotation) if a is float and u is not None), None)
 
 

@@ -21,6 +21,6 @@ class Unilateral:
     """Coefficient of restitution of impacts."""
     impact_law: Literal["newton", "poisson"] = "newton"
     """newton: the parts separate with ``restitution`` times the speed of approach. poisson: the impulse of the restitution phase is
-    ``restitution`` times that of the compression phase. All joints of a scene have the same law."""
+    ``restitution`` times the impulse of the compression phase. All joints of a scene have the same law."""
     starts: Literal["touching", "open"] = "touching"
     """touching: the loop is closed at the start. open: the contact starts with the gap that the start values give."""

@@ -51,7 +51,7 @@ def plus(a: Term, b: Term) -> Term:
 def times(factor: Term, a: Term) -> Term:
     """The product of a value and a dimensionless factor (a plain number or an expression)."""
     if is_number(factor) and is_number(a):
-        return factor * a + 0.0  # never −0
+        return factor * a + 0.0  # + 0.0 turns −0 into 0
     if is_number(factor) and factor in (0.0, 1.0):
         return a if factor else 0.0
     if is_number(a) and not a:

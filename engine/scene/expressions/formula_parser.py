@@ -6,8 +6,8 @@
     power   = atom (("^" | "**") sign)?
     atom    = number (unit | "SI")? | name | function "(" sum ("," sum)* ")" | "(" sum ")"
 
-A unit follows its number ("2.5 kN/m") and is parsed as it is outside expressions. "0.3 SI" is 0.3 in the SI unit that the number's
-place requires. Trunnion itself writes "SI" when it turns plain numbers into expressions.
+A unit follows its number ("2.5 kN/m") and has the same grammar as outside expressions. "0.3 SI" is 0.3 in the SI unit that the
+number's place requires. Trunnion itself writes "SI" when it turns plain numbers into expressions.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class _Reader:
         raise UnitError(what, "expressions look like {a/2 + 5 mm}, {2*r*sin(angle)}")
 
     def sign(self) -> str:
-        """The operator, parenthesis or comma that comes next; '' when the next token is another one."""
+        """The operator, parenthesis or comma that comes next; '' when the next token is a number or a name."""
         while self.at < len(self.text) and self.text[self.at].isspace():
             self.at += 1
         m = _SIGN.match(self.text, self.at)

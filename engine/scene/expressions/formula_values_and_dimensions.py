@@ -33,8 +33,8 @@ def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
 
 
 def _same(node: Call, given: list[Dimension]) -> Dimension:
-    """Dimension of +, -, min and max: that of all operands, which must be equal. A radian may be missing in an operand that has
-    other units."""
+    """Dimension of +, -, min and max: all operands must have this dimension. A radian may be missing in an operand that has other
+    units."""
     out = given[0]
     for d in given[1:]:
         if d == out:
@@ -151,7 +151,7 @@ def slope(node: Node, known: Mapping[str, float], along: Mapping[str, Gradient])
 
 def _partials(function: str, x: list[float], out: float, wanted: list[bool]) -> list[float]:
     """Derivatives of a function with respect to each argument x; ``out`` is the function's value. Only the derivatives marked in
-    ``wanted`` need be right. UnitError when the function is not differentiable there."""
+    ``wanted`` need to be correct. UnitError when the function is not differentiable at x."""
     try:
         if function in ("min", "max"):
             return [1.0 if k == x.index(out) else 0.0 for k in range(len(x))]

@@ -134,7 +134,7 @@ def in_order(names: Collection[str], needs: Callable[[str], Iterable[str]]) -> l
     that need a name in a cycle."""
     wanted = set(names)
     order, found = TopologicalSorter({n: wanted.intersection(needs(n)) for n in names}), list[str]()
-    with suppress(CycleError):  # the sorter still yields the names that depend on no cycle
+    with suppress(CycleError):  # after a cycle, the sorter still yields the names that depend on no cycle
         order.prepare()
     while ready := order.get_ready():
         found += ready

@@ -28,8 +28,8 @@ MOST = 200_000
 @dataclass
 class Document:
     """The result of reading. ``data`` holds nested dicts, lists and scalars, or None when there is no usable content. ``lines``
-    maps each path to its line, counted from 1. ``places`` maps the path of each scalar to its first character and the end, with
-    the quotes. ``findings`` are the mistakes."""
+    maps each path to its line, counted from 1. ``places`` maps the path of each scalar to the positions of its first character and
+    of its end, quotes included. ``findings`` are the mistakes."""
 
     data: Any = None
     lines: dict[Path, int] = field(default_factory=dict)
@@ -66,7 +66,7 @@ def _decoded(content: bytes | str) -> str:
 
 def _check_json(text: str) -> None:
     depth = 0
-    for c in text:  # the JSON decoder is recursive; this cheap bound also counts brackets in strings
+    for c in text:  # deep nesting would overflow the recursive decoder; brackets in strings count, too
         depth += (c in "[{") - (c in "]}")
         if depth > 10 * DEEPEST:
             raise Unreadable(0, f"more than {DEEPEST} levels of nesting")

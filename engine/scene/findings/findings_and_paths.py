@@ -35,8 +35,8 @@ class Finding:
     """A mistake: ``path`` is its place in the scene, ``what`` the cause, ``hint`` the remedy.
 
     line   the line of the file; 0 means that the line is looked up from the path.
-    about  paths of other parts the finding depends on; it is dropped when one of these parts could not be read.
-    meant  for an unknown key: the known key closest to it ('' when no key is close); None for other findings.
+    about  paths of other parts that decide about the mistake; without one of them, the finding is dropped.
+    meant  for an unknown key: the closest known key ('' when no key is close); None for other findings.
     """
 
     path: Path
@@ -74,7 +74,7 @@ def parse_path(text: str) -> Path | None:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int:
-    """Line of a path, else that of the nearest enclosing part with a line; 0 if neither has a line."""
+    """Line of a path or of the nearest enclosing part that has a line; 0 if there is none."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 0)

@@ -37,7 +37,7 @@ def closest(word: str, known: Iterable[str]) -> str:
     return _closest(word, tuple(map(str, known)))
 
 
-@lru_cache(maxsize=1024)  # a scene is validated twice, and its parts repeat mistakes
+@lru_cache(maxsize=1024)  # repeated mistakes, and a second validation, search for the same words
 def _closest(word: str, names: tuple[str, ...]) -> str:
     from difflib import get_close_matches
 

@@ -1,4 +1,4 @@
-"""Attraction by a point: μ m / r². Only loads have this law (``PointGravity``); it is no key of nonlinear springs."""
+"""Attraction by a point: μ m / r². Only loads have this law (``PointGravity``); nonlinear springs have no key for it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from trunnion.scene.force_laws.declaration import ForceLaw
 
 
 class AttractionLaw(ForceLaw):
-    """Leaves: gravitational constant times attracting mass, and the attracted mass. The energy is 0 at infinity."""
+    """Leaves of the law: gravitational constant times attracting mass, and the attracted mass. The energy is 0 at infinity."""
 
     key, data, text = "attraction", None, ""
     count, elastic = 2, True

@@ -21,11 +21,11 @@ class DampingCurve:
     speed: tuple[Number, ...]
     """Two to twelve increasing rates, one of them 0."""
     effort: tuple[Number, ...]
-    """The effort of the damper at each rate, against the motion: with the sign of the rate, and 0 at 0."""
+    """The effort of the damper at each rate, against the motion. The effort has the sign of the rate, and is 0 at the rate 0."""
 
 
 class DampingCurveLaw(ForceLaw):
-    """Leaves: rates, then efforts."""
+    """Leaves of the law: rates, then efforts."""
 
     key, data, text = "damping_curve", DampingCurve, "Damper whose effort is a curve over the rate."
     units, count, elastic = {"speed": "{x}/s", "effort": "{f}"}, 2 * KNOTS, False

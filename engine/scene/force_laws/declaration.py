@@ -16,8 +16,8 @@ class ForceLaw:
 
     key        the law's key in a scene; ``text`` describes it.
     data       type of the key's value; None if no key gives the law.
-    units      unit of each number, by the last word of its path. In it, {x} and {f} are the units of x and of the force.
-    count      number of leaves.
+    units      unit of each number, by the last word of its path. In a unit, {x} and {f} stand for the units of x and of the force.
+    count      number of leaves (numbers that are constants or parameters).
     elastic    whether the force depends on x alone. Its work is then stored, otherwise it is lost."""
 
     key: ClassVar[str]
@@ -40,7 +40,7 @@ class ForceLaw:
         raise NotImplementedError
 
     def findings(self, path: Path, data: Any) -> Iterator[Finding]:
-        """Mistakes in the keys. path: that of the law."""
+        """Mistakes in the keys. path: path of the law."""
         yield from ()
 
     def unit(self, key: str, x: str, f: str) -> str:

@@ -10,7 +10,7 @@ from trunnion.scene.units.numbers_with_units import NotNegative
 
 
 class QuadraticDampingLaw(ForceLaw):
-    """Leaf: the coefficient c₂."""
+    """Leaf of the law: the coefficient c₂."""
 
     key, data, text = "quadratic_damping", NotNegative, "Damper whose effort is this number times the square of the rate."
     units, count, elastic = {"quadratic_damping": "{f}*s^2/{x}^2"}, 1, False

@@ -1,4 +1,4 @@
-"""All laws of nonlinear springs and dampers. A new law needs a new file and a line in LAWS; the order is that of the keys."""
+"""All laws of nonlinear springs and dampers. A new law needs a new file and a line in LAWS, which is in the order of the keys."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class SpringCurve:
 
 
 class SpringCurveLaw(ForceLaw):
-    """Leaves: positions, then efforts."""
+    """Leaves of the law: positions, then efforts."""
 
     key, data, text = "spring_curve", SpringCurve, "Spring whose effort is a curve over the coordinate or length."
     units, count, elastic = {"at": "{x}", "effort": "{f}"}, 2 * KNOTS, True

@@ -1,4 +1,4 @@
-"""The file of a scene that a user names: a file, a folder, or a bundled model."""
+"""Finds the scene file that a user means by a file, a folder, or the name of a bundled model."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def scene_file(source: str | os.PathLike[str]) -> FilePath:
         if path.exists() and not path.is_dir():
             return path
         others = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES) if path.is_dir() else None
-    except (OSError, ValueError):  # not a valid file name
+    except (OSError, ValueError):  # the text is not a valid file name
         others = None
     if others is not None and text not in bundled_names():
         raise SceneError([_no_scene_in(path, others, text)])

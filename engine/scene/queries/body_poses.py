@@ -87,7 +87,7 @@ def _rotation(t: Turn, before: Rotation) -> Rotation:
     goal = unit(vector(t.towards))
     cosine, across = _sum(*(a * b for a, b in zip(now, goal, strict=True))), cross(now, goal)
     sine = math.hypot(*across)
-    if sine == 0.0:  # the axis is parallel: no rotation, or half a turn about any normal axis
+    if sine == 0.0:  # the axis is parallel to its new direction: no rotation, or half a turn about any normal axis
         across = cross(now, min(NAMES.values(), key=lambda e: abs(sum(a * b for a, b in zip(now, e, strict=True)))))
         return UPRIGHT if cosine > 0.0 else _about(unit(across), -1.0, 0.0)
     return _about(unit(across), cosine, sine)
@@ -129,8 +129,8 @@ def unit(v: Sequence[float]) -> Triple:
 
 @dataclass(frozen=True)
 class JointSide:
-    """One side of a joint in its body's frame, with the point in m. ``named`` is the path of the body's named point there, or
-    ''."""
+    """One side of a joint in its body's frame, with the point in m. ``named`` is the path of the body's named point at this
+    position, or ''."""
 
     body: str
     point: Triple

@@ -62,12 +62,12 @@ def point_of(scene: Scene, side: str | Side) -> tuple[str, tuple[float, float, f
 
 
 def axes_of(j: Joint, side: str | Side) -> tuple[Direction | None, Direction | None]:
-    """(axis, reference) of a joint side: its own, else the joint's."""
+    """(axis, reference) of a joint side: the side's own, else those of the joint."""
     return own_axes(side, j.axis, j.reference)
 
 
 def own_axes(side: str | Side, axis: Direction | None, reference: Direction | None) -> tuple[Direction | None, Direction | None]:
-    """(axis, reference) of a joint side: its own, else those given."""
+    """(axis, reference) of a joint side: the side's own, else the given ones."""
     if isinstance(side, str):
         return axis, reference
     return (axis if side.axis is None else side.axis), (reference if side.reference is None else side.reference)

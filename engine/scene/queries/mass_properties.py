@@ -19,7 +19,7 @@ def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
         if body.mass is None:
             raise ValueError("an explicit inertia needs a mass")
         return float(body.mass), center, matrix(body.inertia)
-    volume, gyration = solid(body)
+    volume, gyration = volume_and_moments(body)
     if body.mass is None and body.density is None:
         raise ValueError("a shape needs a density or a mass")
     m = float(body.mass) if body.mass is not None else float(body.density or 0.0) * volume
@@ -28,7 +28,8 @@ def mass_properties(body: Body) -> tuple[float, Triple, Matrix]:
 
 
 def matrix(inertia: Inertias) -> Matrix:
-    """The symmetric 3×3 matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz); J a aᵀ of an inertia J about the unit vector a."""
+    """The symmetric 3×3 inertia matrix of (xx, yy, zz) or (xx, yy, zz, xy, xz, yz). For an axial inertia J about the unit vector a,
+    the matrix is J a aᵀ."""
     if isinstance(inertia, AxialInertia):
         a = vector(inertia.axis)
         scale = float(inertia.axial) / (math.fsum(c * c for c in a) or 1.0)
@@ -38,7 +39,7 @@ def matrix(inertia: Inertias) -> Matrix:
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
-def solid(body: Body) -> tuple[float, Triple]:
+def volume_and_moments(body: Body) -> tuple[float, Triple]:
     """(volume, m³; moments of inertia xx, yy, zz about the centre divided by the mass, m²) of the body's shape."""
     if body.box is not None:
         a, b, c = (float(v) for v in body.box)

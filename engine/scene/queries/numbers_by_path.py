@@ -105,7 +105,7 @@ def bound_of(path: Path) -> Bound:
 
 
 def order_of(path: Path) -> Order | None:
-    """The required order of two numbers of which the upper is at this path; None if there is none."""
+    """The required order of two numbers, if the upper number is at this path; otherwise None."""
     owner = str(path[2]) if path[0] == "joints" and len(path) > 3 else ""
     return next((o for o in ORDERS.get(owner, ()) if o.high == path[-1]), None)
 
@@ -118,7 +118,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "friction":
         return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
     if field not in ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch", "nonlinear"):
-        return PLAIN  # the components of a direction have no unit
+        return PLAIN  # such as the components of a direction
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")
@@ -145,8 +145,8 @@ def _law_unit(path: Path, coordinate: str, effort: str) -> str:
 
 
 def _mimic_unit(scene: Scene, name: str, key: str) -> str:
-    """Unit of a number of a mimic: the offset has the unit of the follower's coordinate; the ratio has the follower's unit per the
-    leader's unit."""
+    """Unit of a number of a mimic. The offset has the unit of the follower's coordinate. The ratio has this unit per unit of the
+    leader's coordinate."""
     j = scene.joints[name]
     leader = scene.joints.get(j.mimic.joint) if j.mimic else None
     own, led = ("m" if slides(REGISTRY[x.type], 0) else "rad" for x in (j, leader or j))
@@ -175,6 +175,6 @@ def _load_unit(keys: tuple[str | int, ...], effort: str) -> str:
 
 def _drive_unit(keys: tuple[str, ...], coordinate: str) -> str:
     """Unit of a number of a drive. Rates of a constant or ramp, and the end rates of a table, have the coordinate's unit per
-    second; all other numbers have the coordinate's unit."""
+    second. All other numbers have the coordinate's unit."""
     rate = len(keys) > 1 and keys[0] in SIGNALS and keys[1] in SIGNALS[keys[0]].rates
     return f"{coordinate}/s" if rate else coordinate

@@ -17,9 +17,9 @@ CLOSE = 1e-12
 """Largest relative difference between the ratio of the radii and the ratio of whole numbers that replaces it."""
 
 
-def counted(radii: tuple[float, ...]) -> tuple[int, ...] | None:
-    """Whole numbers, at most ``FINEST``, whose ratio is that of the two radii; None if there are no such numbers. One radius
-    gives (1,)."""
+def whole_number_ratio(radii: tuple[float, ...]) -> tuple[int, ...] | None:
+    """Whole numbers, at most ``FINEST``, whose ratio equals the ratio of the two radii; None if there are no such numbers. One
+    radius gives (1,)."""
     if len(radii) == 1:
         return (1,)
     ratio = Fraction(radii[0] / radii[1]).limit_denominator(FINEST)
@@ -56,7 +56,7 @@ def sizes(j: Joint) -> Sizes:
         module = j.module if j.module is not None else (j.pitch or 0.0) / math.pi
     else:
         radii = tuple(float(r) for r in j.radii or ())
-        teeth = counted(radii) or (1,) * count
+        teeth = whole_number_ratio(radii) or (1,) * count
         module = 2 * radii[0] / teeth[0]
     if rolls_of(j).touch == "skew":
         lead = j.lead_angle or 1.0

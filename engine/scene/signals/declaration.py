@@ -25,7 +25,7 @@ class Corner(NamedTuple):
 class SignalKind:
     """A kind of signal. ``data`` is the class of its keys, and ``text`` the description of the key.
 
-    labels       kinds of ``system`` signals that this kind becomes, each with its number of leaves.
+    labels       kinds of ``system`` signals that this kind becomes, each with its number of leaves (constants or parameters).
     loads        "" if loads may have this kind, else the remedy.
     drives       "" if drives may have this kind, else the reason, then the remedy.
     rates        keys that are rates if the signal is that of a drive."""
@@ -55,7 +55,7 @@ class SignalKind:
         yield from ()
 
     def crossings(self, data: Any, level: float) -> Iterator[Corner]:
-        """The times at which a load of this kind passes a value other than by a jump."""
+        """The times at which a load of this kind passes the value ``level`` continuously, not by a jump."""
         yield from ()
 
     def unlimited(self, data: Any) -> str:
@@ -63,11 +63,11 @@ class SignalKind:
         return ""
 
     def paces(self, s: Any, turns: bool) -> Iterator[tuple[Any, float]]:
-        """(leaf, factor to Hz) for parameters that are frequencies or, of a drive that turns, rotation rates."""
+        """(leaf, factor to Hz) for parameters that are frequencies, or rotation rates of a drive that turns."""
         yield from ()
 
     def findings(self, path: Path, data: Any, drive: bool) -> Iterator[Finding]:
-        """Mistakes in the keys. path: that of the group of keys."""
+        """Mistakes in the keys. path: path of the group of keys."""
         yield from ()
 
     def values(self, data: Any, until: float) -> Mapping[str, Sequence[float]]:
@@ -94,7 +94,8 @@ def sampled_times(until: float) -> list[float]:
 
 
 def interpolated(t: float, times: Sequence[float], values: Sequence[float]) -> float:
-    """The value at t of straight lines through values at increasing times, constant beyond them."""
+    """Linear interpolation at t between values at increasing times. Before the first and after the last time, the value is
+    constant."""
     if t >= times[-1]:
         return float(values[-1])
     k = bisect_right(times, t)

@@ -26,16 +26,16 @@ class Expression:
     """The formula. The names in it are parameters of the scene; t is the time. Functions of the time: + - * / ^ sin cos exp log
     tanh atan sqrt."""
     numbers: tuple[Number, ...] = ()
-    """The constant parts of the formula in their order, SI. Default: those of the formula."""
+    """Values of the constant parts of the formula, in their order, SI. Default: the values in the formula."""
 
     __text_key__ = "formula"
-    """A text instead of the group is this key's value."""
+    """If a text is given instead of the group, the text is the value of this key."""
     __separate__ = staticmethod(separate)
     """Separates the constant parts of the formula."""
 
 
 class ExpressionKind(SignalKind):
-    """Leaves: the constant parts of the formula. ``formula`` of the signal is the tree of the remaining parts."""
+    """Leaves of the signal: the constant parts of the formula. ``formula`` of the signal is the tree of the remaining parts."""
 
     key, data, text = "expression", Expression, "Smooth formula of the time t."
 

@@ -29,7 +29,7 @@ class Harmonic:
 
 
 class HarmonicKind(SignalKind):
-    """Leaves: amplitude, frequency, phase, offset."""
+    """Leaves of the signal: amplitude, frequency, phase, offset."""
 
     key, data, text = "harmonic", Harmonic, "Sine."
     labels = {"harmonic": 4}  # noqa: RUF012

@@ -33,8 +33,8 @@ class Limit:
         return max(high, -math.inf if self.lower is None else float(self.lower))
 
 
-def findings(path: Path, limit: Limit, kind: SignalKind, data: Any) -> Iterator[Finding]:
-    """Mistakes in the limits of a signal. path: that of the limits. kind, data: of the signal."""
+def limit_findings(path: Path, limit: Limit, kind: SignalKind, data: Any) -> Iterator[Finding]:
+    """Mistakes in the limits of a signal. path: path of the limits. kind, data: kind and keys of the signal."""
     if not limit.levels:
         yield Finding(path, "limits need lower, upper or both", about=((*path, "lower"), (*path, "upper")))
     if len(limit.levels) == 2 and not limit.levels[0] < limit.levels[1]:

@@ -42,8 +42,8 @@ PROFILES: dict[str, Profile] = {
 }
 """polynomial: degree 5, with zero rate and acceleration at both ends.
 trapezoid: constant acceleration, speed and deceleration, each for a third of the duration.
-s_curve: as trapezoid, but with limited jerk: the acceleration rises during the first quarter of its third, and falls during the
-last quarter."""
+s_curve: like trapezoid, with limited jerk. In each third with acceleration, the acceleration rises during the first quarter and
+falls during the last quarter."""
 MOVES = tuple(f"move_{name}" for name in PROFILES)
 """Values of ``Signal.kind`` for moves."""
 

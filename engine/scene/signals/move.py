@@ -28,11 +28,11 @@ class Move:
     """Time at which the motion begins."""
     profile: Literal["polynomial", "trapezoid", "s_curve"] = "polynomial"
     """polynomial: degree 5, zero acceleration at the ends; trapezoid: constant acceleration, constant rate, constant
-    deceleration, a third of the time each; s_curve: as trapezoid, with limited jerk."""
+    deceleration, a third of the time each; s_curve: like trapezoid, with limited jerk."""
 
 
 class MoveKind(SignalKind):
-    """Leaves: start, end, begin, duration. The label names the profile."""
+    """Leaves of the signal: start, end, begin, duration. The label names the profile."""
 
     key, data, text = "move", Move, "Motion from one coordinate to another, at rest before and after."
     labels = dict.fromkeys(MOVES, 4)

@@ -31,7 +31,7 @@ class Pulse:
 
 
 class PulseKind(SignalKind):
-    """Leaves: base, peak, begin, duration and, for "pulses", period."""
+    """Leaves of the signal: base, peak, begin, duration and, for "pulses", period."""
 
     key, data, text = "pulse", Pulse, "Rectangular pulse, once or with a period."
     labels = {"pulse": 4, "pulses": 5}  # noqa: RUF012

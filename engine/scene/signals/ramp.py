@@ -17,7 +17,7 @@ from trunnion.scene.units.numbers_with_units import Duration, Number, Time
 @validated(frozen=True, config=STRICT)
 class Ramp:
     """A linear change from ``start`` to ``end`` between ``begin`` and ``begin + duration``. For a load, the value changes; for a
-    drive, the rate (with q = origin at t = 0)."""
+    drive, the rate changes (with q = origin at t = 0)."""
 
     start: Number
     """Value (drives: rate) before ``begin``."""
@@ -32,7 +32,7 @@ class Ramp:
 
 
 class RampKind(SignalKind):
-    """Leaves: start, end, begin, duration, origin. "begun" is a ramp with begin < 0."""
+    """Leaves of the signal: start, end, begin, duration, origin. "begun" is a ramp with begin < 0."""
 
     key, data = "ramp", Ramp
     text = "Linear change from one value to another (drives: of the rate)."

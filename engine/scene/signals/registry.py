@@ -1,4 +1,4 @@
-"""All kinds of signals. A new kind needs a new file and a line in KINDS; the order is that of the keys."""
+"""All kinds of signals. A new kind needs a new file and a line in KINDS, which is in the order of the keys."""
 
 from __future__ import annotations
 

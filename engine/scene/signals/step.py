@@ -30,7 +30,7 @@ class Step:
 
 
 class StepKind(SignalKind):
-    """Leaves: start, end, begin."""
+    """Leaves of the signal: start, end, begin."""
 
     key, data, text = "step", Step, "Jump from one value to another."
     labels = {"step": 3}  # noqa: RUF012

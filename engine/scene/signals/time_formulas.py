@@ -187,8 +187,8 @@ def _operand(node: Node, least: int) -> str:
 
 
 def operate(operation: str, *given: Sequence[SX]) -> list[SX]:
-    """The result of an operation. An operand is a list of the value or, in drives, of the value and its first two derivatives by
-    time; so is the result."""
+    """The result of an operation. Each operand, and the result, is a list of the value or, in drives, of the value and its first
+    two derivatives by time."""
     order, a = len(given[0]), given[0]
     if operation in ("+", "-", "neg"):
         sign = -1 if operation != "+" else 1

@@ -20,7 +20,7 @@ Slope = Annotated[float, Per("s", Bound(0.0, open=True, advice="for a jump, use 
 @validated(frozen=True, config=STRICT)
 class Trapezoid:
     """A linear rise from ``base`` to ``peak``, a constant value, and a linear fall back to ``base``, once or with a period. For a
-    load, the value changes; for a drive, the rate (with q = origin at t = 0)."""
+    load, the value changes; for a drive, the rate changes (with q = origin at t = 0)."""
 
     peak: Number
     """Value (drives: rate) between rise and fall."""
@@ -41,7 +41,7 @@ class Trapezoid:
 
 
 class TrapezoidKind(SignalKind):
-    """Leaves: base, peak, begin, rise, hold, fall, origin and, for "trapezoids", period."""
+    """Leaves of the signal: base, peak, begin, rise, hold, fall, origin and, for "trapezoids", period."""
 
     key, data = "trapezoid", Trapezoid
     text = "Rise, constant value and fall, once or with a period (drives: of the rate)."

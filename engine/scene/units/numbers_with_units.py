@@ -53,7 +53,7 @@ class Computed(Quantity):
         return float(self), self.dimension, self.text, self.names, self.plain
 
     def fits(self, wanted: Dimension) -> bool:
-        """The rules for a quantity apply, and two more: a ratio may be an angle (arc over radius); radians next to other units are
+        """The rules for a quantity apply, and two more. A ratio may be an angle (arc over radius). Radians next to other units are
         ignored (radius times angle is a length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:

@@ -89,7 +89,7 @@ def _penetration(model: Model, plain: Outcome) -> Outcome:
 
 
 def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:
-    """The joint that the outcome of a failed loop names: the cut joint or, in gimbal lock, a joint of the loop with two crossed
+    """The joint that the outcome of a failed loop names: the cut joint. In gimbal lock: a joint of the loop with two crossed
     rotation axes."""
     return next((j for j in loop_joints(system, cut) if j.kind.second_axis >= 0), cut) if gimbal else cut
 
@@ -103,7 +103,7 @@ def describe_loop(system: System, cut: Joint) -> str:
 
 def loop_joints(system: System, cut: Joint) -> list[Joint]:
     """The joints of the loop that a cut joint closes: the path through the tree from the cut joint's inboard part to its outboard
-    part, then the cut joint. For a coupling: leader and follower."""
+    part, then the cut joint. For a coupling, these are the leader and the follower."""
     if cut.mimic:
         return [system.tree[cut.mimic.leader], system.tree[cut.mimic.follower]]
     ways = [[system.tree[body] for body in way_to_ground(system.bodies, end)] for end in (cut.inb, cut.out)]

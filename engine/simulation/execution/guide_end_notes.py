@@ -62,7 +62,7 @@ def _first_outside(time: np.ndarray, q: np.ndarray, speed: np.ndarray, low: floa
     if not len(q) or not low <= q[0] <= high:
         return None
     steps = np.diff(time)
-    # each cubic lies between the least and the largest of these four numbers
+    # Bernstein coefficients: each cubic lies between the least and the largest of its four.
     around = np.stack([q[:-1], q[:-1] + steps * speed[:-1] / 3, q[1:] - steps * speed[1:] / 3, q[1:]])
     for i in np.flatnonzero((steps > 0.0) & ((around.max(axis=0) > high) | (around.min(axis=0) < low))):
         h = steps[i]

@@ -21,8 +21,8 @@ and inertias above 0 count as 1."""
 SQUARE = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 """Places of the six moments of inertia of a body in its matrix."""
 VANISHING = 1e-6
-"""Largest relative singular value where steps became too small, because a motion loses its inertia there: at a dead centre, a
-massless crank. Steps reach round-off of the time at about 1e-7."""
+"""Largest relative singular value that counts as zero after a run whose steps became too small. Steps become too small where a
+motion loses its inertia, such as a massless crank at a dead centre. They reach round-off of the time at about 1e-7."""
 IDLE = 1e-12
 """A constraint row whose entries are below this value is round-off, rad or lengths."""
 
@@ -44,7 +44,7 @@ def missing_inertia(model: Model) -> Outcome | None:
 
 
 def inertia_outcome(model: Model, nothing: float) -> Outcome | None:
-    """As ``missing_inertia``, for this largest relative singular value that counts as zero."""
+    """The result of ``missing_inertia`` if relative singular values up to ``nothing`` count as zero."""
     lacks = bodies_lack_inertia(model.system, model.block.parameters[None])[0]
     names = freedoms_without_inertia(model, nothing) if lacks else []
     if not names:
@@ -110,8 +110,8 @@ def _constraint_rows(model: Model, units: np.ndarray) -> np.ndarray:
 
 
 def _inertial_rows(model: Model, units: np.ndarray) -> Iterator[np.ndarray]:
-    """For each body, the velocity of its mass centre in length scales, and its angular velocity about the principal axes with
-    inertia, for the rates ``units`` of the tree (rows × nv). For each rotor, its rate."""
+    """Velocities that move inertia, for the rates ``units`` of the tree (rows × nv). For each body: velocity of its mass centre in
+    length scales, angular velocity about the principal axes with inertia. For each rotor: its rate."""
     system, values, length = model.system, model.block.parameters, model.built.numbers.length
     poses: dict[int, Moved] = {GROUND: (np.eye(3), np.zeros(3), np.zeros((3, system.nv)), np.zeros((3, system.nv)))}
     massive = _have_mass(system, values[None])[:, 0]
@@ -142,7 +142,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
     Rc = (base @ turned if j.forward else base) @ own.T
     at = r + R @ p
     spot = at + sign * base @ travel
-    fixed = spot if j.forward else at  # p_out, whose velocity relative to the inboard part is the sliding velocity
+    fixed = spot if j.forward else at  # the outboard definition point p_out
     v_p, w_c = v + np.cross(w, (fixed - r)[:, None], axis=0), w.copy()
     for k, f in enumerate(j.free):
         for axis in kind.axes[f]:
@@ -153,7 +153,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
 
 
 def _coordinates(model: Model, j: Joint, values: np.ndarray) -> list[float]:
-    """All coordinates of a tree joint; those that drives prescribe at the time of the state."""
+    """All coordinates of a tree joint. Drives prescribe some of them, at the time of the state."""
     block, states = model.block, state_coordinates(j)
     q = [0.0] * j.kind.nq
     for i, at in enumerate(states):

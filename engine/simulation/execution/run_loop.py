@@ -15,7 +15,7 @@ from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
-from trunnion.simulation.execution.follower_pulls import FollowerPulls
+from trunnion.simulation.execution.follower_pull_notes import FollowerPulls
 from trunnion.simulation.execution.guide_end_notes import guide_end_notes
 from trunnion.simulation.execution.missing_inertia import missing_inertia
 from trunnion.simulation.execution.open_loop_report import open_loop
@@ -39,8 +39,8 @@ log = logging.getLogger("trunnion.simulate")
 CHUNK_SECONDS = 0.03
 """Target duration of a call into C, s. Progress, Ctrl-C and time limits must be handled at least every 50 ms."""
 FIRST_STEPS, LEAST_STEPS, MOST_STEPS = 50, 4, 2000
-"""Smallest number of steps of the first call into C; smallest and largest number of steps of later calls. The number of steps of a
-later call follows from the duration of the previous call."""
+"""FIRST_STEPS: smallest number of steps of the first call into C. LEAST_STEPS, MOST_STEPS: smallest and largest number of steps of
+later calls. The number of steps of a later call follows from the duration of the previous call."""
 FIRST_NUMBERS = 4000
 """Size of the state × number of steps of the first call: the smaller the mechanism, the more steps the first call makes."""
 CHUNK_ROWS = 4096
@@ -83,7 +83,7 @@ class OneRun:
         frictional = [j.name for j in self.model.system.frictional]
         audit = audit_of(block.judgement(), frictional) if self.rows else Audit()
         outcome = judged(outcome, audit)
-        if self.redundancy.count:  # evaluations after those that the statistics and the audit count
+        if self.redundancy.count:  # these evaluations come last, so that the statistics and the audit do not count them
             self.redundancy = self.redundancy.or_at(open_reactions(self.model, s))
             certified = replace(certified, not_unique=self.redundancy.joints)
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
@@ -151,7 +151,7 @@ class OneRun:
                 steps = self._next_steps(steps, time.perf_counter() - began)
             elif status not in (bl.ROWS_FULL, bl.EVENTS_FULL, bl.CANCELLED, bl.OK):
                 failed = diagnose(self.model, status)
-                if interrupt.asked:  # Ctrl-C may have ended the diagnosis early
+                if interrupt.asked:  # Ctrl-C may have cut the diagnosis short
                     raise KeyboardInterrupt
                 return failed
             if full := room.take(count, len(events)):
@@ -175,7 +175,7 @@ class OneRun:
         return first_steps(self.model.block.ny)
 
     def _next_steps(self, steps: int, seconds: float) -> int:
-        """Number of steps of the next call into C. steps, seconds: of the last call."""
+        """Number of steps of the next call into C. steps, seconds: length and duration of the last call."""
         return next_steps(steps, seconds)
 
     def _attach_jacobian(self, interrupt: DeferredInterrupt) -> None:
@@ -196,6 +196,6 @@ def first_steps(numbers: int) -> int:
 
 
 def next_steps(steps: int, seconds: float) -> int:
-    """Number of steps of the next call into C. steps, seconds: of the last call."""
+    """Number of steps of the next call into C. steps, seconds: length and duration of the last call."""
     wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
     return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))

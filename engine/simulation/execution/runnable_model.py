@@ -43,9 +43,9 @@ class Model:
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
         self._reactions: Model | None = None
-        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # ``open_reactions`` stores this and ``perhaps_open``
+        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # cache of ``open_reactions``, like ``perhaps_open``
         self.perhaps_open: dict[tuple[str, ...], list[Column]] = {}
-        self.with_inertia_at = b""  # parameters and state of the last start, at which every motion moved inertia
+        self.with_inertia_at = b""  # parameters and state of the last start that passed the check of missing inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
     def _load(self, redundant: bool) -> None:
@@ -79,7 +79,7 @@ class Model:
         status = self.block.start(t, until, every, row)
         if status != bl.NEED_REDUNDANT:
             return status
-        y, x = self.block.y.copy(), self.block.x.copy()  # x has the state of contacts
+        y, x = self.block.y.copy(), self.block.x.copy()  # x contains which contacts are open
         self._load(redundant=True)
         self.block.configure(settings)
         self.block.y[:], self.block.x[:] = y, x

@@ -29,9 +29,9 @@ def build_with_starts(scene: Scene) -> Built:
     """The result of ``build``, with the start values of cut joints and the start positions of points converted to start values of
     the tree joints.
 
-    The start values of the cut joints are dropped if cutting the loops elsewhere would drop as many given values, or if no position
-    satisfies all given values. A note of the run then names the joints. SceneError if exact values would be dropped, or if a point
-    cannot be brought to its position.
+    The start values of the cut joints are dropped if other cuts would drop as many given values, or if no position satisfies all
+    given values. A note of the run then names the joints. SceneError if exact values would be dropped, or if a point cannot be
+    brought to its position.
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]

@@ -22,7 +22,7 @@ LENGTHS = {"N*m": 1.0}
 
 
 def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
-    """The redundancy at the current state of a started model, with its columns. settings: those of the run."""
+    """The redundancy at the current state of a started model, with its columns. settings: settings of the run."""
     found = redundancy(model.block)
     if found.joints not in model.perhaps_open:
         model.perhaps_open[found.joints] = [c for c in model.available if _may_be_open(c, found.joints)]
@@ -80,9 +80,9 @@ def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterato
 
 
 def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
-    """For each group of loops: the number of rows that structure removes, and which columns belong to the joints of each loop with
-    a drive, and of all other loops together. Only loops with drives need separate directions, because
-    combinations concern drives alone."""
+    """For each group of loops: the number of rows that structure removes, and masks of columns. There is one mask for the joints of
+    each loop with a drive, and one for all other loops together. Only loops with drives need separate directions, because only
+    efforts of drives are combined."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
@@ -101,8 +101,8 @@ def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]
 
 
 def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:
-    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: of the efforts
-    (directions × efforts), the largest being 1."""
+    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: changes of the
+    efforts (directions × efforts); the largest change is 1."""
     _, sizes, basis = np.linalg.svd(changes, full_matrices=True)
     rest = basis[int(np.sum(sizes > SHARE)) :]
     out = []
@@ -116,7 +116,7 @@ def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combinat
         rest = np.delete(rest, pivot, 0)
         rest = rest - np.outer(rest[:, at], row)
         out.append(row)
-    for i, row in enumerate(out):  # no other combination contains the leading effort of a combination
+    for i, row in enumerate(out):  # remove the leading effort of each combination from all others
         lead = int(np.argmax(np.abs(row) > SHARE))
         out[:i] = [above - above[lead] * row for above in out[:i]]
     return tuple({n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > SHARE} for row in out)

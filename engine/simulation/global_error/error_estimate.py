@@ -32,8 +32,8 @@ LINEAR = 0.3
 DECIDED = 1.0
 """An event may be decided differently if its margin is below this multiple of the state's relative error."""
 TIMED = 2.0
-"""Additional safety factor for the time of an event: the two runs are compared there only once, but columns are compared in many
-rows."""
+"""Additional safety factor for the time of an event. The two runs are compared only once at an event, but in many rows for a
+column."""
 STATE = 0.3
 """Smallest error of an event's time, relative to (relative error of the state) / (rate scale of the scene)."""
 WIDER = 2.0

@@ -12,7 +12,8 @@ DEARER = {RK8.name: 1.33, RODAS5P.name: 1.34}
 """Number of steps of the tighter run divided by that of the first run, for methods whose steps get more expensive at a tighter
 tolerance."""
 USUAL = 1.45
-"""The same ratio for all other methods. Both runs together then cost at most 2.5 times as much as the first run."""
+"""Number of steps of the tighter run divided by that of the first run, for all other methods. Both runs together then cost at most
+2.5 times as much as the first run."""
 TIGHTEST = 1e-14
 """Tightest tolerance of any run. At a tighter tolerance, round-off dominates."""
 WHOLE, FINER, SMOOTH = 1600.0, 6.5, 1e-12
@@ -20,12 +21,13 @@ WHOLE, FINER, SMOOTH = 1600.0, 6.5, 1e-12
 The run of order 8 is used if its tolerance is tighter by the factor FINER or more. SMOOTH is the tightest tolerance of
 such a run, because steps of high order suffer from round-off."""
 HIGHER, BEGUN = 1e-6, 50.0
-"""Loosest tolerance at which a run of order 5 is compared with a run of order 8. Then: the initial ratio of the two tolerances."""
+"""HIGHER: loosest tolerance at which a run of order 5 is compared with a run of order 8. BEGUN: initial ratio of the two
+tolerances."""
 NEEDED, APART_AT_LEAST = 1e-4, 3.0
-"""Tightest useful tolerance of the tighter run, relative to that of the first run. Then: smallest ratio of the first run's
-tolerance to the tighter run's tolerance."""
+"""NEEDED: tightest useful tolerance of the tighter run, relative to that of the first run. APART_AT_LEAST: smallest ratio of the
+first run's tolerance to the tighter run's tolerance."""
 ROUND = 1e-13
-"""Tightest tolerance to which a tighter run is limited. Below it, round-off dominates the difference of the runs."""
+"""Tightest tolerance to which a tighter run is limited. At tighter tolerances, round-off dominates the difference of the runs."""
 ORDERS = {m.name: m.order for m in REGISTRY}
 
 
@@ -40,12 +42,12 @@ def companion(settings: Settings, steps: Mapping[str, int]) -> tuple[Settings, f
         return replace(settings, step=settings.step / dearer), 1.0 / (1.0 - dearer**-order)
     factor = dearer ** ORDERS[method]
     rtol = settings.rtol / factor
-    if rtol < TIGHTEST:  # the second run is looser: the difference is its error
+    if rtol < TIGHTEST:  # make the second run looser instead; the difference is then about its error
         return replace(settings, rtol=settings.rtol * factor), 1.0
     return replace(settings, rtol=rtol), 1.0 / (1.0 - 1.0 / factor)
 
 
-def order_of(settings: Settings, steps: Mapping[str, int]) -> int:
+def dominant_order(settings: Settings, steps: Mapping[str, int]) -> int:
     """The order of the method that most steps of a run with these settings will use. steps: number of steps by method, counted in
     another run."""
     if settings.method in ORDERS:
@@ -54,7 +56,8 @@ def order_of(settings: Settings, steps: Mapping[str, int]) -> int:
 
 
 def tightest(settings: Settings, chosen: Settings) -> float:
-    """The tightest tolerance of a tighter run. settings: of the first run; chosen: settings with which the tighter run begins."""
+    """The tightest tolerance of a tighter run. settings: settings of the first run; chosen: settings with which the tighter run
+    begins."""
     return min(chosen.rtol, max(NEEDED * settings.rtol, ROUND))
 
 

@@ -34,7 +34,7 @@ SPARE = 0.01
 """If the error, relative to the accuracy, is below this value, a run at a looser tolerance is tried. Such small errors occur if
 drives and loops prescribe the motion."""
 TIGHTEST, LOOSE, LOOSEST = 1e-13, 1e-3, 1e-2
-"""Tightest tolerance, loosest first tolerance, loosest tolerance."""
+"""TIGHTEST: tightest tolerance of a run. LOOSE: loosest tolerance of the first run. LOOSEST: loosest tolerance of any run."""
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.execution.run_loop import OneRun, Progress
 from trunnion.simulation.execution.runnable_model import Model
+from trunnion.simulation.global_error.additional_step_ends import offset_step_ends
 from trunnion.simulation.global_error.cost_control import CountedRun, PacedRun
 from trunnion.simulation.global_error.error_estimate import certainty
-from trunnion.simulation.global_error.step_end_offsets import offset_step_ends
-from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, companion, higher, order_of, tightest
+from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, companion, dominant_order, higher, tightest
 from trunnion.simulation.results.error_statement import Certainty, Promise
 from trunnion.simulation.results.outcome import CANCELLED
 from trunnion.simulation.results.result import Result
@@ -30,8 +30,8 @@ MOST = 1.4
 LEAST = 1.15
 """Smallest target number of evaluations after an abandoned run, relative to the first run."""
 LIMIT, SMALL = 1.46, 2000
-"""The tighter run is stopped at this number of evaluations, relative to the first run's evaluations. The first run is counted with
-at least SMALL evaluations."""
+"""LIMIT: the tighter run is stopped at this number of evaluations, relative to the first run's evaluations. SMALL: the first run is
+counted with at least this number of evaluations."""
 OVERSHOOT = 1.05
 """End time of the tighter run, relative to the end time of a first run that ended early."""
 STATE = ("*.q[*]", "*.qd[*]")
@@ -51,7 +51,8 @@ def compare_runs(
 ) -> Result:
     """Execute a run and a tighter run. Returns the result of the first run, with its ``certainty``.
 
-    model: from ``model_with_state``. limited: whether the tighter run stops if it costs more than 1.5 times the first run."""
+    model: a result of ``model_with_state``. limited: whether the tighter run stops if it costs more than 1.5 times the first
+    run."""
     first = CountedRun(model, until, every, settings, _part(progress, 0.0))
     run = first.result()
     if run.outcome.name == CANCELLED or len(run) == 0 or run.stats.steps == 0:
@@ -120,7 +121,7 @@ class _TighterRun:
         first = self.run.stats.rhs_evaluations
         limit = LIMIT * max(first, SMALL) - spent if self.limited else np.inf
         most = (max(MOST * first - spent, LEAST * first), limit)
-        pace = self.first.pace(self.run, most, order_of(chosen, self.run.stats.counters), tolerances)
+        pace = self.first.pace(self.run, most, dominant_order(chosen, self.run.stats.counters), tolerances)
         return PacedRun(self.model, self.until, self.every, chosen, self.progress, pace=pace, trial=trial)
 
 

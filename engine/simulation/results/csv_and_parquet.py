@@ -110,14 +110,14 @@ def _write_csv(result: ResultData, path: Path) -> None:
 
 
 def blocks_of(data: np.ndarray) -> Iterator[np.ndarray]:
-    """The rows of ``data`` in blocks of at most ``AT_ONCE`` values. Ctrl-C is heard between two blocks."""
+    """The rows of ``data`` in blocks of at most ``AT_ONCE`` values. Ctrl-C is handled between two blocks."""
     some = max(1, AT_ONCE // data.shape[1])
     return (data[first : first + some] for first in range(0, len(data), some))
 
 
 def lines_of(data: np.ndarray) -> bytes | bytearray:
     """Rows as lines of a CSV file. Each number has the fewest digits that restore it exactly. data: (n × c), n and c at least 1."""
-    if np.isinf(data).any():  # JSON has no infinity
+    if np.isinf(data).any():  # orjson would write null for infinity
         return "".join(",".join(map(repr, row)) + "\n" for row in data.tolist()).encode()
     text = orjson.dumps(data.ravel(), option=orjson.OPT_SERIALIZE_NUMPY)
     if np.isnan(data).any():
@@ -126,8 +126,8 @@ def lines_of(data: np.ndarray) -> bytes | bytearray:
     characters = np.frombuffer(lines, np.uint8)
     commas = np.flatnonzero(characters == ord(","))
     characters[commas[data.shape[1] - 1 :: data.shape[1]]] = ord("\n")
-    characters[-1] = ord("\n")  # the list's closing bracket
-    del characters  # a bytearray with a view cannot change its size
+    characters[-1] = ord("\n")  # in place of the closing bracket of the list
+    del characters  # release the view: a bytearray with a view cannot change its size
     del lines[:1]
     return lines
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trunnion.simulation.results.summary import counted, main_columns
+from trunnion.simulation.results.summary import count_events, main_columns
 
 if TYPE_CHECKING:
     from trunnion.simulation.results.result_data import ResultData
@@ -77,7 +77,7 @@ def _mark(result: ResultData, time: float) -> str:
 def _events(result: ResultData) -> str:
     if not result.events:
         return "<small>no events</small>"
-    counts = ", ".join(f"{n} {kind.replace('_', ' ')}" for kind, n in counted(result.events).items())
+    counts = ", ".join(f"{n} {kind.replace('_', ' ')}" for kind, n in count_events(result.events).items())
     rows = "".join(
         f"<tr><td>{e.time:.6g}</td><td>{escape.escape(e.kind.replace('_', ' '))}{' (marginal)' * e.marginal}</td>"
         f"<td>{escape.escape(e.joint)}</td>"

@@ -27,7 +27,7 @@ class Redundancy:
     Attributes:
         count: number of independent reaction patterns that the motion does not determine.
         joints: joints whose reactions are not unique.
-        rubbing: those of ``joints`` that have friction. For rigid bodies, their friction and the motion are not unique.
+        rubbing: the joints among ``joints`` that have friction. For rigid bodies, their friction and the motion are not unique.
         columns: columns of the components of reactions that are not unique at the start or at the end of the run. All other
             components are unique there. With ``rubbing``, they are unique only for given friction.
         drives: columns of the efforts of drives that are not unique.

@@ -52,8 +52,8 @@ class Result(ResultData):
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """An xarray dataset with the dimension ``time``. The ``attrs`` of each variable hold its unit and description; those of the
-        dataset hold the scene's name and the outcome."""
+        """An xarray dataset with the dimension ``time``. The ``attrs`` of each variable hold its unit and description; the
+        dataset's ``attrs`` hold the scene's name and the outcome."""
         from trunnion.basics.optional_packages import brought
         from trunnion.simulation.results.error_columns import with_errors
 

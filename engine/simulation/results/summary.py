@@ -62,7 +62,7 @@ def has_motion(result: ResultData) -> bool:
     return len(result) > 0 and (result.outcome.ok or result.stats.steps > 0)
 
 
-def ranges(result: ResultData, names: list[str] | None = None) -> list[Range]:
+def column_ranges(result: ResultData, names: list[str] | None = None) -> list[Range]:
     """Ranges of columns (default: the main columns); empty if the result contains no motion."""
     if not has_motion(result):
         return []
@@ -80,7 +80,7 @@ def final_values(result: ResultData) -> dict[str, float]:
     return dict(zip(result.names, map(float, result.data[-1]), strict=True)) if has_motion(result) else {}
 
 
-def counted(events: tuple[Event, ...]) -> dict[str, int]:
+def count_events(events: tuple[Event, ...]) -> dict[str, int]:
     """Number of events of each kind."""
     return dict(Counter(e.kind for e in events))
 

@@ -27,7 +27,8 @@ SIGNATURES = {
 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL:
-    """The runtime library with declared signatures. RuntimeError if the size of its batch record differs from that in Python."""
+    """The runtime library with declared signatures. RuntimeError if the size of its batch record differs from the size in
+    Python."""
     lib = runtime()
     for name, codes in SIGNATURES.items():
         function = getattr(lib, GUARDED + name)

@@ -16,8 +16,8 @@ class cancellable:  # used like a function
     """Allow the function ``stop`` and Ctrl-C to end long work of a simulation block. at: returns the block's address, which may
     change.
 
-    After Ctrl-C, KeyboardInterrupt is raised at the end of the context, unless a caller holds Ctrl-C back. Exceptions of this
-    thread's watch (``heed``) are raised at the end, too."""
+    After Ctrl-C, KeyboardInterrupt is raised at the end of the context, unless a caller holds Ctrl-C back. Exceptions that ``heed``
+    raises in this thread are raised at the end of the context, too."""
 
     def __init__(self, lib: ctypes.CDLL, at: Callable[[], int], stop: Callable[[], bool]):
         self._lib, self._at, self._stop = lib, at, stop
@@ -62,5 +62,5 @@ def _gives_up() -> int:
 
 
 _HOST = HOST(_gives_up)
-"""The function that C calls. There is only one, because its creation takes longer than a call into C."""
+"""The function that C calls. All contexts share this function, because its creation takes longer than a call into C."""
 _ADDRESS = ctypes.cast(_HOST, ctypes.c_void_p)

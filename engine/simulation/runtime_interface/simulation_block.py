@@ -83,8 +83,8 @@ def address(array: np.ndarray) -> int:
 
 
 def zeroed(count: int) -> np.ndarray:
-    """Zeros at the start of a page. The system provides each page of them at its first use: arrays for dense maps, which grow with
-    the square of the mechanism, take memory only in runs that form dense maps."""
+    """Zeros that begin at a memory page. The operating system provides each page at its first use. Arrays for dense maps grow with
+    the square of the mechanism's size, and so take memory only in runs that form dense maps."""
     private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
     return np.frombuffer(mmap.mmap(-1, 8 * count, **private), float)
 
@@ -227,8 +227,8 @@ class Block:
         return out.T
 
     def redundancy(self) -> tuple[int, np.ndarray]:
-        """Patterns of scaled loop reactions that the motion does not determine: their number, and the largest component of each
-        reaction (loop rows) over all patterns, each a unit vector."""
+        """Patterns of scaled loop reactions that the motion does not determine, each a unit vector. Returns their number, and the
+        largest component of each reaction over all patterns (loop rows)."""
         share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
         return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
@@ -306,7 +306,7 @@ class Block:
     def statistics(self) -> dict[str, int]:
         """The counters of the run by name: the fields of ``tr_stats``, and the number of steps of each method."""
         counted = dict(zip(COUNTERS, COUNTS.unpack(ctypes.string_at(self.lib.tr_statistics(self.at), COUNTS.size)), strict=True))
-        del counted["auto"]  # a step belongs to the method that auto chose
+        del counted["auto"]  # a step counts for the method that auto chose
         return counted
 
     def take_events(self) -> np.ndarray:

@@ -12,8 +12,8 @@ MANY = 14
 quadratic in this number (22 s to compile for 16 pins). Bytecode along the recursion has linear cost
 (``tests/benchmarks/speed/parts_kernel.py``)."""
 RUNS = 1000
-"""With this many runs of a structure or more, a compilation (0.5 to 3 s) saves time: a run takes about 1 ms longer with
-bytecode."""
+"""With this many runs of a structure or more, a compilation (0.5 to 3 s) saves time. With bytecode, a run takes about 1 ms
+longer."""
 
 
 def kernel_for(wanted: str | None, system: System, runs: float = 1) -> str:

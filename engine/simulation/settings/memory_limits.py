@@ -30,7 +30,7 @@ CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 
 @lru_cache(maxsize=1)
 def memory() -> int:
-    """Memory available to this process, bytes: that of the machine, or the limit of its container."""
+    """Memory available to this process, bytes: the memory of the machine, or the limit of its container."""
     found = [ASSUMED]
     with suppress(AttributeError, ValueError, OSError):
         found = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]

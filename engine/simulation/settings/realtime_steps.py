@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 ITERATIONS, ITERATIONS_A_FREEDOM = 46, 8
 """Default limit of Newton iterations in a step: a constant, plus a number for each freedom with friction. In examples 8.1 to 8.3 of
-the paper, a step with an event takes 40 to 50 iterations with one such freedom. With three freedoms it takes 45 to 60, with four 60
-to 75."""
+the paper, a step with an event takes 40 to 50 iterations if one freedom has friction, 45 to 60 for three freedoms, and 60 to 75 for
+four."""
 STEPPED = " or ".join(name for name, law in LAWS.items() if law.steps)
 """The friction laws that fixed steps resolve."""
 WHOLE = 1e-9
@@ -40,7 +40,7 @@ def bounds_of(scene: Scene) -> dict[str, Any]:
 
 
 def method_of(scene: Scene, method: str) -> str:
-    """The method of a run. If the scene has bounded steps and ``method`` is "auto", the default method of bounded steps."""
+    """The method of a run. If the scene has bounded steps and ``method`` is "auto", this is the default method of bounded steps."""
     return AUTO.loose.name if scene.simulation.realtime is not None and method == METHODS[0] else method
 
 
@@ -49,7 +49,7 @@ def stiff_laws(scene: Scene) -> list[str]:
     return sorted({law for j in scene.joints.values() if j.friction if not LAWS[law := scene.law_of(j.friction)].steps})
 
 
-def problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
+def step_problems(scene: Scene, method: str, every: float, step: float) -> Iterator[Problem]:
     """Contradictions between a scene's bounded steps and a request. every: spacing of rows, s; 0: a row at each step. step:
     requested step, s, or 0."""
     asked = scene.simulation.realtime

@@ -13,7 +13,7 @@ from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.memory_limits import NEVER_MANY, expected_rows, row_problems
 from trunnion.simulation.settings.realtime_steps import STEPPED, stiff_laws
-from trunnion.simulation.settings.realtime_steps import problems as bounded
+from trunnion.simulation.settings.realtime_steps import step_problems as bounded
 from trunnion.simulation.settings.run_settings import settings_read
 from trunnion.system.construction.system_builder import build
 

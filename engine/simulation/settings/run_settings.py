@@ -62,17 +62,17 @@ def known_words() -> dict[str, tuple[str, ...]]:
     return {"methods": tuple(METHODS), "laws": tuple(LAWS), "kernels": KERNELS}
 
 
-def told(setting: Setting, who: str) -> str:
+def describe_setting(setting: Setting, who: str) -> str:
     """The description of a setting for one interface. who: name of the interface."""
     return setting.told(who).format_map({k: ", ".join(v) for k, v in known_words().items()})
 
 
-def described(who: str) -> Callable[[F], F]:
+def with_setting_docs(who: str) -> Callable[[F], F]:
     """A decorator that appends the descriptions of an interface's settings to the function's docstring. who: name of the
     interface."""
 
     def add(function: F) -> F:
-        lines = [f"    {s.name}: {told(s, who)}" for s in offered(who)]
+        lines = [f"    {s.name}: {describe_setting(s, who)}" for s in offered(who)]
         function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__ or ""), "", "Settings:", *lines])
         return function
 

@@ -10,7 +10,7 @@ from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED
 from trunnion.scene.data_classes import scene as sm
-from trunnion.scene.queries.joint_contact_elements import given, touching
+from trunnion.scene.queries.joint_contact_elements import defaults_to_one, touching
 from trunnion.system.construction.device_builder import Builder
 from trunnion.system.structure.bodies_and_joints import FrictionElement, Joint, Signal, Slider
 from trunnion.system.structure.parameter_table import Leaf, ParameterTable
@@ -54,7 +54,7 @@ def element(scene: sm.Scene, devices: Builder, j: Joint, eta: int, flag: int) ->
         value = getattr(f, n.name)
         if value is None and n.default is not None:
             value = getattr(scene.friction, n.name)
-        if value is None and given(contact, n, law):
+        if value is None and defaults_to_one(contact, n, law):
             numbers.append((n.name, table.scalar(f"joints.{j.name}.friction.{n.name}", 1.0, n.unit)))
         if value is None:
             if n.derived and j.wheels is not None and j.wheels.wrap is not None:

@@ -53,7 +53,7 @@ static void fmu_seed(const fmu_instance *m, fmu_reference known, double seed, fm
   }
   const int which = at < MODEL->inputs ? 2 * at : MODEL->derivative[at - MODEL->inputs];
   const tr_input *in = tr_input_record(FMU_SIM(m->state), which / 2);
-  if (m->state->time < in->begin) return; /* the input does not count yet */
+  if (m->state->time < in->begin) return; /* the input has no effect yet */
   const double w = in->bandwidth, answer = at >= MODEL->inputs ? which % 2 ? 1.0 : 2.0 * w : w * w;
   if (in->followed == 0.0) d->inputs[which / 2].value += seed;
   else d->inputs[which / 2].second += answer * seed; /* if a motion follows the input, the acceleration changes at once */

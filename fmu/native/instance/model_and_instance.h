@@ -23,8 +23,8 @@ typedef int fmu_status;
 enum { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
 typedef unsigned fmu_reference;
 
-/* Kinds of parameters. The `index` of a parameter is that of an engine parameter, a coordinate, a rate or an input, depending on
- * the kind. */
+/* Kinds of parameters. Depending on the kind, the `index` of a parameter counts the engine parameters, the coordinates, the rates
+ * or the inputs. */
 enum fmu_setting_kind { FMU_NUMBER, FMU_START_Q, FMU_START_QD, FMU_BANDWIDTH, FMU_TOLERANCE, FMU_STEP, FMU_MAX_STEPS, FMU_HOST_TOLERANCE,
                         FMU_MOST_EVENTS, FMU_MOST_EVALUATIONS, FMU_MOST_ITERATIONS, FMU_ERRORS, FMU_PARAMETER };
 
@@ -178,10 +178,10 @@ typedef struct fmu_state {
   int slower;   /* whether the message that a motion follows its input more slowly has been logged */
   int ticking;    /* whether a clock ticked since the host last handled events */
   int midway;     /* whether the last step ended before its communication point */
-  int event;      /* whether the run is at an event; the row of outputs is then that just before the event */
+  int event;      /* whether the run is at an event; the outputs are then the values just before the event */
   double seen;    /* no event happens up to this time, s, unless the host changes something */
   double stride;  /* longest communication step so far */
-  int certified;  /* what a host reads as an output. 1: its error estimate; -1: NaN, as the estimates are no longer valid; 0: its value */
+  int certified;  /* what a host reads as an output. 1: its error estimate; -1: NaN (estimates are no longer valid); 0: its value */
   double apart;   /* last time at which both runs had the same number of events, s */
   int settings, trial, inputs, sources, row, ticks, heard, given_up, sim, other, errors, second; /* offsets behind this struct, doubles */
 } fmu_state;

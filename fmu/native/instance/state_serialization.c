@@ -7,7 +7,7 @@
 /* Header of a serialized state. */
 typedef struct fmu_seal {
   char mark[8];
-  uint64_t sum; /* checksum of the state behind it */
+  uint64_t sum; /* checksum of the state, which follows the header */
 } fmu_seal;
 
 /* Checksum of all whole 8-byte words of the data. */
@@ -38,7 +38,7 @@ static void fmu_forget_addresses(fmu_state *s) {
   memset(TR_A(sim, cj), 0, sizeof(void *));
 }
 
-/* Write a state with a checksum. The addresses of this process are left out, so that equal states give equal bytes. */
+/* Write a state with a checksum. The bytes do not contain addresses of this process, so that equal states give equal bytes. */
 static void fmu_seal_state(const fmu_state *s, char *out) {
   fmu_seal seal = {.mark = SEAL_MARK};
   char *body = out + sizeof seal;

@@ -18,8 +18,7 @@ static int fmu_states(void) {
 
 static int fmu_indicators(void) { return 2 * MODEL->kernel->nsliders + MODEL->kernel->nstops + (MODEL->kernel->neta > 0); }
 
-/* The reference of the first state. The references after those of the states are those of the state derivatives, then those of the
- * event indicators. */
+/* The reference of the first state. The state derivatives follow the states; then the event indicators follow. */
 static unsigned fmu_first_state(void) {
   return (unsigned)(fmu_count() + (MODEL->clocks ? 1 + 3 * MODEL->clocks->count + (MODEL->clocks->last >= 0) : 0));
 }
@@ -27,7 +26,7 @@ static unsigned fmu_first_state(void) {
 #if defined FMU_ALONE /* a plain library has no model exchange */
 static int fmu_is_exchanged(fmu_reference r) { return (void)r, 0; }
 #else
-/* Whether a reference is that of a state, a state derivative or an event indicator. */
+/* Whether a reference belongs to a state, a state derivative or an event indicator. */
 static int fmu_is_exchanged(fmu_reference r) {
   const unsigned first = fmu_first_state();
   return MODEL->types & FMU_EXCHANGE && r >= first && r < first + (unsigned)(2 * fmu_states() + fmu_indicators());

@@ -1,4 +1,4 @@
-/* Access to variables. The order of value references is that of value_references.c. */
+/* Access to variables. value_references.c defines the order of value references. */
 
 /* Address of the value of input r. r counts the inputs, then the derivative inputs, then the sources of inputs. */
 static double *fmu_input_at(const fmu_state *s, int r) {

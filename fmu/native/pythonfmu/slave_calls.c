@@ -26,7 +26,7 @@ static void bridge_log(void *environment, fmi2String name, fmi2Status status, fm
     b->host.logger(b->host.componentEnvironment, b->name, status, category && *category ? category : bridge_category[status], message);
 }
 
-/* The worse of two statuses: pythonfmu's `status` and that of the slave. */
+/* The worse of two statuses: pythonfmu's `status` and the status of the slave. */
 static fmi2Status bridge_worse(const fmu_bridge *b, fmi2Status status) { return (int)status > b->status ? status : (fmi2Status)b->status; }
 
 /* Define a function that pythonfmu passes on to the slave. */

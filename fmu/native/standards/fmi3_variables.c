@@ -1,5 +1,5 @@
-/* Access to variables in FMI 3.0. Value references are those of FMI 2.0; an array has the reference of its first value. Then
- * follow the references of time, clocks, times of their last ticks, numbers of their ticks, and the joint of the last event. */
+/* Access to variables in FMI 3.0. Variables have the value references of FMI 2.0; an array has the reference of its first value.
+ * Further references belong to time, clocks, times of their last ticks, numbers of their ticks, and the joint of the last event. */
 
 #define FMI3_NONE (-1)
 
@@ -133,7 +133,7 @@ fmi3Status fmu_fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size
   return fmi3OK;
 }
 
-/* A clock stays active until it is read or the host has handled the event. */
+/* A clock stays active until the host reads it or has handled the event. */
 fmi3Status fmu_fmi3GetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Clock value[]) {
   FMU_ENTER(c);
   FMU_ARRAYS(n, vr && value);

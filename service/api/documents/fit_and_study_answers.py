@@ -111,7 +111,7 @@ class ExperimentDocument(BaseModel):
 
 
 class FitAnswer(BaseModel):
-    """The result of a fit. If friction laws are compared, ``fit`` is that of the best law."""
+    """The result of a fit. If friction laws are compared, ``fit`` is the fit of the best law."""
 
     kind: Literal["fit"]
     fit: FitDocument | None

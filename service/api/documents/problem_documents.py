@@ -21,7 +21,7 @@ from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.part_file_format import CorruptPart
 from trunnion.service.request_models.validation_messages import problem_of
 from trunnion.service.request_workers.fair_queue import QueueFull
-from trunnion.service.request_workers.worker_processes import Ended, NotReady, TookTooLong
+from trunnion.service.request_workers.worker_processes import NotReady, ProcessEnded, TookTooLong
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.job_store import BadCursor, Conflict
 
@@ -163,7 +163,7 @@ RESPONSES: dict[type[Exception], Callable[[Any], Response]] = {
     QueueFull: lambda e: problem_response(429 if e.own else 503, str(e), headers={"Retry-After": "5"}),
     NotReady: lambda e: problem_response(503, str(e), headers={"Retry-After": "10"}),
     **dict.fromkeys(
-        (TookTooLong, Ended),
+        (TookTooLong, ProcessEnded),
         lambda e: problem_response(422, problems=[Problem("body", str(e), "send a smaller scene or fewer values")]),
     ),
 }

@@ -13,7 +13,7 @@ from trunnion.analysis.studies.study_rounds import ReportedCases
 from trunnion.service.api.documents.problem_documents import Refusal
 from trunnion.service.api.server_state.server_components import JobContents, Service
 from trunnion.service.api.transport.api_keys_and_rates import Caller
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, digest_of, document_bytes
 from trunnion.service.executor.part_versions import shaped, with_version
 from trunnion.service.request_models.job_request import plan_of_document
 from trunnion.service.store.store_records import Chunk, Job
@@ -72,8 +72,8 @@ def case_numbers(s: Service, job: str, case: int) -> dict[str, float]:
 def trajectory_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Iterator[Any]:
     """Tables of the stored trajectory rows of the cases first … stop − 1. Damaged rows are recomputed as in ``result_rows``."""
 
-    def read(piece: Piece, low: int, high: int) -> Any:
-        table = s.parts.read_rows(piece, list(dict.fromkeys(["case", *schema.names])))
+    def read(case_range: CaseRange, low: int, high: int) -> Any:
+        table = s.parts.read_rows(case_range, list(dict.fromkeys(["case", *schema.names])))
         case = table["case"].to_numpy()
         return table.filter((case >= low) & (case < high))
 
@@ -84,13 +84,15 @@ def result_rows(s: Service, job: str, schema: Any, first: int, stop: int) -> Ite
     """Tables of the results of the cases first … stop − 1. If a part is damaged, the read waits until its cases are recomputed.
     Raises CorruptPart when this fails."""
 
-    def read(piece: Piece, low: int, high: int) -> Any:
-        return s.parts.read_part(piece, schema.names)[0].slice(low - piece.start, max(0, high - low))
+    def read(case_range: CaseRange, low: int, high: int) -> Any:
+        return s.parts.read_part(case_range, schema.names)[0].slice(low - case_range.start, max(0, high - low))
 
     yield from _part_tables(s, job, schema, first, stop, read)
 
 
-def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[Piece, int, int], Any]) -> Iterator[Any]:
+def _part_tables(
+    s: Service, job: str, schema: Any, first: int, stop: int, read: Callable[[CaseRange, int, int], Any]
+) -> Iterator[Any]:
     """For each finished chunk, the table that ``read`` returns."""
     digest = job_contents(s, job).digest
     todo, repairs = deque(s.store.finished(job, first, stop)), 0
@@ -98,7 +100,7 @@ def _part_tables(s: Service, job: str, schema: Any, first: int, stop: int, read:
         chunk = todo.popleft()
         try:
             low, high = max(first, chunk.start), min(stop, chunk.stop)
-            table = read(Piece(job, digest, chunk.start, chunk.stop), low, high)
+            table = read(CaseRange(job, digest, chunk.start, chunk.stop), low, high)
         except CorruptPart as e:
             repairs += 1
             if repairs > MOST_REPAIRS * (1 + len(todo)):

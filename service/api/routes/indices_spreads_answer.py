@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pyarrow
 
 MOST_CASES = 2_000_000
-"""Largest number of cases from which indices and quantiles are computed. A larger job has its first cases as a sample: the first
+"""Largest number of cases from which indices and quantiles are computed. Only the first cases of a larger job are used: the first
 points of a sample are a sample, too."""
 router = APIRouter(prefix="/v1/jobs", tags=["results"])
 Of = Annotated[
@@ -42,7 +42,7 @@ class DrawnDocument(BaseModel):
     of: int = Field(description="Number of finished cases.")
 
 
-DRAWN = Field(None, description=f"null: the answer covers all cases. Of a larger job, it covers the first {MOST_CASES} cases.")
+DRAWN = Field(None, description=f"null: the answer covers all cases. In a larger job, it covers the first {MOST_CASES} cases.")
 
 
 class EstimateDocument(BaseModel):
@@ -68,7 +68,7 @@ class OfPair(EstimateDocument):
 class IndicesDocument(BaseModel):
     """Sobol indices of a result."""
 
-    of: str = Field(description="Name of the result. The name failed means whether a case ended with an outcome other than done.")
+    of: str = Field(description="Name of the result. The result `failed` is 1 for a case with an outcome other than done, else 0.")
     unit: str
     points: int
     cases: int
@@ -200,8 +200,8 @@ def _begun_study(s: Service, job: str) -> StudyProgress:
 
 
 def _table(s: Service, job: str, names: Iterable[str]) -> tuple[pyarrow.Table, dict[str, int] | None]:
-    """(rows, ``DrawnDocument``). The rows hold the outcomes and the named results of a job's finished cases, for a job of more than
-    MOST_CASES cases those of its first cases. The document is None if no cases are left out."""
+    """(rows, ``DrawnDocument``). The rows hold the outcomes and the named results of a job's finished cases. If the job has more
+    than MOST_CASES cases, only its first cases are used. The document is None if all cases are used."""
     import pyarrow as pa
 
     there, schema = find_job(s, job), job_contents(s, job).schema

@@ -27,7 +27,7 @@ RESULT_SECONDS = 10
 async def take_turn(turns: Turns, most: int) -> AsyncIterator[None]:
     """Wait for one of ``most`` concurrent turns. Refusal (503) when too many requests wait."""
     if turns.there >= MOST_WAITING:
-        raise Refusal(503, "too many such requests wait; try again", headers={"Retry-After": "10"})
+        raise Refusal(503, "too many requests of this kind are waiting; try again", headers={"Retry-After": "10"})
     turns.there += 1
     try:
         while turns.busy >= most:

@@ -25,7 +25,7 @@ CONDITIONAL_RESPONSES: dict[int | str, dict[str, Any]] = {
         "description": "The requested Range of the content.",
         **header_schema("Content-Range", "Range of the sent bytes, and the number of all bytes."),
     },
-    304: {"description": "The entity tag in If-None-Match is that of the present content."},
+    304: {"description": "The entity tag in If-None-Match belongs to the present content."},
 }
 """Documented responses that do not contain the whole content."""
 

@@ -76,7 +76,7 @@ function cells(got) {
   return c.mean.map((mean, j) => [at[c.x[j]], mean, c.least[j], c.most[j], c.known[j], c.first[j]]).filter(([, mean]) => mean != null);
 }
 
-// The means of a job minus those of the first job at the same numbers; [] where no number is the same.
+// The means of a job minus the means of the first job at equal numbers; [] if the jobs have no number in common.
 function differing(mine, of, got) {
   const first = new Map(of.map(([x, mean]) => [x, mean]));
   return got.every((g) => !g || g.x.values) ? mine.filter(([x]) => first.has(x)).map(([x, mean, , , , n]) => [x, mean - first.get(x), null, null, 1, n]) : [];

@@ -90,7 +90,7 @@ async function rows(query) {
   $("edit").hidden = now.fits; // the form cannot edit a fit
   if (!some) { if (!now.fits) cases.start(job, request.scene, ENDED.includes(job.state)).catch(wrong); return; }
   const asked = ENDED.includes(job.state) || now.fits ? questions.changed(job, table) : null;
-  Promise.all([asked, now.fits ? null : cases.changed(job, table, query)]).catch(wrong); // a motion that takes long holds up no points
+  Promise.all([asked, now.fits ? null : cases.changed(job, table, query)]).catch(wrong); // a slow animation does not delay the plots
   if (!now.fits) await over.changed(table);
 }
 
@@ -114,7 +114,7 @@ function follow(id) {
       if (id === job.id) $("trouble").textContent = `Cases ${many(first)} to ${many(last)} ${kind === "chunk_failed" ? "could not be run" : "are tried again"}: ${error}`;
     });
   }
-  mine.addEventListener("error", () => { ask("GET", `/v1/jobs/${id}`).catch(() => {}); }); // this request reports a lost server
+  mine.addEventListener("error", () => { ask("GET", `/v1/jobs/${id}`).catch(() => {}); }); // if this request fails, the page reports the lost server
 }
 
 async function grown() {

@@ -8,7 +8,7 @@ const SLOW = 600; // time until the picture of an earlier scene is marked as out
 const SHOWN = "values=0&bare=1&names=1";
 const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 let frame = null, of = null, wanted = null, busy = false, told = () => {};
-let latest = null, turn = 0, shownTurn = 0, due = false; // the last data from the server; turns of texts
+let latest = null, turn = 0, shownTurn = 0, due = false; // latest: the last data from the server; turn, shownTurn: numbers of the newest and of the shown text
 
 // shown: called with the data of each run, except runs during a drag.
 export function begin(shown) {

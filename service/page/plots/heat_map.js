@@ -56,7 +56,7 @@ async function complete(table, all, names, options) {
 // Draws a result over two numbers.
 export async function field(box, { table, x, y, up, selection, still }, kind) {
   const n = table.large ? fit(table.job.cases / 2) : fit(table.rows.length), got = await table.bins(x, y, up, { nx: 200, ny: 200, within: selection });
-  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // in a grid, the cells are few compared with the cases
+  const grid = got.x.values && got.y.values && got.x.values.length * got.y.values.length <= 3 * got.cases; // whether the cases form a grid, which has few cells for its number of cases
   const coarse = grid ? got : await table.bins(x, y, up, { nx: n, ny: n, within: selection });
   const bins = grid ? 200 : n, whole = await complete(table, coarse, [x, y, up], { nx: bins, ny: bins, within: selection });
   if (!still()) return null;

@@ -39,8 +39,8 @@ def test_the_influence_of_given_friction_is_the_change_without_it() -> None:
     what = make_error_measure(scene, ("bearing.q[1]",), "rms")
     (unit,), note = rank_influences(scene, ["unit"], what, 0.05, 20)
     t = np.linspace(0.0, 0.05, 21)[:, None]
-    loss, carried = 1 / 0.9 - 1, 0.1 / 0.9 + 50.0**2 * 1e-3  # i (T_m - T_0) = T/0.9 + (J_out/0.9 + i^2 J_in) a
+    loss, carried = 1 / 0.9 - 1, 0.1 / 0.9 + 50.0**2 * 1e-3  # balance of torques: i (T_m - T_0) = T/0.9 + (J_out/0.9 + i^2 J_in) a
     a = (50.0 * (5.0 - 0.2) - 98.1 / 0.9) / carried
-    change = -(50.0 * 0.2 + loss * (98.1 + 0.1 * a)) / carried  # of a, with the ratio of all friction
+    change = -(50.0 * 0.2 + loss * (98.1 + 0.1 * a)) / carried  # derivative of a with respect to a common factor of all friction
     assert note == ""
     assert unit.predicted == pytest.approx(what.error((a - change) * t**2 / 2, a * t**2 / 2), rel=1e-6)

@@ -52,14 +52,14 @@ def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) 
 
 
 @pytest.mark.slow
-def test_what_integration_alone_adds_is_part_of_the_error_and_falls_with_the_error_wanted() -> None:
+def test_the_integration_error_is_part_of_the_error_and_falls_with_the_requested_error() -> None:
     parts = []
     for wanted in (1e-3, 1e-6):
         a = advise(load_scene("spherical_pendulum"), wanted, ("pendulum.position[1]",), **QUICK)  # type: ignore[arg-type]
         assert a.chosen is not None
         setting = a.chosen.setting
         assert setting is not None
-        assert 0.0 < setting.integration < 2.0 * wanted  # stated with a factor of safety
+        assert 0.0 < setting.integration < 2.0 * wanted  # the stated error includes a factor of safety
         parts.append(setting.integration)
     assert parts[1] < 0.1 * parts[0]
 
@@ -75,11 +75,11 @@ def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) 
 def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice) -> None:
     own = [r for r in torque.rungs if r.joints and not r.flat]
     assert [r.form for r in own] == friction_forms(load_scene("crank_slider"))
-    assert own[-1].model_error < 1e-12  # the scene itself
+    assert own[-1].model_error < 1e-12  # the last rung is the scene itself
 
 
 @pytest.mark.slow
-def test_what_the_wanted_error_rules_out_is_not_run() -> None:
+def test_a_model_that_the_requested_error_excludes_is_not_run() -> None:
     """Without friction, the model of 8.1 is entirely wrong. Sensitivities show this, so the advice does not run that model."""
     a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)
     assert a.rungs[0].predicted
@@ -128,7 +128,7 @@ def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pyt
     full = trunnion.simulate("crank_slider", 0.65, 0.013, rtol=1e-10)
     name = "crank_pivot.drive.effort[1]"
     off = np.sqrt(((mine[name] - full[name]) ** 2).mean()) / np.abs(full[name]).max()
-    assert off < 2e-4  # at other sample times than in the advice
+    assert off < 2e-4  # this run has other sample times than the advice
 
 
 def test_planar_mechanisms_are_found_and_spatial_ones_are_not() -> None:
@@ -151,7 +151,7 @@ def test_forms_reach_joints_that_name_their_own() -> None:
     assert friction.normal_force == "exact"
 
 
-def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_mistake_is_reported_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["advise", "crank_slider", "--error", "2", "--norm", "least", "-o", "x.txt"]) == 2
     err = capsys.readouterr().err
     for word in ("--error", "least", "-o", "--outputs"):
@@ -161,10 +161,10 @@ def test_every_mistake_is_told_at_once(capsys: pytest.CaptureFixture[str]) -> No
     assert len(e.value.problems) == 2
 
 
-def test_its_json_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_json_output_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["advise", "crank_slider", "--error", "1e-3", "--outputs", "slider.position[1]", "--until", "0.2"]
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     model = document["rungs"][document["chosen"]]["model"]
-    assert model.startswith("all joints ideal")  # possibly with planar joints, if they are faster
+    assert model.startswith("all joints ideal")  # the advice may choose planar joints if they are faster
     assert document["scene"]["name"] == "crank_slider"

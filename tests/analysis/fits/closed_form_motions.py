@@ -25,7 +25,8 @@ def noisy(seed: int, deviation: float = 0.02, time: np.ndarray = TIME, q: float 
 
 
 def regression(A: np.ndarray, y: np.ndarray, level: float, deviation: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """(estimates, half widths of their intervals) of y = A b + noise; Student's t where the deviation of the noise is estimated."""
+    """Estimates of b in y = A b + noise, and half widths of their intervals (by Student's t if the deviation of the noise is
+    estimated)."""
     b = np.linalg.solve(A.T @ A, A.T @ y)
     r, free = y - A @ b, len(y) - A.shape[1]
     s = np.sqrt(r @ r / free) if deviation is None else deviation

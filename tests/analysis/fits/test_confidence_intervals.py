@@ -1,5 +1,5 @@
-"""Intervals of fits equal those of textbooks where these exist. They end at bounds, and show where the data do not determine
-them."""
+"""Confidence intervals of fits equal those of textbooks where these exist. They end at bounds, and tell which values the data do
+not determine."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_intervals_of_a_linear_model_are_those_of_regression(noise: float | None
     check(found, [Q, QD], *regression(LINE, y, level, noise))
 
 
-def test_runs_share_what_they_share_and_have_starts_of_their_own() -> None:
+def test_runs_share_common_parameters_and_have_their_own_starts() -> None:
     """Two runs of one speed from two places: a regression with two intercepts. The columns of both runs share one noise."""
     other = np.linspace(0.0, 1.0, 6)
     y, z = noisy(2), noisy(3, time=other, q=-0.3)
@@ -77,8 +77,8 @@ def test_curves_of_two_units_have_two_noises() -> None:
 
 
 def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
-    """Compared with all pairs of force and speed on a grid. The interval contains the forces whose least misfit is near the least
-    misfit of all forces."""
+    """The reference is the misfit of all pairs of force and speed on a grid. The interval contains the forces whose least misfit is
+    near the least misfit of all forces."""
     time, noise = np.linspace(0.0, 1.0, 9), 0.02
     data = slid(2.0, 1.0, time) + noise * np.random.default_rng(7).normal(size=9)
     found = trunnion.fit(SLIDER, [FORCE, QD], time, {X: data}, noise=noise, level=0.9)
@@ -86,8 +86,8 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
     best = np.array([np.min(np.sum((slid(f, v[:, None], time) - data) ** 2, axis=1)) for f in force])
     inside = force[(best - best.min()) / noise**2 <= stats.chi2.ppf(0.9, 1)]
     i = found.intervals[FORCE]
-    assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the grid's steps are 1 %
-    assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval differs
+    assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the forces of the grid differ by 1 %
+    assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval has another end
 
 
 def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
@@ -100,7 +100,7 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
     assert (asked.low, asked.low_end, asked.high_end) == (pytest.approx(0.49), "bound", "found")
 
 
-def test_of_two_numbers_in_order_the_higher_ends_at_the_lower() -> None:
+def test_the_interval_of_a_larger_number_ends_at_the_smaller_one() -> None:
     """Data with one coefficient, fitted by a law with two coefficients. The fit finds the static coefficient at the lower end of
     its range, which is the sliding coefficient."""
     mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"
@@ -137,12 +137,12 @@ def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> No
         ({"level": 95}, "not a probability"),
     ],
 )
-def test_what_cannot_be_meant_is_told(asked: dict[str, Any], said: str) -> None:
+def test_invalid_priors_bounds_noise_and_levels_are_reported(asked: dict[str, Any], said: str) -> None:
     with pytest.raises(trunnion.SceneError, match=said):
         trunnion.fit(GLIDER, [Q, QD], TIME, {X: noisy(1)}, **asked)
 
 
-def test_mistakes_in_runs_are_told_together() -> None:
+def test_mistakes_in_runs_are_reported_together() -> None:
     runs = [trunnion.MeasuredRun(TIME, {X: TIME[1:]}), trunnion.MeasuredRun(TIME**2, {"rail.q": TIME}, noise=1.0)]
     with pytest.raises(trunnion.SceneError) as told:
         trunnion.fit(GLIDER, [Q], runs=runs)
@@ -152,7 +152,7 @@ def test_mistakes_in_runs_are_told_together() -> None:
     assert all(x in text for x in ("run 1", "8 values for 9", "run 2, time", "rail.q is not a column", "for only some of the runs"))
 
 
-def test_a_misfit_that_is_no_noise_is_told() -> None:
+def test_a_misfit_far_above_the_noise_is_reported() -> None:
     found = trunnion.fit(GLIDER, [Q, QD], t := np.linspace(0, 2, 41), {X: 0.1 + 0.5 * t - 0.1 * t**2}, intervals=False)
     assert any("omits an effect" in n for n in found.notes)
     assert not found.intervals

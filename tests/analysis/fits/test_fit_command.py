@@ -37,7 +37,7 @@ def document(said: Said) -> dict[str, Any]:
     return json.loads(said.readouterr().out)
 
 
-def test_it_finds_what_the_function_finds(files: Path, capsys: Said) -> None:
+def test_the_command_finds_the_values_of_the_function(files: Path, capsys: Said) -> None:
     assert main(asked("--data", "a.csv", "--vary", QD, "--vary", f"{Q}=normal(100 mm, 50 mm)", "--noise", "20 mm", "--json")) == 0
     told = document(capsys)
     found = trunnion.fit(GLIDER, [QD, Q], TIME, {X: noisy(1)}, noise=0.02, priors={Q: "normal(0.1, 0.05)"})
@@ -48,7 +48,7 @@ def test_it_finds_what_the_function_finds(files: Path, capsys: Said) -> None:
 
 
 @pytest.mark.slow
-def test_several_runs_are_told_and_drawn(files: Path, capsys: Said) -> None:
+def test_several_runs_are_reported_and_drawn(files: Path, capsys: Said) -> None:
     runs = ("--data", "a.csv", "--data", f"b.csv; {Q}=-0.1 m")
     assert main(asked(*runs, "--vary", QD, "--own", Q, "--plot", "fit.png", "--try", f"{QD}=1; until=4 s", "--level", "0.9")) == 0
     told = capsys.readouterr().out
@@ -57,7 +57,7 @@ def test_several_runs_are_told_and_drawn(files: Path, capsys: Said) -> None:
     assert (files / "fit.png").stat().st_size > 20_000
 
 
-def test_a_bound_is_told_as_one(files: Path, capsys: Said) -> None:
+def test_an_end_at_a_bound_is_reported_as_a_bound(files: Path, capsys: Said) -> None:
     assert main(asked("--data", "a.csv", "--vary", f"{QD}=0.495:", "--noise", f"{X}=20 mm")) == 0
     told = capsys.readouterr().out
     assert "[0.495]" in told
@@ -73,7 +73,7 @@ def test_laws_are_compared(files: Path, capsys: Said) -> None:
     assert any("do not decide" in n or "cannot tell" in n or "bound" in n for n in told["compared"]["notes"])
 
 
-def test_all_mistakes_are_told_at_once(files: Path, capsys: Said) -> None:
+def test_all_mistakes_are_reported_at_once(files: Path, capsys: Said) -> None:
     wrong = ("--data", "c.csv", "--data", "b.csv", "--vary", f"{QD}=3", "--compare", "colomb", "--noise", "x", "--level", "nine",
              "--try", "y=1", "--plot", "x.txt")  # fmt: skip
     assert main(["fit", "glider.json", "--column", f"{X}=plaice", "--column", "rail=place", *wrong]) == 2
@@ -83,7 +83,7 @@ def test_all_mistakes_are_told_at_once(files: Path, capsys: Said) -> None:
         assert words in told, words
 
 
-def test_nothing_measured_and_nothing_looked_for_are_told(files: Path, capsys: Said) -> None:
+def test_a_fit_without_data_or_parameters_is_reported(files: Path, capsys: Said) -> None:
     assert main(["fit", "glider.json"]) == 2
     told = capsys.readouterr().err
     assert "--vary" in told

@@ -1,5 +1,5 @@
-"""A complete request for a fit, as in a batch. It gives the results of the functions, to the bit, for any division into pieces. It
-reports all mistakes at once."""
+"""A fit requested as one document, as in a batch, has the results of the functions to the bit, for any division into pieces. All
+mistakes in the document are reported at once."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import pytest
 import trunnion
 from tests.analysis.fits.closed_form_motions import FORCE, GLIDER, QD, SLIDER, TIME, Q, X, noisy
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner, combine_rows, make_fit_plan
+from trunnion.analysis.fits.fits_from_plain_data import read_comparison, read_fit, read_ranking
 from trunnion.analysis.fits.identifiability import slope_spectrum
-from trunnion.analysis.fits.request import FitRequest, request_problems
-from trunnion.analysis.fits.result_reader import read_comparison, read_fit, read_ranking
+from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
 from trunnion.basics.interrupts import watched
 from trunnion.cli.output.fit_report import evidence_lines, lines, proposal_lines
 from trunnion.scene.scene_loader import scene_from_dict
@@ -61,7 +61,7 @@ def evidence() -> trunnion.ModelComparison:
     return trunnion.compare(GLIDER, LAWS, (QD,), **given)
 
 
-def test_a_question_comes_to_what_the_functions_find(
+def test_a_request_finds_the_results_of_the_functions(
     whole: FitPlan, rows: list[dict[str, Any]], evidence: trunnion.ModelComparison
 ) -> None:
     found = combine_rows(whole, rows)
@@ -80,14 +80,14 @@ def test_fits_are_the_same_to_the_bit_whenever_they_are_made_again(whole: FitPla
     assert [again.chunk(i, i + 1).to_pylist()[0] for i in (1, 0)] == rows[::-1]
 
 
-def test_what_there_is_of_a_comparison_is_told_before_it_is_over(whole: FitPlan, rows: list[dict[str, Any]]) -> None:
+def test_an_unfinished_comparison_reports_its_finished_candidates(whole: FitPlan, rows: list[dict[str, Any]]) -> None:
     first = combine_rows(whole, rows[:1])
     assert [c["name"] for c in first["compared"]["candidates"]] == ["free"]
     assert first["compared"]["candidates"][0]["weight"] == 1.0
     assert first["fit"] == json.loads(rows[0]["answer"])["fit"]
 
 
-def test_a_document_is_told_as_the_fit_it_is_of(evidence: trunnion.ModelComparison) -> None:
+def test_a_document_is_described_like_its_fit(evidence: trunnion.ModelComparison) -> None:
     best = evidence.best.fit
     assert best is not None
     ranked, known = trunnion.propose(best, TRIALS), read_comparison(plain(evidence.document()))
@@ -101,7 +101,7 @@ def test_a_document_is_told_as_the_fit_it_is_of(evidence: trunnion.ModelComparis
     assert plain(read_fit(plain(open_.document())).document()) == plain(open_.document())
 
 
-def test_a_fit_that_cannot_be_made_says_why_and_leaves_the_others_alone() -> None:
+def test_a_fit_that_cannot_be_made_gives_the_reason_and_leaves_the_others_alone() -> None:
     still = trunnion.Candidate(("gravity[2]",))
     told = answer(FitRequest((QD,), RUNS[:1], candidates={"free": trunnion.Candidate(), "still": still}))
     assert [(c["name"], c["fit"] is None) for c in told["compared"]["candidates"]] == [("free", False), ("still", True)]
@@ -112,7 +112,7 @@ def test_a_fit_that_cannot_be_made_says_why_and_leaves_the_others_alone() -> Non
     assert "gravity[2] is zero in the scene" in none["why"]
 
 
-def test_every_mistake_is_told_at_once_with_its_place() -> None:
+def test_every_mistake_is_reported_at_once_with_its_place() -> None:
     runs = (RUNS[0], trunnion.MeasuredRun(TIME[:3], {X: TIME[:4], "rail.plaice": TIME[:3]}, {Q: "1 kg"}, -1.0))
     laws = {"a": trunnion.Candidate((Q,), "kulomb"), "b": trunnion.Candidate(("gravity[7]", QD))}
     q = FitRequest((QD,), runs, level=2.0, candidates=laws, trials={"t": trunnion.Experiment({"q": 1}, until="1 kg")})
@@ -147,7 +147,7 @@ def test_a_fit_whose_end_is_wanted_ends(whole: FitPlan) -> None:
         FitRunner(whole).chunk(0, 2)
 
 
-def test_what_many_values_tell_apart_takes_no_memory_of_their_square() -> None:
+def test_memory_of_a_slope_spectrum_grows_with_the_number_of_values_not_its_square() -> None:
     slopes = np.column_stack([np.ones(50_000), np.linspace(0.0, 1.0, 50_000)])
     tracemalloc.start()
     try:

@@ -41,7 +41,7 @@ def test_friction_and_radius_of_a_journal_are_named(found: trunnion.Fit) -> None
     assert "fix the value of one parameter" in told
 
 
-def test_what_only_a_prior_says_is_the_priors(found: trunnion.Fit) -> None:
+def test_a_number_that_only_a_prior_determines_has_the_priors_interval(found: trunnion.Fit) -> None:
     """The data contain no information about the radius alone: its interval is that of the log-normal prior."""
     spread = math.sqrt(math.log(1.0 + 0.2**2))
     middle = math.log(0.03) - 0.5 * spread**2
@@ -50,7 +50,7 @@ def test_what_only_a_prior_says_is_the_priors(found: trunnion.Fit) -> None:
     assert found.deviation[RADIUS] == pytest.approx(spread * found.values[RADIUS], rel=0.01)
 
 
-def test_without_a_prior_both_are_open() -> None:
+def test_without_a_prior_force_and_coefficient_of_friction_are_undetermined() -> None:
     """μ F brakes a block, and no value of either number is excluded. Their deviation is infinite, not the result of a
     pseudo-inverse."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.0}}}}
@@ -65,7 +65,7 @@ def test_without_a_prior_both_are_open() -> None:
     assert np.isnan(found.correlation[0, 1])
     i = found.intervals[force]
     assert (i.low, i.low_end, i.high, i.high_end) == (pytest.approx(1.5), "bound", pytest.approx(2.5), "bound")
-    other = found.intervals[mu]  # limited by the bounds of the first
+    other = found.intervals[mu]  # the bounds of the force limit the interval of μ
     product = found.values[force] * found.values[mu]
     assert (other.low, other.high) == pytest.approx((product / 2.5, product / 1.5), rel=0.05)
 
@@ -85,7 +85,7 @@ def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> Non
         np.column_stack([x, y]), z, rcond=None)[0]))  # fmt: skip
 
 
-def test_what_the_noise_hides_is_named_and_its_profiles_decide() -> None:
+def test_numbers_that_noise_makes_inseparable_are_named_until_profiles_decide() -> None:
     """Two slopes differ by a thousandth, and the measurement is no more precise. The numbers are inseparable with this noise, but
     separable with less noise."""
     random = np.random.default_rng(3)

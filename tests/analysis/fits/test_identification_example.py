@@ -38,16 +38,16 @@ def test_the_truth_lies_within_three_deviations(script: ModuleType, found: trunn
 
 
 def test_the_misfit_is_the_noise(script: ModuleType, found: trunnion.Fit) -> None:
-    assert found.misfit == pytest.approx(script.NOISE, rel=0.05)  # 601 samples: 3 %
+    assert found.misfit == pytest.approx(script.NOISE, rel=0.05)  # the misfit of 601 samples varies by 3 %
 
 
-def test_the_readme_tells_what_was_found(found: trunnion.Fit) -> None:
+def test_the_readme_states_the_fitted_values(found: trunnion.Fit) -> None:
     text = (FOLDER / "README.md").read_text()
     assert f"{found.values['joints.pivot.friction.mu']:.5f}" in text
     assert f"{found.values['joints.pivot.damping']:.5f}" in text
 
 
-def test_the_search_takes_as_few_runs_as_the_readme_tells(found: trunnion.Fit) -> None:
+def test_the_search_takes_as_few_runs_as_the_readme_states(found: trunnion.Fit) -> None:
     assert "needs fewer than ten runs" in (FOLDER / "README.md").read_text()
     assert found.rounds < 10
 
@@ -78,7 +78,7 @@ def test_a_bound_that_the_data_point_beyond_is_where_the_search_ends() -> None:
     assert 0.0 <= found.values[DRAG] < 1e-4
 
 
-def test_a_trial_that_cannot_be_run_shortens_the_step_and_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trial_that_cannot_be_run_shortens_the_step_and_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     time, curves = measured(0.23)
     whole, tried = DifferentiatedRuns.__call__, []
 

@@ -46,9 +46,9 @@ def held(seed: int, noise: float | None) -> list[bool]:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("noise", [NOISE, None])
-def test_as_many_intervals_hold_the_truth_as_they_say(noise: float | None) -> None:
-    """40 sets, intervals of 90 %. The number of intervals that contain the true value lies within the range of a binomial variable
-    with this probability, except for one case in a thousand on each side."""
+def test_intervals_hold_the_truth_with_their_stated_probability(noise: float | None) -> None:
+    """40 sets, intervals of 90 %. The number of intervals with the true value is binomial. It lies in a range that is missed in one
+    case in a thousand on each side."""
     counts = np.sum([held(s, noise) for s in range(SETS)], axis=0)
     low, high = stats.binom.ppf([0.0005, 0.9995], SETS, LEVEL)
     assert all(low <= c <= high for c in counts)

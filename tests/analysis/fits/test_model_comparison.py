@@ -72,7 +72,7 @@ def test_the_law_that_made_the_data_is_found(stribeck: trunnion.ModelComparison)
     assert best.fit.values[RUB + "mu_static"] == pytest.approx(1.5, abs=4 * best.fit.deviation[RUB + "mu_static"])
 
 
-def test_laws_that_do_the_same_are_told_to_be_alike() -> None:
+def test_laws_with_the_same_curves_are_reported_as_alike() -> None:
     """A block that slides to rest, by Coulomb's law and by its regularised form."""
     time = np.linspace(0.0, 1.0, 13)
     curve = slid(2.0, 1.0, time) + 0.005 * np.random.default_rng(4).normal(size=13)
@@ -82,7 +82,7 @@ def test_laws_that_do_the_same_are_told_to_be_alike() -> None:
     assert any(n.startswith("the data do not decide") and "regularized" in n for n in told.notes)
 
 
-def test_what_is_wrong_with_candidates_is_told_together() -> None:
+def test_mistakes_in_all_candidates_are_reported_together() -> None:
     candidates = {"colomb": [FORCE], "stribeck": [FORCE], "coulomb": ["joints.rail.nothing"]}
     with pytest.raises(trunnion.SceneError) as told:
         trunnion.compare(SLIDER, candidates, [QD], TIME, {X: TIME})
@@ -102,7 +102,7 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunni
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
     """Slopes of smooth but stiff laws are differences; across the stop of the block they are right up to the square of the step."""
     scene = trunnion.scene.overrides.scene_given(SLIDER, None)
-    time = np.linspace(0.0, 1.0, 12)  # no time at the stop itself, where the second derivative is one-sided
+    time = np.linspace(0.0, 1.0, 12)  # the times leave out the stop itself, where the second derivative is one-sided
     curves = ModelCurves(scene, [FORCE, QD], (), [trunnion.MeasuredRun(time, {X: time}, name="run")], 1e-10)
     at = np.array([2.0, 1.0])
     for found in (curves._differences(at), curves.slopes(at)):
@@ -124,7 +124,7 @@ def information(times: np.ndarray, sizes: np.ndarray, deviation: float) -> np.nd
 
 
 def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit) -> None:
-    """For a straight line, compared with the matrices of its regressions: more precise and longer experiments give more
+    """The reference for a straight line is the matrices of its regressions. More precise and longer experiments give more
     information."""
     longer, sharper = trunnion.Experiment(until="8 s", every="1 s"), trunnion.Experiment(noise=0.005)
     trials: dict[str, Any] = {"again": {}, "longer": longer, "sharper": sharper}
@@ -140,16 +140,16 @@ def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit
 
 
 def test_a_start_that_has_to_be_found_too_takes_its_share() -> None:
-    """When each run has a start of its own, a further run gives only the information about the speed that remains when its start is
-    known."""
+    """The start of each run is unknown. A further run therefore adds less information about the speed than with a known start."""
     found = trunnion.fit(GLIDER, [QD], runs=[trunnion.MeasuredRun(TIME, {X: noisy(1)}, noise=0.02)], own=[Q], intervals=False)
     (again,) = trunnion.propose(found, {"again": {}})
     alone = 0.02 / math.sqrt(np.sum((TIME - TIME.mean()) ** 2))
     assert found.deviation[QD] == pytest.approx(alone, rel=1e-4)
-    assert again.deviation[QD] == pytest.approx(alone / math.sqrt(2.0), rel=1e-2)  # the reference prior adds 0.1 %
+    # the reference prior changes the deviation by 0.1 %
+    assert again.deviation[QD] == pytest.approx(alone / math.sqrt(2.0), rel=1e-2)
 
 
-def test_what_is_wrong_with_trials_is_told_together(line: trunnion.Fit) -> None:
+def test_mistakes_in_all_trials_are_reported_together(line: trunnion.Fit) -> None:
     trials = {
         "a": {"joints.rial.start.q": 1.0},
         "b": trunnion.Experiment(outputs="rail.qd[1]"),

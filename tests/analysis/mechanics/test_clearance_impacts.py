@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import trunnion
 from trunnion import SceneError, knocks, simulate
-from trunnion.analysis.mechanics.joint_clearances import free_mobility, plays_of, restricted, rotation_at
+from trunnion.analysis.mechanics.joint_clearances import clearances_of, free_mobility, restrict_mobility, rotation_at
 from trunnion.cli import main
 from trunnion.scene.data_classes import scene as sm
 
@@ -50,8 +50,8 @@ def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: floa
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
-def test_it_hits_where_the_ideal_joint_touches_from_then_on(kind: str, pin: str) -> None:
-    """Its normal and its angle are those of the ideal joint's contact just after the force has reversed."""
+def test_the_impact_is_at_the_contact_of_the_ideal_joint_after_the_reversal(kind: str, pin: str) -> None:
+    """Normal and angle of the impact are those of the ideal joint's contact just after the force has reversed."""
     rub = PIN if kind == "revolute" else sm.Friction(mu=0.05, radius=0.01)
     axis = "y" if kind == "revolute" else None
     joint = sm.Joint(kind, "ground", "hub", axis=axis, pin=pin, friction=rub)
@@ -75,7 +75,8 @@ def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]
     center, start = (0.0, 0.0, 0.0), None
     if kind == "prismatic":
         rub = sm.Friction(mu=0.05, half_width=0.01, half_height=0.015, half_length=0.02)
-        push[0], center = 0.0, (0.0, *(float(x) for x in rng.uniform(-0.05, 0.05, 2)))  # the sleeve does not tilt, nor slide
+        # the mass centre is where the sleeve neither tilts nor slides
+        push[0], center = 0.0, (0.0, *(float(x) for x in rng.uniform(-0.05, 0.05, 2)))
         sizes = [push @ e2, push @ e3]
     elif kind == "cylindrical":
         rub, push[0] = PIN, 0.0
@@ -97,7 +98,8 @@ def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]
 @pytest.mark.parametrize("kind", ["prismatic", "cylindrical", "universal"])
 @pytest.mark.parametrize("seed", range(36))
 def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind: str, seed: int) -> None:
-    """Each clearance sees its own part of the force. The impacts are at the contacts that carry from then on."""
+    """The component of the force across a clearance causes its impacts. An impact is at the contact that carries the load
+    afterwards."""
     scene, sizes = held_by(kind, np.random.default_rng(seed))
     r = simulate(scene, until=0.3, every=1e-3)
     found = knocks(r, CLEARANCE)
@@ -119,7 +121,7 @@ def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind
         assert np.exp(1j * (own[0].angle - r[f"{contact}.angle"][row])) == pytest.approx(1.0, abs=1e-9)
 
 
-def test_it_is_what_a_gap_does_that_is_simulated() -> None:
+def test_time_and_speed_of_an_impact_equal_those_of_a_simulated_gap() -> None:
     """The hub on a rail between two hard stops. The hub rests on one of the stops until the force reverses."""
     stops = sm.EndStops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
     back = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ, phase=np.pi))
@@ -132,7 +134,7 @@ def test_it_is_what_a_gap_does_that_is_simulated() -> None:
     assert first.speed == pytest.approx(abs(gap["rail.qd[1]"][row]), rel=1e-4)
 
 
-def test_without_clearance_it_is_the_ideal_joint() -> None:
+def test_a_joint_whose_clearance_vanishes_tends_to_the_ideal_joint() -> None:
     """The time of flight is proportional to the third root of the clearance, and the speed to the square of this root: (12 c
     m/Ṅ)^(1/3), Ṅ t²/(2 m)."""
     r = simulate(shaken(), until=0.4, every=5e-4)
@@ -140,14 +142,14 @@ def test_without_clearance_it_is_the_ideal_joint() -> None:
     for c in (1e-6, 1e-8, 1e-9):
         [k, *_] = knocks(r, c)
         t = (12 * c * MASS / slope) ** (1 / 3)
-        assert k.flight == pytest.approx(t, rel=3 * (RATE * t) ** 2 + 1e-5)  # rows 0.5 ms apart
-        assert k.speed == pytest.approx(slope * t**2 / (2 * MASS), rel=3 * (RATE * t) ** 2 + 1e-5)  # rows 0.5 ms apart
+        assert k.flight == pytest.approx(t, rel=3 * (RATE * t) ** 2 + 1e-5)  # rows are 0.5 ms apart
+        assert k.speed == pytest.approx(slope * t**2 / (2 * MASS), rel=3 * (RATE * t) ** 2 + 1e-5)  # rows are 0.5 ms apart
 
 
 def mobility_of_pin(scene: sm.Scene) -> np.ndarray:
     """The mobility of the joint "pin" at the start, in the directions of its clearance (3×3)."""
     r = simulate(scene, until=0.01, every=0.01)
-    return restricted(free_mobility(r, "pin")(0), plays_of(r.scene.joints["pin"])[0], rotation_at(r, "pin", 0))
+    return restrict_mobility(free_mobility(r, "pin")(0), clearances_of(r.scene.joints["pin"])[0], rotation_at(r, "pin", 0))
 
 
 def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:
@@ -163,7 +165,7 @@ def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:
     assert sorted(np.linalg.eigvalsh(W)) == pytest.approx([1 / 3.0, *[1 / 3.0 + 0.3**2 / J] * 2], rel=1e-9)
 
 
-def test_pins_of_a_loop_are_told_too() -> None:
+def test_pins_of_a_loop_are_reported() -> None:
     found = knocks(simulate(LOOP, until=0.1, every=2e-4), 10e-6)
     assert found == sorted(found, key=lambda k: k.time)
     assert found
@@ -171,7 +173,7 @@ def test_pins_of_a_loop_are_told_too() -> None:
     assert {k.joint for k in found} <= set(trunnion.load_scene(LOOP).joints)
 
 
-def test_what_cannot_be_told_is_said() -> None:
+def test_invalid_clearances_and_missing_columns_are_reported() -> None:
     r = simulate(shaken(), until=0.1, every=1e-3)
     with pytest.raises(SceneError, match="is not a joint of this scene"):
         knocks(r, {"rail": 1e-5})
@@ -181,7 +183,7 @@ def test_what_cannot_be_told_is_said() -> None:
         knocks(simulate(shaken(), until=0.1, outputs=("pin.q*",)), 1e-5)
 
 
-def test_the_command_tells_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_the_impacts(capsys: pytest.CaptureFixture[str]) -> None:
     how = ["knocks", LOOP, "--until", "0.1", "--every", "2e-4"]
     assert main([*how, "--clearance", "crank_pin=10 um", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["knocks"]

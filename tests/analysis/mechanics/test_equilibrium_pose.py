@@ -57,11 +57,11 @@ def pinned(torque: float, **joint: Any) -> sm.Scene:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("below", [0.3, 1e-2, 1.5e-3, 1e-5, 1e-8])
-def test_friction_just_below_what_tips_a_pendulum_has_a_band_with_ends(below: float) -> None:
+def test_friction_just_too_weak_to_hold_a_pendulum_everywhere_has_a_band_with_ends(below: float) -> None:
     """The band ends where m g l sin q equals the torque. Beyond it a pose can hold again, near the top."""
     (band,) = equilibrium(pinned(0.981 * (1.0 - below))).bands
     end = np.arcsin(1.0 - below)
-    near = 1e-12 / np.cos(end)  # round-off of the share, over its slope
+    near = 1e-12 / np.cos(end)  # round-off of the share, divided by its slope over the angle
     assert (band.low, band.high) == (pytest.approx(-end, abs=near), pytest.approx(end, abs=near))
 
 
@@ -73,7 +73,7 @@ def test_a_band_ends_at_any_angle_up_to_a_turn(end: float) -> None:
     assert (band.low, band.high) == (pytest.approx(-end, rel=1e-12), pytest.approx(end, rel=1e-12))
 
 
-def test_a_loop_stays_where_it_is_said_to_rest() -> None:
+def test_a_loop_stays_at_its_computed_rest() -> None:
     scene = load_scene("crank_slider_free")
     found = equilibrium(scene)
     assert found.kind == "stable"
@@ -108,7 +108,7 @@ def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
         return float(2.0 * GRAVITY * heights.sum() + 0.5 * np.array(stiff) @ (q - 0.5) ** 2)
 
     best = minimize(energy, np.zeros(n), method="BFGS", options={"gtol": 1e-11})
-    assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the minimiser's own accuracy
+    assert np.array([v[0] for v in found.q.values()]) == pytest.approx(best.x, abs=1e-7)  # the precision of the minimiser
 
 
 @pytest.mark.default_cases(2)
@@ -146,7 +146,7 @@ def test_friction_does_not_hold_a_pose_in_which_a_frictionless_joint_falls() -> 
     assert found.bands[0].low is None
 
 
-def test_what_falls_has_no_rest() -> None:
+def test_a_falling_body_has_no_pose_of_rest() -> None:
     free = sm.Scene({"b": sm.Body(sphere=0.1, mass=1.0)}, {"j": sm.Joint("free", "ground", "b")}, "falls")
     with pytest.raises(SimulationError, match="no pose of rest"):
         equilibrium(free)

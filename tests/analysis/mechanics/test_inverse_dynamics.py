@@ -124,7 +124,7 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     assert main(["inverse", "double_pendulum", "--motion", str(source), "-o", str(out)]) == 0
     with out.open() as file:
         rows = list(csv.DictReader(file))
-    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # no drive acted
+    assert abs(float(rows[-1][f"{joint}.drive.effort[1]"])) < 1e-6  # no drive acted in the run
     plain = tmp_path / "plain.csv"
     times = np.linspace(0.0, 0.5, 20)
     body = "\n".join(f"{t},{0.1 * t**2}" for t in times)
@@ -132,7 +132,7 @@ def test_the_command_reads_what_a_run_wrote_and_any_table(tmp_path: Path) -> Non
     assert main(["inverse", "simple_pendulum", "--motion", str(plain)]) == 0
 
 
-def test_every_mistake_in_a_motion_is_told() -> None:
+def test_every_mistake_in_a_motion_is_reported() -> None:
     scene, t = arm(1), np.linspace(0.0, 1.0, 4)
     motion = {"j0.q[2]": t, "j0.qd[1]": t, "elbow.q[1]": t, "j0.qdd[1]": t[:2]}
     with pytest.raises(SceneError) as told:

@@ -44,15 +44,15 @@ def test_a_crank_slider_without_masses_goes_where_geometry_takes_it(tmp_path: Pa
         load_scene(str(file))
 
 
-def test_masses_friction_and_loads_change_nothing_of_it() -> None:
+def test_masses_friction_and_loads_do_not_change_the_kinematics() -> None:
     scene = load_scene("crank_slider")
     a, b = kinematics(scene, until=0.5), simulate(scene, until=0.5)
     names = [n for n in a.names if ".q" in n or "position" in n or "acceleration" in n]
     for n in names:
-        assert a[n] == pytest.approx(b[n], abs=1e-5 * max(1.0, np.abs(b[n]).max())), n  # the run's own tolerance, 1e-6
+        assert a[n] == pytest.approx(b[n], abs=1e-5 * max(1.0, np.abs(b[n]).max())), n  # the tolerance of the run is 1e-6
 
 
-def test_freedoms_that_nothing_drives_are_told() -> None:
+def test_freedoms_that_nothing_drives_are_reported() -> None:
     with pytest.raises(SceneError, match=r"not driven, among .*guide\.q\[1\]"):
         kinematics("double_pendulum")
     driven = load_scene("crank_slider")

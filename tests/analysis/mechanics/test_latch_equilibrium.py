@@ -1,5 +1,6 @@
 """A mechanism that rests on the hook of a latch stays on the hook. The hook's spring determines the poses of rest, the oscillations
-about these poses, and the ranges that friction adds. Only a root of an equation is found numerically."""
+about these poses, and the ranges that friction adds. The references are closed forms; only the root of one equation is found
+numerically."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def rests(at: float, stiff: float, torque: float = 0.0) -> float:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
-def test_what_comes_down_on_a_hook_rests_and_swings_on_it(seed: int) -> None:
+def test_an_arm_on_its_hook_rests_and_oscillates_there(seed: int) -> None:
     at, stiff, scene = raised(seed)
     q = rests(at, stiff)
     found = modes(scene)
@@ -51,7 +52,7 @@ def test_what_comes_down_on_a_hook_rests_and_swings_on_it(seed: int) -> None:
     assert [m.frequency for m in found.modes] == pytest.approx([swing], rel=1e-7)
 
 
-def test_friction_holds_it_on_its_hook_in_a_band() -> None:
+def test_friction_holds_the_block_on_its_hook_in_a_band() -> None:
     at, stiff, scene = raised(0, friction=0.8)
     (band,) = equilibrium(scene).bands
     assert (band.low, band.high) == pytest.approx((rests(at, stiff, -0.8), rests(at, stiff, 0.8)), abs=1e-9)
@@ -63,7 +64,7 @@ def test_a_hook_that_begins_down_carries_from_the_start_what_presses_it(seed: in
     at, stiff, scene = raised(seed, down="true")
     q = rests(at, stiff)
     r = simulate(scene, rtol=1e-10, kernel=kernel, overrides={"joints.hinge.start.q": q})
-    assert np.abs(r["hinge.q[1]"] - q).max() < 1e-2 * (q - at)  # stiff: near the limit of explicit steps
+    assert np.abs(r["hinge.q[1]"] - q).max() < 1e-2 * (q - at)  # so stiff a hook brings explicit steps near their stability limit
     assert r["hinge.latch.effort[1]"] == pytest.approx(-MASS * G * HALF * np.cos(q), rel=1e-2)
     assert not r.events
     falls = simulate(scene, kernel=kernel, overrides={"joints.hinge.start.q": q, "joints.hinge.latch.holds": 1e-3})

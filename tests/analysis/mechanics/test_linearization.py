@@ -90,7 +90,8 @@ def test_directions_are_those_of_differences(make, at: float) -> None:
     for dy in directions:
         seed = rng.normal(size=ni)
         seed[3::4] = 0.0
-        if model.system.cuts:  # a single displacement or rate would open the loop; an acceleration or a force would not
+        # in a loop, a single displacement or rate would open the loop; single accelerations and forces are allowed
+        if model.system.cuts:
             seed[:] = 0.0
             seed[0 if model.built.scene.forces else 2 :: 4] = 1.0
         exact, expected = point.along(seed, dy), differences(model, dy, seed)

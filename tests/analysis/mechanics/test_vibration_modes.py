@@ -84,13 +84,13 @@ def test_a_loop_swings_as_a_run_of_it_does() -> None:
     assert 1.0 / np.diff(times[::2]) == pytest.approx(np.full(len(times[::2]) - 1, mode.frequency), rel=1e-7)
 
 
-def test_a_start_that_is_no_rest_is_said() -> None:
+def test_a_start_that_is_not_at_rest_is_reported() -> None:
     with pytest.raises(SimulationError, match="not a pose of rest"):
         modes(chain(2, 0.3), at_start=True)
 
 
 @pytest.mark.slow
-def test_the_command_tells_and_draws_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_and_draws_the_modes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = tmp_path / "modes.png"
     assert main(["modes", "double_pendulum", "--json", "--plot", str(picture)]) == 0
     told = json.loads(capsys.readouterr().out)

@@ -56,7 +56,7 @@ def test_a_block_on_a_rail_wears_by_weight_times_way() -> None:
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
 def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
-    """Over one turn of the paper's examples, compared with the work that the runtime integrates in another way."""
+    """The reference is the work over one turn of the paper's examples, which the runtime integrates in another way."""
     r = simulate(name, until=1.0 if name == "crank_slider" else 0.5, every=5e-4, rtol=1e-12)
     w = wear(r, K)
     seen = 0
@@ -70,7 +70,7 @@ def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
-def test_what_comes_off_is_somewhere_around_the_pin_and_its_bearing(name: str) -> None:
+def test_wear_around_the_pin_and_its_bearing_sums_to_the_worn_volume(name: str) -> None:
     w = wear(simulate(name, until=0.5), K)
     for c in (c for c in w.contacts if c.angles.size):
         joint = load_scene(name).joints[c.joint].friction
@@ -86,7 +86,7 @@ def test_a_load_that_stands_still_wears_one_side_of_what_stands_and_all_around_w
     for c in w.contacts:
         standing, turning = (c.on_pin, c.on_bearing) if pin == "inboard" else (c.on_bearing, c.on_pin)
         assert np.count_nonzero(standing > 1e-6 * standing.max()) == 1
-        assert turning == pytest.approx(np.full(BINS, turning.mean()), rel=0.02)  # bins are 5°, rows 0.36°
+        assert turning == pytest.approx(np.full(BINS, turning.mean()), rel=0.02)  # bins are 5° wide; rows are 0.36° apart
         assert c.load == pytest.approx(3.0 * GRAVITY / np.hypot(1.0, 0.2) / 2 * 0.01 * 2 * np.pi * 3.0, rel=1e-9)
 
 
@@ -111,22 +111,23 @@ def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_di
     assert integral(grid, values, [0.71, 0.3, 0.3, 5.0]) == pytest.approx(expected, abs=1e-11)
 
 
-def test_what_has_few_rows_or_none_between_two_events_takes_what_there_is() -> None:
+def test_a_span_with_few_rows_is_integrated_from_the_rows_that_it_has() -> None:
     time, events = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), [1.5, 1.6, 2.5, 3.5, 3.75]
     found = integral(time, np.array([[2.0, 4.0, 7.0, 1.0, 5.0]]), events)[0]
-    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0  # a line through two rows; between 1.5 and 1.6 there are none, so the row before counts
+    # before: a line through the two rows up to 1.5; from 1.5 to 1.6 there is no row, and the row before counts
+    before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0
     ends = before + 0.9 * 7.0 + 1.0 * 1.0 + 0.25 * 1.0 + 0.25 * 5.0
     assert found == pytest.approx([0.0, 3.0, before + 0.4 * 7.0, before + 0.9 * 7.0 + 0.5 * 1.0, ends])
 
 
 @pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
 def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
-    """A steady load on a part that turns steadily. Directions that the load passes once more than others receive one more share of
-    the wear. Part of such a direction lies at each end of the passed range."""
+    """A steady load on a part that turns steadily. Bins that the load passes once more than others receive one more share of the
+    wear. The bins at both ends of the passed range are passed in part."""
     still = spun("inboard")
     turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
     c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]
-    share = c.on_bearing / c.on_bearing.sum() * abs(rate) * 0.7 / (2 * np.pi) * BINS  # passes over each direction
+    share = c.on_bearing / c.on_bearing.sum() * abs(rate) * 0.7 / (2 * np.pi) * BINS  # number of passes over each bin
     most = np.floor(abs(rate) * 0.7 / (2 * np.pi))
     assert share.sum() == pytest.approx(abs(rate) * 0.7 / (2 * np.pi) * BINS)
     assert np.all((share > most - 1e-6) & (share < most + 1 + 1e-6))
@@ -139,7 +140,7 @@ def test_wear_needs_no_package_beside_the_plain_installation(monkeypatch: pytest
     assert wear(simulate(block(), until=0.1), K).contacts
 
 
-def test_coefficients_of_the_scene_count_and_without_one_loads_are_told() -> None:
+def test_coefficients_of_the_scene_count_and_without_one_loads_are_reported() -> None:
     scene = block()
     own = replace(scene, joints={"rail": replace(scene.joints["rail"], wear=sm.Wear(k=2 * K))})
     with_k, without = (wear(simulate(s, until=1.0)) for s in (own, scene))
@@ -148,7 +149,7 @@ def test_coefficients_of_the_scene_count_and_without_one_loads_are_told() -> Non
     assert np.all(np.diff(with_k.columns["rail.wear.volume[3]"]) > 0.0)
 
 
-def test_columns_that_are_missing_are_told() -> None:
+def test_columns_that_are_missing_are_reported() -> None:
     with pytest.raises(SceneError, match=r"rail\.contact\[1\]\.normal_force"):
         wear(simulate(block(), until=0.1, outputs=("rail.q[*]",)), K)
 
@@ -166,8 +167,8 @@ def test_the_command_counts_runs_to_a_depth(tmp_path: Path, capsys: pytest.Captu
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
-    """A pendulum that strikes a stop: the load agrees with friction's own work. Earlier, rows missed the contact (a third of the
-    load at 1e8 N m/rad), were those of another motion (a tenth less at 1e-4), or were none (0 by rosenbrock)."""
+    """A pendulum strikes a stop, and the load agrees with friction's own work. Earlier, rows missed the contact (a third of the
+    load at 1e8 N m/rad), belonged to another motion (a tenth less at 1e-4), or did not exist (0 by rosenbrock)."""
     rng = np.random.default_rng(seed)
     mu = rng.uniform(0.05, 0.2)
     rub = sm.Friction(mu=mu, radius=0.01, half_length=0.02)

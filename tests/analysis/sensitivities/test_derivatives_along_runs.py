@@ -43,7 +43,7 @@ def off(scene: Scene | str, names: list[str], outputs: list[str], until: float, 
     for k, name in enumerate(names):
         d = differences(loaded, name, outputs, until, until / rows)
         scale = np.abs(d).max(axis=0)
-        still = scale <= 1e-9 * scale.max()  # columns that do not depend on the parameter: differences give noise
+        still = scale <= 1e-9 * scale.max()  # differences of columns that do not depend on the parameter are noise
         error = np.abs(s.derivatives[:, :, k] - d).max(axis=0)
         worst = max(worst, float((error / np.where(still, scale.max(), scale)).max()))
     return worst
@@ -83,13 +83,13 @@ def test_samples_do_not_change_derivatives() -> None:
     assert many.derivatives[-1] == pytest.approx(few.derivatives[-1], rel=1e-12)
 
 
-def test_an_open_chain_and_a_loop_with_springs() -> None:
+def test_derivatives_of_an_open_chain_and_of_a_loop_with_springs_are_those_of_differences() -> None:
     names = ["bodies.K1.mass", "forces.spring.stiffness", "joints.beta.effort"]
     assert off("andrews", names, ["K1.position[*", "beta.q*"], 0.01) < SMOOTH
     assert off("governor", ["bodies.slider.density"], ["pin_right.q*", "spin.qd*"], 0.002) < SMOOTH
 
 
-def test_reactions_and_contacts_have_derivatives_too() -> None:
+def test_reactions_and_contacts_have_derivatives() -> None:
     scene = apply(load_scene("crank_slider"), {"friction.law": "regularized", "friction.v_eps": 1e-3})
     outputs = ["crank_pivot.drive.effort[1]", "slider_pin.friction.torque[1]", "slider_pin.contact[1].normal_force"]
     names = ["joints.slider_pin.friction.mu", "bodies.rod.density"]
@@ -106,11 +106,11 @@ def test_kinks_of_the_regularised_law_cost_nothing() -> None:
 class TestCoulomb:
     """Set-valued friction: ẏ jumps at every reversal, whose time depends on the parameters."""
 
-    def test_before_the_first_reversal(self) -> None:
+    def test_derivatives_before_the_first_reversal_are_those_of_differences(self) -> None:
         scene = apply(load_scene("spherical_pendulum"), {"friction.law": "coulomb"})
         assert off(scene, ["joints.ball.friction.mu"], ["pendulum.position[1]", "ball.qd[2]"], 0.8) < SMOOTH
 
-    def test_across_five_reversals(self) -> None:
+    def test_derivatives_across_five_reversals_are_those_of_differences(self) -> None:
         scene = apply(load_scene("spherical_pendulum"), {"friction.law": "coulomb"})
         names = ["joints.ball.friction.mu", "joints.ball.friction.radius", "gravity[3]"]
         assert off(scene, names, ["pendulum.position[1]", "pendulum.position[3]"], 5.0) < ACROSS
@@ -135,14 +135,15 @@ class TestCoulomb:
             r = trunnion.simulate(scene, 2.0, rtol=1e-11, method="rk8", overrides={"joints.ball.friction.mu": 0.6 + sign * h})
             stops.append([e.time for e in r.events])
         for k, e in enumerate(s.events):
-            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)  # h² and the tolerance of events
+            # errors: h², and the tolerance of event times
+            assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)
 
-    def test_sliding_and_turning_at_once(self) -> None:
+    def test_derivatives_of_sliding_and_turning_at_once_are_those_of_differences(self) -> None:
         scene = apply(load_scene("double_pendulum"), {"friction.law": "coulomb"})
         names = ["joints.guide.friction.mu", "joints.cross.friction.mu", "joints.guide.start.qd[1]"]
         assert off(scene, names, ["guide.q*", "guide.friction.force"], 0.5) < ACROSS
 
-    def test_at_rest_nothing_moves_with_friction_any_more(self) -> None:
+    def test_the_place_of_rest_has_the_derivative_of_its_closed_form(self) -> None:
         """A block that slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)), and its derivative with respect to μ in closed
         form."""
         g, mu, v = 9.81, 0.3, 2.0
@@ -161,7 +162,7 @@ class TestCoulomb:
         assert np.abs(s.derivatives[-1, 1]).max() < 1e-12
 
 
-def test_a_kink_of_a_signal_whose_time_is_the_parameter() -> None:
+def test_derivatives_by_the_time_of_a_kink_of_a_signal_are_those_of_the_closed_form() -> None:
     """A force that steps up steeply at ``begin``: x = a (t − b)²/2 after it; dx/db = −a (t − b). The ramp lasts 1 ms. The name of
     the joint is also the name of a key, and must not be mistaken for the key."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
@@ -174,7 +175,7 @@ def test_a_kink_of_a_signal_whose_time_is_the_parameter() -> None:
     assert s.derivatives[-1, 0, 0] == pytest.approx(-3.0 * (0.6 - 0.5e-3), rel=1e-9)
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_mistakes_are_reported_at_once() -> None:
     with pytest.raises(SceneError) as e:
         trunnion.sensitivity("spherical_pendulum", ["joints.ball.friction.mew", "simulation.rtol", "gravity"], ["ball.qd*"])
     assert len(e.value.problems) == 3

@@ -52,7 +52,7 @@ SCENES = {
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("what", SCENES)
-def test_what_acts_from_outside_has_derivatives_too(what: str) -> None:
+def test_runs_with_external_actions_have_derivatives(what: str) -> None:
     scene, names = SCENES[what]
     outputs = ["lower.end.position[1]", "shoulder.qd[1]", "elbow.reaction.force[1]"]
     assert off(scene, names, outputs, 0.35) < (ACROSS if what == "all at once" else SMOOTH)  # a stop engages during the run
@@ -61,7 +61,7 @@ def test_what_acts_from_outside_has_derivatives_too(what: str) -> None:
 def test_how_fast_a_motion_follows_an_input_that_stays_does_not_matter() -> None:
     scene, _ = SCENES["an input is a motion"]
     s = trunnion.sensitivity(scene, ["inputs.angle.bandwidth"], ["*.q[*", "*.qd[*"], 0.2)
-    assert np.abs(s.derivatives).max() < 1e-15  # round-off of the difference formula's weights
+    assert np.abs(s.derivatives).max() < 1e-15  # the weights of the difference formula add up to round-off
 
 
 def test_the_kink_of_a_ramp_is_no_event_beside_an_input() -> None:

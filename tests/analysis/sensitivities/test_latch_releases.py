@@ -56,7 +56,7 @@ def test_derivatives_across_a_release_are_those_of_differences(seed: int, lets_g
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("lets_go", ["force", "signal"])
-def test_a_shaft_that_rubs_too(lets_go: str) -> None:
+def test_a_shaft_that_rubs_has_derivatives_across_the_release_of_its_latch(lets_go: str) -> None:
     scene = thrown(7, lets_go, friction={"torque": 0.4})
     assert off(scene, [*names(scene)[:3], "joints.r.friction.torque"], OUTPUTS, 0.5, rows=1) < ACROSS
 

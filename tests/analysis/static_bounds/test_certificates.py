@@ -12,7 +12,7 @@ from trunnion import hold, scene_from_dict
 from trunnion.analysis.static_bounds.branch_and_bound import Search
 from trunnion.analysis.static_bounds.hold_check import CELLS
 from trunnion.analysis.static_bounds.linear_relaxation import Answer, Cell
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 
@@ -38,8 +38,8 @@ def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: in
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(20))
 def test_bounds_of_a_thread_are_its_statics(seed: int) -> None:
-    """A nut alone on a vertical thread holds where cos β tan λ < μ. Both checks relate its friction to the friction that the load
-    allows at the limit."""
+    """A nut alone on a vertical thread holds where cos β tan λ < μ. ``hold`` with and without bounds gives the friction share
+    relative to the friction that the load allows at this limit."""
     rng = np.random.default_rng(seed)
     mu, pitch, lean, handed = rng.uniform(0.05, 0.4), rng.uniform(0.001, 0.02), rng.uniform(0.0, 0.6), rng.choice([-1, 1])
     thread = {"type": "screw", "axis": "z", "pitch": handed * pitch, "inboard": "ground", "outboard": "nut",
@@ -85,10 +85,10 @@ def test_equilibrium_leaves_nothing_open_in_a_thread_that_carries_a_weight(pitch
 
 @pytest.mark.parametrize(("components", "again"), [(1, False), (2, True)])
 def test_a_cell_is_examined_again_only_for_cuts_that_it_lacks(components: int, again: bool) -> None:
-    """The linear program may miss the norm of one component by its tolerance, which no cut changes. A scissor lift examined such
-    cells a thousand times in each search."""
+    """The linear program may miss the norm of one component by its tolerance, which no cut changes. Earlier, each search in a
+    scissor lift examined such cells a thousand times."""
     V, X, cell = np.eye(components, 3), np.array([3.0, 2.0, 1.0]), Cell()
-    search = Search(Program((V,), (), Row(np.array([1.0, 0.0, 0.0]))), Effort(CELLS))
+    search = Search(Program((V,), (), Row(np.array([1.0, 0.0, 0.0]))), SearchBudget(CELLS))
     norms = np.array([np.linalg.norm(V @ X)])
     assert search._parts(cell, Answer(3.0, X, norms)) == []
     assert search._parts(cell, Answer(3.0, X, norms - 1e-6)) == ([cell] if again else [])

@@ -10,8 +10,8 @@ from trunnion.analysis.static_bounds.equilibrium_equations import statics
 from trunnion.analysis.static_bounds.equilibrium_space import holding_program, space
 from trunnion.analysis.static_bounds.norm_upper_bounds import norm_bounds
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states, pair_bounds
-from trunnion.analysis.static_bounds.search_budget import Effort
-from trunnion.analysis.static_bounds.slip_onset_constraints import limit_self_stress
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
+from trunnion.analysis.static_bounds.slip_onset_and_self_stress import limit_self_stress
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
@@ -19,7 +19,7 @@ CLOSED = 1e-8
 
 
 @pytest.mark.slow
-def test_no_admissible_state_has_a_norm_beyond_what_friction_can_move_it_to() -> None:
+def test_no_admissible_state_has_a_norm_beyond_its_bound_by_friction() -> None:
     """Random states that the kernel's laws admit, with friction up to five times as large as in the other scenes."""
     for scene in (scenes.four_bar(cross=True), scenes.four_bar(ball=True), scenes.four_bar(mu=1.0)):
         st = statics(scene_given(scene))
@@ -37,7 +37,7 @@ def test_no_admissible_state_has_a_norm_beyond_what_friction_can_move_it_to() ->
         assert seen > 30
 
 
-def test_what_self_stress_leaves_open_has_no_reach_until_it_is_bounded() -> None:
+def test_forces_that_self_stress_leaves_open_are_unbounded_until_it_is_limited() -> None:
     st = statics(scene_given(scenes.door()))
     s = space(st, tuple(st.pairs()))
     program, sizes, holds = holding_program(s)
@@ -50,16 +50,16 @@ def test_what_self_stress_leaves_open_has_no_reach_until_it_is_bounded() -> None
 def test_three_open_directions_close_in_two_hundred_cells() -> None:
     st = statics(scene_given(scenes.four_bar(cross=True)))
     pairs = tuple(st.pairs())
-    found = pair_bounds(admissible_states(st, pairs, None, Effort(200)), [p.joint for p in pairs].index("d"))
+    found = pair_bounds(admissible_states(st, pairs, None, SearchBudget(200)), [p.joint for p in pairs].index("d"))
     for interval in (found.normal_force, found.share):
         assert interval.least.gap <= CLOSED * abs(interval.least.certified)
         assert interval.largest.gap <= CLOSED * abs(interval.largest.certified)
 
 
-def test_a_loop_with_a_ball_that_nothing_holds_is_told_at_once() -> None:
-    """The coupler pulls with held/h_d = 60 N, of which friction moves the crank's 4.5 N m by 0.15 N m at most."""
+def test_a_loop_with_a_ball_that_nothing_holds_is_reported_at_once() -> None:
+    """The coupler pulls with held/h_d = 60 N. Friction changes the crank's torque of 4.5 N m by at most 0.15 N m."""
     st = statics(scene_given(scenes.four_bar(ball=True, held=16.0)))
-    assert admissible_states(st, tuple(st.pairs()), None, Effort(1)).there is False
+    assert admissible_states(st, tuple(st.pairs()), None, SearchBudget(1)).there is False
 
 
 @pytest.mark.default_cases(1)
@@ -71,7 +71,7 @@ def test_a_search_attains_what_it_certifies_where_ten_directions_are_open(seed: 
     pins = {f"joints.{j}.friction.mu": float(x) for j, x in zip(("head", "knee_upper", "knee_lower", "wrist"), mu, strict=True)}
     st = statics(scene_given("toggle_press", pins))
     pairs = tuple(st.pairs())
-    states = admissible_states(st, pairs, None, Effort(100))
+    states = admissible_states(st, pairs, None, SearchBudget(100))
     for i in (1, 2):
         largest = pair_bounds(states, i).share.largest
         assert largest.certified == pytest.approx(1.0, abs=1e-9)

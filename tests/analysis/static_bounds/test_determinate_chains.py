@@ -100,8 +100,8 @@ def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [211, 3, 17, 24, 25, 27, 30, 34, 36, 213, 218])
 def test_the_only_state_of_a_shaft_has_the_share_of_the_kernel(seed: int) -> None:
-    """Here, bounds of the capacity do not decide whether the chain holds. Earlier, the result for chains that hold (seeds from 211)
-    was only "possible"."""
+    """For a shaft, bounds of the capacity do not decide whether the chain holds. Earlier, the result for chains that hold (seeds
+    from 211) was only "possible"."""
     scene = chain(seed, "cylindrical")
     one, found = hold(scene), hold(scene, bounds=True, cells=20)
     assert found.holds == "certain"
@@ -126,7 +126,7 @@ def test_a_load_that_presses_a_pin_without_limit_has_no_largest_possible_amount(
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])
-def test_what_nothing_pushes_holds(kind: str) -> None:
+def test_a_chain_without_load_holds(kind: str) -> None:
     """The pairs carry no load and could not resist any. Earlier, the result was "possible", with shares from inf to -inf."""
     scene = chain(3, kind, gravity=0.0)
     scene = replace(scene, joints={n: replace(j, friction=scene.joints["j0"].friction) for n, j in list(scene.joints.items())[:1]},

@@ -1,5 +1,5 @@
-"""Bounds at rest: five hand-calculated mechanisms, sampled states that the kernel's own laws check, and today's single answer
-within the bounds."""
+"""Bounds at rest, compared with five hand-calculated mechanisms and with sampled states that the kernel's own laws admit. The
+single state of ``hold`` without bounds lies within the bounds."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import pytest
 import trunnion
 from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.bounds_results import LoadBounds
+from trunnion.analysis.static_bounds.elementary_motions import motions
 from trunnion.analysis.static_bounds.equilibrium_equations import Statics, statics
 from trunnion.analysis.static_bounds.hold_check import CELLS
-from trunnion.analysis.static_bounds.minimal_sliding_motions import motions
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states, load_bounds
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
@@ -29,11 +29,11 @@ def sine(mu: float) -> float:
 
 
 def load_alone(scene: dict[str, Any], name: str, cells: int = CELLS, self_stress: float | None = None) -> LoadBounds:
-    """One load of ``trunnion.hold``'s bounds, without the bounds of every joint, which take several times as long."""
+    """The bounds of one load by ``trunnion.hold``. Bounds of all joints would take several times as long."""
     st = statics(scene_given(scene))
     drive = name in [load.name for load in st.drives]
     k = [load.name for load in (st.drives if drive else st.loads)].index(name)
-    return load_bounds(st, tuple(st.pairs()), self_stress, Effort(cells), k, drive)
+    return load_bounds(st, tuple(st.pairs()), self_stress, SearchBudget(cells), k, drive)
 
 
 @pytest.mark.slow
@@ -65,7 +65,7 @@ def test_a_door_is_sure_to_hold_what_its_four_contacts_carry_with_the_longest_ar
     assert load.more.joints == ("low", "high")
 
 
-def test_without_self_stress_a_door_holds_what_four_equal_springs_make_its_contacts_carry() -> None:
+def test_a_door_without_self_stress_holds_as_with_four_equal_springs_at_its_contacts() -> None:
     """Four equal contacts at heights h_i: f_i = M h_i/Σh², Σ|f| = 2 M s/(s² + 4c²)."""
     s, c = scenes.SPACING, scenes.HALF
     radial = 2.0 * scenes.WEIGHT * scenes.ARM * s / (s * s + 4.0 * c * c)
@@ -116,7 +116,7 @@ def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float
     assert load.more.possible.certified == pytest.approx(held, rel=CLOSED)
 
 
-def test_a_beam_on_three_supports_is_sure_to_hold_what_the_smoothest_of_them_do() -> None:
+def test_a_beam_on_three_supports_certainly_holds_the_load_that_its_smoothest_supports_hold() -> None:
     """Least Σ μ_i |f| over forces at the ends of all guides with Σ f = W, Σ x f = 1.2 m W. Most of the load is on the smoothest
     guide, at x = 0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold any push."""
     load = load_alone(scenes.beam(), "joints.s0.effort", 8)
@@ -133,7 +133,7 @@ def test_a_rod_that_hangs_from_a_ball_holds_the_torque_of_its_friction_either_wa
     assert [e.certified for e in ends] == pytest.approx([-held - lean] * 2 + [held - lean] * 2, rel=CLOSED)
 
 
-def test_what_does_not_hold_as_it_is_is_sure_of_nothing() -> None:
+def test_a_rod_that_slips_without_further_load_has_no_guaranteed_load() -> None:
     b = trunnion.hold(scenes.rod(torque=0.1), bounds=True)
     assert b.holds == "no"
     assert math.isnan(b.load("forces.turn").more.guaranteed.certified)
@@ -142,7 +142,7 @@ def test_what_does_not_hold_as_it_is_is_sure_of_nothing() -> None:
 
 def sampled(st: Statics, rng: np.random.Generator, n: int) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
     """Random states in equilibrium that the kernel's laws admit: (capacities, friction over capacity, signed friction)."""
-    a = admissible_states(st, tuple(st.pairs()), None, Effort(5))
+    a = admissible_states(st, tuple(st.pairs()), None, SearchBudget(5))
     caps, shares, sizes = [], [], []
     for _ in range(n):
         X = np.append(rng.normal(0.0, 10.0 ** rng.uniform(-3, 0), a.space.open), 1.0)
@@ -172,7 +172,7 @@ def test_states_that_the_kernels_laws_admit_lie_inside_the_bounds() -> None:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("make", [scenes.door, scenes.walls, lambda: scenes.four_bar(cross=True)])
-def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[[], dict[str, Any]]) -> None:
+def test_capacities_of_pairs_equal_those_of_the_kernel_for_any_reaction(make: Callable[[], dict[str, Any]]) -> None:
     st = statics(scene_given(make()))
     rng = np.random.default_rng(3)
     for _ in range(20):
@@ -186,7 +186,7 @@ def test_what_pairs_hold_is_what_the_kernel_says_of_any_reaction(make: Callable[
 
 
 @pytest.mark.slow
-def test_todays_one_answer_lies_inside_the_bounds() -> None:
+def test_the_single_state_lies_inside_the_bounds() -> None:
     rng = np.random.default_rng(5)
     held = 0
     for _ in range(2):
@@ -214,6 +214,6 @@ def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
     assert sorted(tuple(ps[i].joint for i in m.moving) for m in found) == [("low", "high"), ("own",)]
 
 
-def test_a_wrong_question_says_where_and_what_to_do() -> None:
+def test_all_wrong_settings_of_bounds_are_reported_at_once() -> None:
     with pytest.raises(trunnion.SceneError, match=r"(?s)self_stress.*budget"):
         trunnion.hold(scenes.guide(0.1), bounds=True, self_stress=-1.0, budget=0.0)

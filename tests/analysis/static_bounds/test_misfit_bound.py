@@ -11,8 +11,8 @@ from tests.analysis.static_bounds import hand_calculation_scenes as scenes
 from trunnion.analysis.static_bounds.branch_and_bound import minimise
 from trunnion.analysis.static_bounds.equilibrium_equations import statics
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states
-from trunnion.analysis.static_bounds.search_budget import Effort
-from trunnion.analysis.static_bounds.slip_onset_constraints import Stress
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
+from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress
 from trunnion.analysis.static_bounds.sum_of_norms_program import Row
 from trunnion.scene.overrides import scene_given
 
@@ -28,13 +28,13 @@ def weightless() -> dict[str, Any]:
 def torque(stress: Stress, cells: int) -> tuple[float, float]:
     """The largest torque on the weightless door that some state holds: (attained, certified)."""
     st = statics(scene_given(weightless()))
-    a = admissible_states(st, tuple(st.pairs()), stress, Effort(cells), 0)
+    a = admissible_states(st, tuple(st.pairs()), stress, SearchBudget(cells), 0)
     amount = a.space.amount(len(a.space.origin) - 1)
-    found = minimise(a.program.with_objective(Row(-amount)), a.effort, root=a.root)
+    found = minimise(a.program.with_objective(Row(-amount)), a.budget, root=a.root)
     return -found.value * a.space.scale, -found.bound * a.space.scale
 
 
-def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_misfit() -> None:
+def test_a_weightless_door_holds_at_most_the_friction_of_its_misfit_loads() -> None:
     """Opposed couples at both hinges: forces L, −L, −L, L at heights ±s/2 ± c balance, and so do two faces that press with L
     against each other."""
     most = 30.0
@@ -43,7 +43,7 @@ def test_a_weightless_door_may_hold_what_all_its_contacts_press_with_at_their_mi
 
 
 @pytest.mark.slow
-def test_a_hinge_that_is_softer_bounds_what_both_do() -> None:
+def test_a_hinge_with_one_softer_joint_has_a_bound_between_those_of_equal_joints() -> None:
     """The bounds lie between those with the softer stiffness in both joints and those with the stiffer stiffness in both joints.
     The faces press no more than with the softer stiffness."""
     soft, stiff, both = (torque(s, 1)[1] for s in (10.0, 30.0, {"low": 10.0, "high": 30.0}))

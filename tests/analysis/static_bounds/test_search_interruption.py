@@ -14,15 +14,15 @@ from trunnion.analysis.static_bounds.equilibrium_equations import statics
 from trunnion.analysis.static_bounds.hold_check import CELLS
 from trunnion.analysis.static_bounds.linear_relaxation import Relaxation
 from trunnion.analysis.static_bounds.pair_and_load_bounds import admissible_states, load_bounds, pair_bounds
-from trunnion.analysis.static_bounds.search_budget import Effort
+from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.scene.overrides import scene_given
 
 CLOSED = 1e-8
 """Relative gap of closed bounds; searches close to 1e-9 of the loads."""
 
 
-class Interrupted(Effort):
-    """An effort that ends for good after this number of checks."""
+class Interrupted(SearchBudget):
+    """A budget that ends for good after this number of checks."""
 
     def __init__(self, looks: int) -> None:
         super().__init__(CELLS)
@@ -39,8 +39,8 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
     st = statics(scene_given(scenes.four_bar()))
     pairs = tuple(st.pairs())
 
-    def ends(effort: Effort) -> list[float]:
-        a, load = admissible_states(st, pairs, None, effort), load_bounds(st, pairs, None, effort, 1, False)
+    def ends(budget: SearchBudget) -> list[float]:
+        a, load = admissible_states(st, pairs, None, budget), load_bounds(st, pairs, None, budget, 1, False)
         found = [pair_bounds(a, i) for i in range(len(pairs))]
         spans = [(i.least.certified, i.largest.certified) for p in found for i in (p.normal_force, p.friction, p.share)]
         return [x for low, high in spans for x in (low, -high)] + [
@@ -48,19 +48,19 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
             load.less.possible.certified, -load.more.possible.certified,
         ]  # fmt: skip
 
-    whole, short = ends(Effort(CELLS)), ends(cut := Interrupted(looks))
+    whole, short = ends(SearchBudget(CELLS)), ends(cut := Interrupted(looks))
     assert all(s <= w + CLOSED * max(1.0, abs(w)) for s, w in zip(short, whole, strict=True))
     assert cut.short > 0
 
 
 @pytest.mark.slow
-def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
-    """This holds wherever the search ends, also while it computes the first cones. After the end, the search solves at most the
-    programs of one vector and one program of the next question."""
+def test_hardly_a_linear_program_is_solved_once_the_budget_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search may end anywhere, also while it computes the first cones. After the end, the search solves at most the programs of
+    one vector and one program of the next question."""
     st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._solve
 
-    class Until(Effort):
-        """An effort that ends after this number of linear programs."""
+    class Until(SearchBudget):
+        """A budget that ends after this number of linear programs."""
 
         solved, most = 0, 0
 
@@ -79,7 +79,7 @@ def test_once_it_is_over_hardly_a_linear_program_is_solved(monkeypatch: pytest.M
         assert most <= Until.solved <= most + 5
 
 
-def test_a_spent_budget_says_what_is_certain_and_what_it_left() -> None:
+def test_a_spent_budget_leaves_certain_bounds_and_a_note() -> None:
     b = trunnion.hold(scenes.four_bar(), bounds=True, budget=1e-9)
     assert (b.ended, b.holds) == ("budget", "possible")
     assert b["a"].normal_force.least.certified == 0.0

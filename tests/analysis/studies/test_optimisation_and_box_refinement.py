@@ -62,7 +62,7 @@ PLACES: dict[str, tuple[Optimisation, Of, list[float]]] = {
 
 @pytest.mark.parametrize("name", PLACES)
 def test_the_best_is_found_to_the_tolerance(name: str) -> None:
-    """The precision is twice the tolerance of the ranges (4); along a flat valley it is ten times that."""
+    """The ranges are 4 wide. The found point is within twice the tolerance of a range, or ten times along a flat valley."""
     study, of, true = PLACES[name]
     follow = followed(study, of)
     assert follow.answer["feasible"]
@@ -79,14 +79,14 @@ def test_cases_that_fail_rank_last_and_are_counted() -> None:
     assert (none.answer["feasible"], none.answer["constraints_missed"], none.answer["results"]) == (False, None, {})
 
 
-def test_what_cannot_be_kept_is_told_with_what_comes_nearest() -> None:
+def test_an_infeasible_constraint_is_reported_with_the_nearest_point() -> None:
     follow = followed(best(within=[("g", 9.0, inf)], most=600), lambda x: {"f": x[:, 0], "g": x.sum(1)})
     assert (follow.answer["feasible"], follow.answer["constraints_missed"] > 0.0) == (False, True)
     assert follow.answer["within"] == [{"of": "g", "low": 9.0, "high": None}]
     assert found(follow) == pytest.approx([2.0, 2.0], abs=0.01)
 
 
-def test_it_begins_at_the_scenes_own_numbers_within_the_bounds_and_uses_no_more_cases_than_it_has() -> None:
+def test_a_search_starts_at_the_scenes_numbers_and_obeys_bounds_and_number_of_cases() -> None:
     follow = followed(best(most=37), lambda x: {"f": x[:, 0]})
     assert follow.values[0] == pytest.approx([0.5, 0.5], abs=1e-15)
     assert follow.requested == 37
@@ -128,7 +128,7 @@ def test_a_target_and_a_constraint_are_missed_apart() -> None:
     assert followed(best(most=40), lambda x: {"f": x[:, 0]}).answer["off_target"] is None
 
 
-def test_a_stored_study_goes_on_by_the_rules_of_its_own_revision() -> None:
+def test_a_stored_study_continues_by_the_rules_of_its_own_revision() -> None:
     of = CURVES["a sum"][1]
     early, now = (followed(best("reach", 2, 0.7, most=60, revision=r), of) for r in (1, 2))
     assert early.requested == 60

@@ -46,11 +46,11 @@ def rubbing() -> WorkPrecision:
     )
 
 
-def test_the_reference_says_which_two_methods_made_it_and_they_differ(swing: WorkPrecision) -> None:
+def test_the_reference_names_the_two_methods_that_made_it_and_they_differ(swing: WorkPrecision) -> None:
     own = swing.references[FrictionVariant()]
     first, second = own.made_by.split(", ")
     assert first.split()[0] != second.split()[0]
-    assert 0 <= own.error < 1e-10  # both run at 1e-12 or less over less than half a period
+    assert 0 <= own.error < 1e-10  # both methods run at 1e-12 or tighter, over less than half a period
 
 
 def test_the_error_that_a_run_states_of_itself_is_the_true_one(swing: WorkPrecision) -> None:
@@ -80,7 +80,7 @@ def test_the_reference_asks_a_method_of_first_order_only_where_it_must(monkeypat
 
     def watched(settings: Settings) -> tuple[Result | None, str]:
         asked.append(settings.method)
-        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # to save time
+        quick = replace(settings, rtol=1e-3) if settings.method == "moreau" else settings  # a loose tolerance saves time
         return (None, "failed") if settings.method in failing else once(quick)
 
     monkeypatch.setattr(ready, "once", watched)
@@ -169,7 +169,7 @@ def test_a_long_first_run_counts_as_a_repeat() -> None:
     assert time_repeats(lambda: 2.0, 1) == (2.0, 2.0, 1)
 
 
-def test_laws_appear_by_themselves_and_those_without_numbers_say_so() -> None:
+def test_laws_appear_by_themselves_and_laws_without_numbers_give_the_reason() -> None:
     found, notes = friction_variants(load_scene("spherical_pendulum"))
     left_out = {law for law in REGISTRY if any(n.startswith(f"law {law} left out") for n in notes)}
     assert {v.law for v in found} | left_out == set(REGISTRY)
@@ -209,7 +209,7 @@ def test_coordinates_are_quantities_of_their_own_and_vectors_are_not() -> None:
     assert m.groups == ((0, 1, 2), (3,), (4,))
 
 
-def test_the_pareto_front_keeps_what_nothing_else_beats() -> None:
+def test_the_pareto_front_keeps_the_points_that_no_other_point_beats() -> None:
     def at(error: float, seconds: float) -> Measurement:
         return Measurement("trunnion", "m", 1e-6, 0, "", 0, error, error, seconds, seconds, 1)
 

@@ -85,7 +85,7 @@ def test_closed_forms_are_our_motion(name: str) -> None:
 @pytest.mark.parametrize("name", ["crank_slider_free", "spherical_pendulum"])
 def test_sundials_solves_our_equations(name: str) -> None:
     law = FrictionVariant("regularized", 1e-2) if name == "spherical_pendulum" else FrictionVariant()
-    assert off(Sundials, load_scene(name), Setting("IDAS", 1e-9), 0.6, law) < 1e-5  # errors of BDF: 100 to 1000 tolerances
+    assert off(Sundials, load_scene(name), Setting("IDAS", 1e-9), 0.6, law) < 1e-5  # errors of BDF are 100 to 1000 tolerances
 
 
 def test_pinocchio_moves_an_open_chain_and_a_loop_as_we_do(spatial: Scene, needs: Callable[[str], None]) -> None:
@@ -99,18 +99,18 @@ def test_mujoco_moves_an_open_chain_as_we_do_and_a_loop_nearly(
 ) -> None:
     needs("mujoco")
     monkeypatch.chdir(tmp_path)  # MuJoCo writes a log into the current folder
-    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # the error of order 4 in a thousand steps
-    assert off(Mujoco, load_scene("crank_slider_free"), Setting("RK4", step=5e-4), 0.5) < 1e-3  # soft constraints
+    assert off(Mujoco, spatial, Setting("RK4", step=1e-3)) < 1e-6  # a method of order 4 has this error in a thousand steps
+    assert off(Mujoco, load_scene("crank_slider_free"), Setting("RK4", step=5e-4), 0.5) < 1e-3  # MuJoCo's constraints are soft
     assert os.listdir(tmp_path) == []
 
 
 def test_exudyn_moves_chain_and_loop_as_we_do(spatial: Scene, needs: Callable[[str], None]) -> None:
     needs("exudyn")
-    assert off(Exudyn, spatial, Setting("trapezoidal, index 2", step=1e-3)) < 1e-3  # order 2
+    assert off(Exudyn, spatial, Setting("trapezoidal, index 2", step=1e-3)) < 1e-3  # the method is of order 2
     assert off(Exudyn, load_scene("crank_slider_free"), Setting("trapezoidal, index 2", step=1e-3), 0.5) < 1e-2
 
 
-def test_a_peer_that_cannot_says_why(spatial: Scene, needs: Callable[[str], None]) -> None:
+def test_a_solver_that_cannot_run_gives_the_reason(spatial: Scene, needs: Callable[[str], None]) -> None:
     needs("pinocchio")
     driven = load_scene("crank_slider")
     r = ready(driven, FrictionVariant("regularized", 1e-4), 0.1)
@@ -119,7 +119,7 @@ def test_a_peer_that_cannot_says_why(spatial: Scene, needs: Callable[[str], None
             kind(r, take_snapshot(r))
 
 
-def test_every_peer_is_accounted_for_and_says_what_it_leaves_out() -> None:
+def test_every_reference_solver_is_listed_with_its_omissions() -> None:
     scene = load_scene("simple_pendulum")
     study = measure_work_precision(
         scene, WorkPrecisionRequest(methods=("rk8",), rtols=(1e-6,), repeats=1, samples=5, until=0.2, fixed=False)

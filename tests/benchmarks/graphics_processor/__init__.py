@@ -1,1 +1,2 @@
-"""Ensembles on a graphics processor: a prototype that builds, checks and times the C library of a mechanism there."""
+"""Ensembles on a graphics processor: a prototype that builds the C library of a mechanism for it, checks its results and measures
+its time."""

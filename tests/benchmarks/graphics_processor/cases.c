@@ -1,5 +1,5 @@
-/* Cases of one mechanism: thread i makes cases i, i + threads, … with its own struct of the C library. On an ordinary
- * processor, one thread makes all cases. LIBRARY is the prefix of the library, LIBRARY_HEADER its header. */
+/* Cases of one mechanism: thread i runs cases i, i + threads, … with its own struct of the C library. On an ordinary processor, one
+ * thread runs all cases. LIBRARY is the prefix of the library, LIBRARY_HEADER its header. */
 #include LIBRARY_HEADER
 
 #define JOINED(a, b) a##_##b

@@ -1,8 +1,8 @@
 """Run and time the programs of ``device_programs.py`` on an NVIDIA processor. This file needs only NumPy and the driver.
 
-``python ensemble_run.py FOLDER [--cases N]`` loads each mechanism's program, compares the checked cases with the results from the
-machine that built it, then times cases whose values are drawn on this machine. It prints cases a second by wall time of the launch,
-registers, local memory, and the share of threads that the processor can hold at once.
+``python ensemble_run.py FOLDER [--cases N]`` loads each mechanism's program and compares the checked cases with the results from
+the machine that built it. Then the script times cases whose values are drawn on this machine. It prints cases a second by wall time
+of the launch, registers, local memory, and the share of threads that the processor can hold at once.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Device:
         return value.value
 
     def linked(self, files: list[Path]) -> ctypes.c_void_p:
-        """Link PTX or assembled files; the function ``cases``."""
+        """Link PTX or assembled files, and return the address of the function ``cases``."""
         link, image, size = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_size_t()
         module, function = ctypes.c_void_p(), ctypes.c_void_p()
         self.call("cuLinkCreate_v2", 0, None, None, ctypes.byref(link))

@@ -1,6 +1,6 @@
 """Exact Coulomb friction: error against stepping time. Example 8.1 (0–5 s) beside its regularised law, and a skew chain of three
-rubbing links that falls and comes to rest (10 s). The reference of each is the same scene at rtol 1e-13. For 8.1 its law is
-Coulomb's, so the error of a regularised run includes that of its law."""
+rubbing links that falls and comes to rest (10 s). The reference of each is the same scene at rtol 1e-13. The reference of 8.1 has
+Coulomb's law, so that the error of a regularised run includes the error of its law."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """8.2's mechanism undriven and frictionless, 10 s: largest crank-angle error at t = 0.1 … 10 s against stepping time.
 
-The reference is the one-freedom closed form J(θ) θ̈ + ½ J'(θ) θ̇² + V'(θ) = 0, also run as a peer with SciPy.
-"""
+The reference is the closed form with one freedom, J(θ) θ̈ + ½ J'(θ) θ̇² + V'(θ) = 0. SciPy's runs of this form are measured,
+too."""
 
 from __future__ import annotations
 

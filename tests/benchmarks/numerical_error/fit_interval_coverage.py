@@ -2,10 +2,10 @@
 [LEVEL]]``.
 
 Synthetic measurements with Gaussian noise of four mechanisms with dry friction that stop and stick while they are measured: a
-pendulum on a journal, a block that slides to rest, one on a spring that comes to rest off its middle, and two swings at once whose
-starts are not known. The fit of each set is that of ``trunnion.fit``. The true value lies in an interval or not. The script prints
-the share of intervals that contain the true value, for local and for profile intervals, each with its standard error. It also
-prints the number of intervals without an end. 1,000 sets take 20 to 40 minutes of one core. """
+pendulum on a journal, a block that slides to rest, a block on a spring that comes to rest off its middle, and two swings with
+unknown starts. The fit of each set is that of ``trunnion.fit``. The true value lies in an interval or not. The script prints the
+share of intervals that contain the true value, for local and for profile intervals, each with its standard error. It also prints
+the number of intervals without an end. 1,000 sets take 20 to 40 minutes of one core."""
 
 from __future__ import annotations
 
@@ -106,8 +106,8 @@ def _scene(case: Case) -> trunnion.Scene:
 
 @dataclass
 class Tally:
-    """Counts of a case, or of all: intervals, those that hold the truth (local and by profile), and ends that are none. shares:
-    local and by profile, of each set's intervals."""
+    """Counts of a case, or of all: intervals, those that hold the truth (local and by profile), and missing ends. shares: local and
+    by profile, of each set's intervals."""
 
     sets: int = 0
     intervals: int = 0

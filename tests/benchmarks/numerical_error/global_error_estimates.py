@@ -1,6 +1,6 @@
-"""Stated errors beside true ones: every bundled model, scene of the stability gallery and random mechanism, at seven tolerances, by
-three methods. ``python -m tests.benchmarks.numerical_error.global_error_estimates [--random N] [--seed WORD] [--only NAME,…]
-[--models]``.
+"""Stated errors compared with true ones: every bundled model, scene of the stability gallery and random mechanism, at seven
+tolerances, by three methods. ``python -m tests.benchmarks.numerical_error.global_error_estimates [--random N] [--seed WORD] [--only
+NAME,…] [--models]``.
 
 A true error is the difference from a run at 1e-13 (auto). An error counts if it exceeds ten times the stated floor, and ten times
 the difference between that run and a run at 1e-12 by another method. At twenty times of each run, the largest error of each column
@@ -39,8 +39,8 @@ LONGEST = 60.0
 
 @dataclass
 class Tally:
-    """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs, reasons of the others; costs;
-    numbers of events and last positions, and of those that their errors cover; the worst ratio and its place."""
+    """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs; reasons of the other runs; costs.
+    Also the numbers of events and of last positions, and how many of them their errors cover; the worst ratio and its place."""
 
     name: str
     ratios: list[np.ndarray] = field(default_factory=list)
@@ -56,7 +56,7 @@ class Tally:
 
 
 def scenes(random: int, seed: str, only: tuple[str, ...], models: bool) -> Iterator[tuple[str, str]]:
-    """(name, what makes it) of all scenes."""
+    """Name of every scene, and its file or the words from which ``scene`` makes it."""
     files = [f for p in ("*/scene.yaml", "designer/*/scene.yaml", "stability/*.yaml") for f in models_dir().glob(p)]
     found = [(f.parent.name if f.stem == "scene" else f.stem, str(f)) for f in sorted(files)] if models else []
     found += [(f"{kind}{k}", f"{kind}:{seed}{k}") for k in range(random // 2) for kind in ("tree", "loop")]

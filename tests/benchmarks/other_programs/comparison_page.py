@@ -37,7 +37,7 @@ HEAD = """# What other programs make of the same files
 ## URDF
 
 Two hinges on a massless root link, each with a body of 1 kg: `j` has damping 0.3 N m s/rad and friction 0.7 N m, `k` follows
-`j`. The last two columns are files of their own, with one joint. Numbers are those that the program's model holds.
+`j`. The last two columns are separate files with one joint. The numbers are read from the program's model.
 
 """
 MIDDLE = """
@@ -50,8 +50,9 @@ USD = """
 ## OpenUSD physics
 
 Twelve files with one joint each ([their text](../../tests/benchmarks/other_programs/other_usd_readers.py)). The table shows what
-the program holds, in radians; "–" means nothing. Drives have stiffness 10 and damping 2 (per degree, if angular), target 5, rate 3,
-and largest force 7. PhysX has three numbers for friction: static, dynamic, viscous. Newton reads with its default schemas.
+the program's model contains, in radians; "–" means no value. Drives have stiffness 10 and damping 2 (per degree, if angular),
+target 5, rate 3, and largest force 7. PhysX has three numbers for friction: static, dynamic, viscous.
+Newton reads with its default schemas.
 
 """
 USD_VERDICT = """
@@ -64,7 +65,7 @@ LAST = """
 ## Friction that holds, friction that stops
 
 A pendulum of 1 kg at 0.5 m on a hinge, after 10 s. *Held*: friction 0.342 N m, twice the moment of the weight, released at 2°. It
-should stay there. *Stopped*: friction 0.7 N m, released at 60°. It should stop for good at {stopped:.4f}°; the energy of each half
+should stay at 2°. *Stopped*: friction 0.7 N m, released at 60°. It should stop for good at {stopped:.4f}°; the energy of each half
 swing gives this angle.
 
 """

@@ -17,7 +17,7 @@ from typing import Any
 
 try:
     from tests.benchmarks.other_programs.other_readers import Row, rows
-except ImportError:  # run as a file by a Python that has no such package
+except ImportError:  # the script runs as a file in a Python without this package
     from other_readers import Row, rows
 
 MASS, ARM, OWN, GRAVITY = 1.0, 0.5, 0.01, 9.81

@@ -173,7 +173,8 @@ def sapien(files: dict[str, str]) -> Row:
     scenes: list[Any] = []
 
     def loaded(name: str) -> Any:
-        scenes.append(sp.Scene([sp.physx.PhysxCpuSystem()]))  # its joints end the process once it is gone
+        # the scene is kept, because a joint whose scene is deleted ends the process
+        scenes.append(sp.Scene([sp.physx.PhysxCpuSystem()]))
         loader = scenes[-1].create_urdf_loader()
         loader.fix_root_link = True
         return loader.load(files[name])
@@ -319,7 +320,7 @@ def rows(script: str, packages: dict[str, Any]) -> list[Row]:
         done = subprocess.run([sys.executable, script, package], capture_output=True, text=True, check=False)
         if done.returncode:
             raise SystemExit(f"{package}: {done.stderr[-2000:]}")
-        found = done.stdout.rindex('[{"program"')  # some programs print, too
+        found = done.stdout.rindex('[{"program"')  # some programs print text before their row
         out += json.loads(done.stdout[found:].splitlines()[0])
     return out
 

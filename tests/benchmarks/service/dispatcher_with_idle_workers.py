@@ -16,11 +16,11 @@ from trunnion.service.basics.server_settings import Settings
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece
+from trunnion.service.executor.part_file_format import CaseRange
 from trunnion.service.store.leases_and_chunks import WorkStore
 
 
-class Unlearning(DispatchCost):
+class FixedDispatchCost(DispatchCost):
     """Sizes of chunks that do not depend on the cost of dispatching chunks, as in an earlier version."""
 
     def record(self, pieces: int, seconds: float) -> None:
@@ -28,8 +28,8 @@ class Unlearning(DispatchCost):
 
 
 @dataclass
-class Later:
-    """The answer of a worker."""
+class PendingResult:
+    """The result of a piece that a worker has not finished yet, as a future."""
 
     said: dict[str, Any]
     status: str = "pending"
@@ -53,13 +53,13 @@ class Later:
             call(self)
 
 
-class Waiting:
-    """A cluster of workers that wait for the time of stepping, each one piece after the other. case: s."""
+class WaitingCluster:
+    """A cluster of workers that wait for the time of stepping, each one piece after the other. case: seconds per case."""
 
     def __init__(self, workers: int, case: float):
         self.counted, self.case = workers, case
         self.free = [0.0] * workers
-        self.due: list[tuple[float, int, Later]] = []
+        self.due: list[tuple[float, int, PendingResult]] = []
         self.number = 0
         self.changed = threading.Condition()
         threading.Thread(target=self._run, daemon=True).start()
@@ -68,10 +68,10 @@ class Waiting:
         """Number of workers."""
         return self.counted
 
-    def submit(self, function: Any, url: str, piece: Piece, *_: Any) -> Later:
+    def submit(self, function: Any, url: str, piece: CaseRange, *_: Any) -> PendingResult:
         """Give a piece to the worker that is free first."""
         n = piece.stop - piece.start
-        later = Later({"counts": {"done": n}, "seconds": n * self.case, "build_seconds": 0.0, "bytes": 25 * n})
+        later = PendingResult({"counts": {"done": n}, "seconds": n * self.case, "build_seconds": 0.0, "bytes": 25 * n})
         with self.changed:
             over = max(heapq.heappop(self.free), time.monotonic()) + n * self.case
             heapq.heappush(self.free, over)
@@ -94,10 +94,10 @@ def real(cases: int, workers: int, case: float, learns: bool) -> tuple[float, in
     with tempfile.TemporaryDirectory() as folder:
         store, parts = WorkStore(f"sqlite:///{folder}/jobs.db"), Parts(f"{folder}/results")
         store.upgrade()
-        dispatcher = Dispatcher(store, Waiting(workers, case), parts, Settings(Path(folder)), Metrics())  # type: ignore[arg-type]
+        dispatcher = Dispatcher(store, WaitingCluster(workers, case), parts, Settings(Path(folder)), Metrics())  # type: ignore[arg-type]
         learnt = dispatcher.dispatch_cost
         if not learns:
-            dispatcher.dispatch_cost = Unlearning()
+            dispatcher.dispatch_cost = FixedDispatchCost()
         job, _ = store.submit("me", "d", "scene", "", "{}", cases, 1e9)
         began = time.perf_counter()
         dispatcher.start()

@@ -1,8 +1,8 @@
 """What the service costs beside the engine, as processor time: ``python -m tests.benchmarks.service.service_costs``.
 
-A case: jobs of many cases of example 8.1, the whole server with its worker, minus the same chunks in the engine alone, in pairs. A
-job of one case: from its submission to its end, minus the case. A status: ``GET /v1/jobs/{id}``. The loop: the longest callback of
-the server's event loop while 96 jobs are in flight, by the processor time of its thread."""
+Cost of a case: jobs of many cases of example 8.1, the whole server with its worker, minus the same chunks in the engine alone, in
+pairs. Cost of a job of one case: from its submission to its end, minus the case. Cost of a status: ``GET /v1/jobs/{id}``. The loop:
+the longest callback of the server's event loop while 96 jobs are in flight, by the processor time of its thread."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def run(s: Served, *jobs: dict[str, Any]) -> None:
     """Submit jobs, and wait until the last one has ended."""
     sent = [s.submit(asked) for asked in jobs]
     while s.job(sent[-1])["state"] not in ("done", "failed"):
-        time.sleep(2.0)  # each question costs the server, too
+        time.sleep(2.0)  # each request for the status costs the server time
 
 
 def main() -> None:
@@ -110,7 +110,7 @@ def main() -> None:
             print(f"a status: {min(found):.2f} ms, median {statistics.median(found):.2f}", flush=True)
         with Served(place / "flying", "--workers", "1", "--limit", "waiting=200", paths=[str(place / "own")]) as s:
             s.ended(s.submit(SMALL))
-            (place / "longest.begun").touch()  # the first requests of a server load modules
+            (place / "longest.begun").touch()  # the first requests load modules of the server; the measurement begins after them
             jobs = [s.submit(SMALL | {"vary": {MU: f"0.1:0.6:{20 + k}"}}) for k in range(FLYING)]
             eventually(lambda: all(s.job(job)["state"] == "done" for job in jobs))
             longest = json.loads((place / "longest").read_text()) if (place / "longest").exists() else []

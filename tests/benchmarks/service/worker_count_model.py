@@ -4,7 +4,7 @@
 chunk and store its outcome (SQLite, and PostgreSQL if it is available), to renew a lease, to write, read and count a part, to read
 rows of the table of chunks. With ``--real``, the real dispatcher and its store send chunks to some hundred workers that only wait.
 The script then evaluates a model with these constants. In the model, one dispatcher sends chunks and takes them back, one or many
-in a commit. Each worker has a running and a waiting chunk. ``Active.size`` gives the sizes of chunks. The only inputs are the
+in a commit. Each worker has a running and a waiting chunk. ``ActiveJob.size`` gives the sizes of chunks. The only inputs are the
 constants and the cost of a case. """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from pathlib import Path
 from typing import Any
 
 from tests.service.store.single_chunks import chunk_done, cut
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.chunk_dispatcher import AHEAD
 from trunnion.service.executor.chunk_size import COMMIT_SIZE, DispatchCost
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece
-from trunnion.service.store.leases_and_chunks import Done, WorkStore
+from trunnion.service.executor.part_file_format import CaseRange
+from trunnion.service.store.leases_and_chunks import ChunkReport, WorkStore
 from trunnion.service.store.store_records import Job
 
 CHUNK_SECONDS = 2.0
@@ -66,7 +66,7 @@ class End:
 def simulated(cases: int, fleet: Fleet, learns: bool = True) -> End:
     """The end of a job with this number of cases. learns: whether the sizes of chunks follow from the cost of dispatching them."""
     job = Job("", 0.0, None, None, "", "", "", "", "running", cases, 0, 0, 0, {}, 0.0, 0.0, 0, inf, [])
-    active, dispatch_cost = Active(job, cost=fleet.case, warm=True), DispatchCost()
+    active, dispatch_cost = ActiveJob(job, cost=fleet.case, warm=True), DispatchCost()
     if fleet.together == 1:  # the cost of a chunk is constant
         dispatch_cost = DispatchCost(each=(0.5 * (fleet.cut + fleet.land) + fleet.each) * learns)
 
@@ -150,7 +150,7 @@ def of_store(store: WorkStore, pieces: int) -> dict[str, float]:
         cut_chunks.append(time.perf_counter() - began)
         assert chunk is not None
         began = time.perf_counter()
-        chunk_done(store, "server", job.id, chunk.start, Done({"done": 1000}, 1.0, 0.0, 25_000, "worker"))
+        chunk_done(store, "server", job.id, chunk.start, ChunkReport({"done": 1000}, 1.0, 0.0, 25_000, "worker"))
         lands.append(time.perf_counter() - began)
     return {
         "cut": statistics.median(cut_chunks[pieces // 2 :]),
@@ -171,7 +171,7 @@ def of_many(store: WorkStore, job: str, pieces: int) -> dict[str, float]:
         some = store.cut_chunks("server", job, [1000] * COMMIT_SIZE)
         cut_chunks.append(time.perf_counter() - began)
         began = time.perf_counter()
-        store.record_outcomes("server", job, {c.start: Done({"done": 1000}, 1.0, 0.0, 25_000, "worker") for c in some})
+        store.record_outcomes("server", job, {c.start: ChunkReport({"done": 1000}, 1.0, 0.0, 25_000, "worker") for c in some})
         lands.append(time.perf_counter() - began)
     cut, land = statistics.median(cut_chunks) / COMMIT_SIZE, statistics.median(lands) / COMMIT_SIZE
     return {"cut, of many each": cut, "land, of many each": land}
@@ -187,7 +187,7 @@ def of_parts(cases: int) -> dict[str, float]:
     of = plan(scene_given("spherical_pendulum"), sample=SAMPLE, count=cases, keep=KEEP, run=Run(until=0.05, every=0.05))
     table = Runner(of).chunk(0, cases)
     with tempfile.TemporaryDirectory() as folder:
-        parts, piece = Parts(folder), Piece("job", "digest", 0, cases)
+        parts, piece = Parts(folder), CaseRange("job", "digest", 0, cases)
         size = parts.write_part(piece, table)
         return {
             "part written": timed(lambda: parts.write_part(piece, table), 9),

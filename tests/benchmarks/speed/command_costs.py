@@ -1,5 +1,5 @@
-"""Processor time of warm commands, compared with Python alone and with ``import numpy``, of reading and building a scene of 500
-bodies, and of ``run()`` of a ready model. Commands alternate. Byte code is stored, as after an installation.
+"""Processor time of warm commands, compared with Python alone and with ``import numpy``. Also that of reading and building a scene
+of 500 bodies, and of ``run()`` of a ready model. Commands alternate. Byte code is stored, as after an installation.
 
 ``--than PYTHON``: the interpreter of another environment, with an earlier version, whose commands alternate with these."""
 
@@ -92,7 +92,7 @@ def main() -> None:
                         seconds, text = spent(python, words)
                         for i, s in enumerate(map(float, text.split()) if row in several else [seconds]):
                             found.setdefault((python, f"{row} {i}"), []).extend([s] * (n > 0))
-    finally:  # also after Ctrl-C
+    finally:  # this also runs after Ctrl-C
         for (python, row), times in ((k, t) for k, t in found.items() if t):
             print(f"{row:45s} {min(times) * 1e3:9.3f} ({statistics.median(times) * 1e3:.3f}) ms  {python}")
 

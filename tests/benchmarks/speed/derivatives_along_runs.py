@@ -1,5 +1,5 @@
-"""Processor time of ``sensitivity`` with respect to one number and to ten (or as many as the scene has), compared with one run of
-``simulate``, and that of a fit. Calls alternate; parts and libraries are compiled before."""
+"""Processor time of ``sensitivity`` compared with one run of ``simulate``, with respect to one number and to ten (or as many as the
+scene has). Also the processor time of a fit. Calls alternate; parts and libraries are compiled before."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Cost of a step of N loops: the N-four-bar (A02), processor time of a step of fixed length over N (six evaluations and their
-overhead), ideal or with friction in every hinge (``--rubs``)."""
+"""Cost of a step of N loops: processor time of a step of the N-four-bar (A02), divided by N. The step has a fixed length, six
+evaluations and their overhead. Hinges are ideal, or all have friction (``--rubs``)."""
 
 from __future__ import annotations
 

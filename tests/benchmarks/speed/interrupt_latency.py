@@ -3,8 +3,8 @@ stepping, writing and bounds (``interrupt_workloads.py``).
 
 Each measurement uses a new process, a fork of this one, in which everything is imported. The process does the whole work. It is
 interrupted at a random instant, evenly distributed over the duration of the uninterrupted work. The script prints the time until
-the process has ended, its processor time in this time (which does not depend on other work of the machine), the exit codes, and the
-kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants] [place …]`` """
+the process has ended, and the processor time used until then, which does not depend on other work of the machine. It also prints
+exit codes and kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants] [place …]``"""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Found:
 
 
 def opened(folder: Path, fresh: bool) -> None:
-    """In a fork: a kernel cache that holds only the runtime (fresh), and no output on a terminal."""
+    """Prepare a fork: a kernel cache that holds only the runtime (if ``fresh``), and no output on a terminal."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.chdir(folder)
     if fresh:

@@ -1,10 +1,10 @@
 """Cases per processor second of one core: several cases stepped together in SIMD lanes (``kernel="lanes"``), and one after the
 other (``compiled``).
 
-Run it with ``python -m tests.benchmarks.speed.lane_batches [--pairs N] [--only TEXT]``. Example 8.1, 8.2 undriven without friction
-(two ways of sweeping it), an arm of six revolutes; chunks of ``CASES`` alternate between both kernels, so that changes in the
-machine's speed affect both. Figures: processor time of whole chunks (numbers, steps, outcomes, tables), minimum and median over the
-pairs; processor time of the C loop alone; median of the ratios of the pairs. """
+Run it with ``python -m tests.benchmarks.speed.lane_batches [--pairs N] [--only TEXT]``. The scenes are example 8.1, 8.2 undriven
+without friction (swept in two ways), and an arm of six revolutes. Chunks of ``CASES`` alternate between both kernels, so that
+changes in the machine's speed affect both. Figures: processor time of whole chunks (numbers, steps, outcomes, tables), minimum and
+median over the pairs; processor time of the C loop alone; median of the ratios of the pairs."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""Cost of friction in loops, processor time. One evaluation with friction beside one without: Stewart platforms, scissor lifts,
-N four-bars. Fixed steps, timed inside the loop of steps. With ``--run``: a Stewart platform on six legs, 0.3 s with its events."""
+"""Cost of friction in loops, as processor time: one evaluation with friction compared with one without, for Stewart platforms,
+scissor lifts and N four-bars. Steps are fixed, and timed inside the loop of steps. ``--run`` adds a run of 0.3 s, with its events,
+of a Stewart platform on six legs."""
 
 from __future__ import annotations
 

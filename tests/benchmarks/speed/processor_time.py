@@ -45,7 +45,7 @@ def clocked(f: Callable[[], object], batch: float = 2e-3, repetitions: int = 31)
 
 def inside_advance() -> Callable[[], float]:
     """From now on, measure the processor time inside the runtime's loop of steps. Returns a function that gives the seconds since
-    its last call. Whole runs differ by more than a step takes."""
+    its last call. (Times of whole runs vary by more than the time of a step.)"""
     spent, advance = [0.0], Block.advance
 
     def timed(block: Block, target: float, max_steps: int, rows: np.ndarray) -> tuple[int, int]:

@@ -3,8 +3,8 @@ start and friction.
 
 Run it with ``python -m tests.benchmarks.speed.realtime_steps [STEPS]`` (10,000,000 in all, and a tenth of that with the bounds as
 they are by default; about five minutes). For each example it prints operations and time of a step (median, 99.9th percentile,
-maximum), the ratio of maximum to median beside the static bound, the number of steps beyond each bound, the events, and the
-unexplained energy. """
+maximum), and the ratio of maximum to median beside the static bound. It also prints the number of steps beyond each bound, the
+events, and the unexplained energy."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The stability gallery as a table: what happens here on both sides of each threshold, and what happens elsewhere, measured now: by
-SciPy (regularised law, closed forms, our equations without our integrators) and MuJoCo, where they are installed.
+"""The stability gallery as a table: the engine's results on both sides of each threshold, and those of other programs, measured
+now: SciPy (regularised law, closed forms, our equations without our integrators) and MuJoCo, where they are installed.
 
 ``python -m tests.benchmarks.stability_gallery.gallery_table`` prints the table; with ``--write`` it also writes the scenes and the
 README of ``models/stability``."""
@@ -15,24 +15,26 @@ from tests.stability.gallery_entry import EDGE, Edge, Row
 from trunnion.scene import models_dir
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 
-COUNT = "Forty"
+COUNT = "forty"
+BEYOND = "If this is a threshold, the numbers are one part in a million beyond it."
 PEERS = {"SciPy": "scipy", "MuJoCo": "mujoco"}
 HEAD = """# Stability gallery
 
-{count} places where methods for mechanisms with friction fail, each with a scene to run:
+This page lists {count} situations in which methods for mechanisms with friction fail. Each situation has a scene that you can run:
 
     python3 -m venv .venv && . .venv/bin/activate && pip install -q .
     trunnion simulate models/stability/01_zero_speed.yaml
 
-Most places have a threshold known in closed form, such as the steepest angle at which a pendulum still holds. There the scene runs
-twice, one part in a million below the threshold and one part above, and both answers must be right. The table has the threshold and
-**both answers**, or the one answer of a scene without threshold. The numbers in each file are just beyond the first threshold of
-its row. A [test](../../tests/stability/test_gallery.py) checks all answers, also with the world turned at random and in other units
-of length, mass and time. *Right* means that the run is done, with energy balanced to 1e-5 and loops closed to 1e-9.
+Most scenes have a threshold that is known in closed form, such as the steepest angle at which a pendulum still holds. The test runs
+such a scene twice, one part in a million below the threshold and one part above, and both answers must be right. The table has the
+threshold and **both answers**, or the one answer of a scene without threshold. The numbers in each file are just beyond the first
+threshold of its row. A [test](../../tests/stability/test_gallery.py) checks all answers, also with the world turned at random and
+in other units of length, mass and time. *Right* means that the run is done, with energy balanced to 1e-5 and loops closed to 1e-9.
 
-Results *in italics* are those of {peers}, with their defaults unless noted. The script that writes this table measured
+Results *in italics* come from {peers}, with their defaults unless noted. The script that writes this table measured
 them: `python -m tests.benchmarks.stability_gallery.gallery_table --write`. "Regularised" is friction that grows with speed up to
-v_eps. MuJoCo's joints have a constant friction loss, which does not depend on the load; here its value is right for the start.
+v_eps. MuJoCo's joints have a constant friction loss, which does not depend on the load; in these scenes its
+value is right for the start.
 
 | | where methods fail | scene | threshold: below / beyond it, here | elsewhere |
 |---|---|---|---|---|
@@ -63,7 +65,7 @@ def installed() -> dict:
         else:
             out[name] = [
                 importlib.import_module(f"tests.benchmarks.stability_gallery.{package}_{part}")
-                for part in ("results", "shared_load_results")
+                for part in ("results_rows_1_to_21", "results_rows_23_to_28")
             ]
     return out
 
@@ -76,7 +78,7 @@ def main(write: bool) -> None:
         here = "<br>".join(said(e) for e in row.edges)
         lines.append(f"| {row.number} | {row.title} | [{row.name}]({file}) | {here} | {elsewhere(row, peers)} |")
         if write:
-            title = f"# {row.number}. {row.title}: {row.edges[0].at}; one part in a million beyond (where it is a threshold).\n"
+            title = f"# {row.number}. {row.title}: {row.edges[0].at}. {BEYOND}\n"
             (folder / file).write_text(title + scene_to_yaml(row.edges[0].scene(EDGE)), encoding="utf-8")
     text = HEAD.replace("{count}", COUNT).replace("{peers}", " and ".join(peers) or "others") + "\n".join(lines) + "\n"
     print(text)

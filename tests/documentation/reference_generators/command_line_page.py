@@ -22,7 +22,7 @@ def page_text() -> str:
 def help_text() -> str:
     """What ``trunnion --help`` prints on terminals of 80 columns and more."""
     from trunnion.cli.command_group import COMMAND
-    from trunnion.cli.stored_help import WIDTH
+    from trunnion.cli.fast_help_and_completion import WIDTH
 
     context = COMMAND.make_context("trunnion", [], resilient_parsing=True, terminal_width=WIDTH - 2)
     return f"{context.get_help()}\n"

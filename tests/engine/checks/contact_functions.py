@@ -69,7 +69,7 @@ class States:
     numbers: np.ndarray
 
     def number(self, name: str) -> np.ndarray:
-        """One of the element's or the law's numbers, by state."""
+        """A number of the element or of the law, for each state."""
         return self.numbers[(*NUMBERS[self.element], *LAW_NUMBERS[self.law]).index(name)]
 
 

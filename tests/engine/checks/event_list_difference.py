@@ -23,8 +23,8 @@ these steps."""
 
 
 def times(r: Result, may: float = 0.0) -> dict[tuple[str, int, str], list[float]]:
-    """Times of the events of each kind of each joint, s. Without impacts less than ``may`` before their contact rests: how many of
-    these there are depends on round-off."""
+    """Times of the events of each kind of each joint, s. Impacts less than ``may`` before their contact comes to rest are left out,
+    because their number depends on round-off."""
     rests = [(e.joint, e.part, e.time) for e in r.events if e.kind == "contact_rests"]
     found: dict[tuple[str, int, str], list[float]] = defaultdict(list)
     for e in sorted((e for e in r.events if e.kind != UNLOCATED), key=lambda e: e.time):

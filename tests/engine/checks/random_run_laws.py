@@ -105,8 +105,8 @@ def ways_on(case: Case, r: Result | None) -> list[dict[str, str]] | None:
 
 
 def _bounded(here: Answer, later: Answer) -> bool:
-    """Whether friction is continuous over an instant. At a dead centre of a pair that stops all other motion, its friction grows as
-    the inverse of the distance, which is round-off."""
+    """Whether friction is continuous over an instant. At a dead centre, a pair may stop all other motion. Near it, the pair's
+    friction grows as the inverse of the distance, which is round-off."""
     first, then = (float(np.abs(a.eta).max(initial=0.0)) for a in (here, later))
     return max(first, then) <= JUMP * min(first, then)
 
@@ -115,7 +115,7 @@ def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], t
     """Defects of a random mechanism by setting, and the outcomes of its runs. Where enumeration finds no solution either, the
     outcomes jammed, inconsistent and no_solution count as equal."""
     case, wrong, ends = rubbing(kind, seed), {}, []
-    at_start = lru_cache(partial(ways_on, case))  # the same whatever the setting
+    at_start = lru_cache(partial(ways_on, case))  # the start is the same at every setting
     for setting in settings:
         run = made(case, setting)
         outcome = run.result.outcome

@@ -33,7 +33,7 @@ def image(scene: sm.Scene, Q: np.ndarray) -> sm.Scene:
     """The scene with all its points and directions, those of bodies included, mapped by an orthogonal matrix Q; it is a reflection
     if det Q = -1.
 
-    Angles keep their numbers. So do travels of prismatic joints; other travels change their sign in a mirror."""
+    Angles and the travels of prismatic joints keep their numbers; other travels change their sign in a mirror."""
     sense = float(np.sign(np.linalg.det(Q)))
     joints = {n: _joint(scene, j, Q, sense) for n, j in scene.joints.items()}
     forces: dict[str, Any] = {}
@@ -88,7 +88,7 @@ def _joint(scene: sm.Scene, j: sm.Joint, Q: np.ndarray, sense: float) -> sm.Join
 def _other_sense(scene: sm.Scene, j: sm.Joint, which: list[int], n: int) -> sm.Joint:
     """The joint with changed signs of all numbers along these of its n freedoms. ValueError for devices without such a rule."""
     if j.latch is not None or j.motor is not None or j.drive is not None:
-        raise ValueError("drives, motors and latches of joints that slide and turn")
+        raise ValueError("no image of drives, motors and latches of joints that slide and turn")
 
     def each(value: Any, change: Callable[[Any], Any]) -> Any:
         if value is None or n == 1:

@@ -31,7 +31,7 @@ def every_column() -> list[Column]:
 
 
 def test_every_quantity_is_a_column_of_some_model() -> None:
-    # LuGre's law, a joint that follows another, a gearbox, a band, a contact that opens, bounded steps
+    # No model has LuGre's law, a joint that follows another, a gearbox, a band, a contact that opens, or bounded steps.
     units = {"input_torque", "output_torque", "tension"}
     no_model = {"bristle", "tie", "gap", "extra.overrun", "extra.overruns", *units}
     assert {c.quantity.name for c in every_column()} == {q.name for k in REGISTRY.values() for q in k.quantities} - no_model
@@ -81,7 +81,7 @@ def test_a_declaration_that_lacks_something_is_refused(fault: str) -> None:
         registered(WRONG[fault])
 
 
-def test_all_faults_are_said_at_once() -> None:
+def test_all_faults_are_reported_at_once() -> None:
     bare = ColumnKind(name="", of=MASS_CENTRE.of, operands={}, expression=nothing, quantities=(
         Quantity(name="", column="", unit="", text=""),))  # fmt: skip
     with pytest.raises(ValueError, match=r"not an identifier.*no operands.*no name.*no column.*no unit.*no text"):
@@ -96,14 +96,14 @@ def told() -> dict[str, object]:
     return {v.name: v for v in variables(Model(load_scene("spherical_pendulum"), ("*",)), 0.0, 1e-6)}
 
 
-def test_an_fmu_tells_what_changes_at_events_alone(told) -> None:
+def test_an_fmu_reports_what_changes_at_events_alone(told) -> None:
     """In FMI 2.0 these variables are the discrete ones: they change only at events."""
     discrete = {n for n, v in told.items() if v.causality == "output" and v.variability == "discrete"}
     assert discrete == {n for n in told if n.startswith("events.") or ".state" in n or n == "audit.verdict"}
     assert {"events.count", "events.last.time", "events.last.turn", "ball.friction.state[1]", "ball.contact[1].state"} <= discrete
 
 
-def test_an_fmu_tells_what_forces_act_on_at_once(told) -> None:
+def test_an_fmu_reports_what_forces_act_on_at_once(told) -> None:
     direct = {n for n, v in told.items() if v.direct}
     assert {"ball.qdd[1]", "ball.contact[1].angle", "ball.reaction.force[1]"} <= direct
     assert not {"ball.q[1]", "ball.qd[1]", "energy.kinetic", "events.last.time", "audit.complement"} & direct
@@ -114,7 +114,7 @@ WITHOUT_DERIVATIVE = ("events.last.time", "events.count", "audit.constraint", "b
 
 
 @pytest.mark.parametrize("name", WITHOUT_DERIVATIVE)
-def test_what_counts_or_audits_has_no_derivative(name: str) -> None:
+def test_counters_and_audit_columns_have_no_derivative(name: str) -> None:
     scene = load_scene("spherical_pendulum")
     with pytest.raises(SceneError, match=r"has no derivative"):
         check_request(scene, ["joints.ball.friction.mu"], [name], 1.0, None, 1e-9)

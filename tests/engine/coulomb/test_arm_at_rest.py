@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.engine.mechanisms.coulomb_scenes import arm, run
+from tests.engine.mechanisms.ball_pendulum_and_arm import arm, run
 from tests.reference.contact_and_friction.contact_roots import journal
 from tests.reference.contact_and_friction.friction_laws import Law
 from tests.reference.mechanics.rotation import rotation_about
@@ -42,7 +42,7 @@ def shares(tilt: float, mu: float = MU, load: float = 0.0) -> np.ndarray:
 
 
 def arm_axes() -> tuple[str, ...]:
-    from tests.engine.mechanisms.coulomb_scenes import ARM_AXES
+    from tests.engine.mechanisms.ball_pendulum_and_arm import ARM_AXES
 
     return ARM_AXES
 

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.coulomb_scenes import pendulum_angle, pendulum_at, run
+from tests.engine.mechanisms.ball_pendulum_and_arm import pendulum_angle, pendulum_at, run
 from trunnion.simulation.results.result import Result
 
 STOPS = (
@@ -30,9 +30,9 @@ def stops(r: Result) -> list[float]:
     return [e.time for e in r.events if e.kind in ("reversal", "stick")]
 
 
-def test_it_stops_eleven_times_when_it_should_and_then_stays() -> None:
+def test_the_pendulum_stops_eleven_times_at_the_known_times_and_then_rests() -> None:
     r = swing()
-    assert stops(r) == pytest.approx([t for t, _ in STOPS], abs=1e-6)  # required: 1e-5 s
+    assert stops(r) == pytest.approx([t for t, _ in STOPS], abs=1e-6)  # the required accuracy is 1e-5 s
     assert [e.kind for e in r.events] == ["reversal"] * 10 + ["stick"]
     late = r.time > STOPS[-1][0]
     assert np.all(r["ball.qd[2]"][late] == 0.0)
@@ -41,35 +41,35 @@ def test_it_stops_eleven_times_when_it_should_and_then_stays() -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(11))
-def test_it_stops_where_it_should(stop: int) -> None:
+def test_the_pendulum_stops_at_the_known_angles(stop: int) -> None:
     time, angle = STOPS[stop]
     r = run("spherical_pendulum", stops(swing())[stop], 0.0, 1e-9)
-    assert pendulum_angle(r)[-1] == pytest.approx(angle, abs=1e-6)  # required: 1e-5 degrees; STOPS is exact to 5e-7
+    assert pendulum_angle(r)[-1] == pytest.approx(angle, abs=1e-6)  # the required accuracy is 1e-5 degrees; STOPS is exact to 5e-7
     assert r.time[-1] == pytest.approx(time, abs=1e-6)
 
 
-def test_its_angle_is_that_of_the_event_exact_reference() -> None:
+def test_the_angle_is_that_of_the_reference_with_exact_events() -> None:
     """Angles in degrees. The reference at 7 s has nine decimals; the required accuracy is 1e-8."""
     angle = pendulum_angle(swing(1e-12))
     assert angle[2] == pytest.approx(57.500835748, abs=1e-8)
     assert angle[7] == pytest.approx(19.275178967, abs=1e-8)
 
 
-def test_its_error_falls_with_the_tolerance() -> None:
+def test_the_error_falls_with_the_tolerance() -> None:
     truth = pendulum_angle(swing(1e-12))[7]
     errors = [abs(math.radians(pendulum_angle(swing(r))[7] - truth)) for r in (1e-5, 1e-7, 1e-9)]
     assert all(e <= 10 * r for e, r in zip(errors, (1e-5, 1e-7, 1e-9), strict=True)), errors
 
 
 @pytest.mark.parametrize(("stop", "turn"), [(1, 58.8975), (5, 57.610)])
-def test_its_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
+def test_the_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
     """Angle, degrees, by which the normal turns: 2 atan μ less the turn of the reaction (theory, "Turns of normals"). Agreement to
     the printed digits."""
     (found,) = swing(1e-12).events[stop - 1].turn
     assert math.degrees(found) == pytest.approx(turn, abs=5e-4)
 
 
-def test_with_adams_friction_it_stops_when_that_program_says() -> None:
+def test_a_ball_pendulum_with_adams_friction_stops_at_the_time_of_that_program() -> None:
     """With Adams' friction r μ |f| instead of r μ |f|/√(1+μ²) (151), the ball stops at 7.719710 s. The paper reads 7.7 s off its
     figure."""
     r = run("spherical_pendulum", 8.0, 1.0, 1e-11, friction__normal_force="adams")
@@ -81,14 +81,14 @@ LIMIT = math.degrees(math.asin(RADIUS * MU / math.sqrt(1 + MU * MU) / ARM))
 
 
 @pytest.mark.parametrize("angle", [2.0, 2.949, LIMIT - 1e-8, -2.949])
-def test_inside_its_friction_cone_it_holds_for_ever(angle: float) -> None:
+def test_a_ball_pendulum_inside_its_friction_cone_holds_for_ever(angle: float) -> None:
     r = pendulum_at(angle, 100.0, 1000.0)
     assert not r.events
     assert np.abs(pendulum_angle(r) - angle).max() <= 1e-12
 
 
 @pytest.mark.parametrize("angle", [2.95, LIMIT + 1e-8, -2.95])
-def test_outside_its_friction_cone_it_slips(angle: float) -> None:
+def test_a_ball_pendulum_outside_its_friction_cone_slips(angle: float) -> None:
     r = pendulum_at(angle, 0.1, 1.0)
     assert abs(pendulum_angle(r)[-1]) < abs(angle)
 

@@ -33,7 +33,8 @@ def converges(count: int, seed: int) -> None:
         r = simulate(big_balls(count, seed, "regularized", v_eps), until=1.0, every=1.0, rtol=1e-9)
         assert r.outcome.ok
         off.append(np.abs(places(r) - places(exact)).max())
-    assert off[1] <= max(0.05 * off[0], 1e-6 * count)  # first order in v_eps; rtol 1e-9 leaves 1e-6 m
+    # the difference is of first order in v_eps; rtol 1e-9 leaves an error of 1e-6 m
+    assert off[1] <= max(0.05 * off[0], 1e-6 * count)
 
 
 @pytest.mark.default_cases(3)
@@ -63,7 +64,7 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("method", "kernel"), [
     ("auto", "compiled"), ("rosenbrock", "compiled"), ("rosenbrock", "parts"),
-    slow(("rk8", "compiled")), slow(("auto", "parts")), slow(("rk8", "parts")),  # half a minute each
+    slow(("rk8", "compiled")), slow(("auto", "parts")), slow(("rk8", "parts")),  # these settings take half a minute each
 ])  # fmt: skip
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
     """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. At the end of a branch,
@@ -90,7 +91,7 @@ def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["coulomb", "regularized"])
 @pytest.mark.parametrize("turned", [tightened, loosened])
-def test_a_ball_whose_branch_folds_away_tells_so_once_by_every_method_and_tolerance(turned, law: str) -> None:
+def test_a_ball_whose_branch_folds_away_reports_one_fold_by_every_method_and_tolerance(turned, law: str) -> None:
     """A brake well beyond its thresholds: at a time known in closed form, forces jump and velocities do not."""
     scene = turned(0.3, law)
     until = float(scene.simulation.until)

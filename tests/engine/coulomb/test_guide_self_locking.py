@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.coulomb_scenes import run
+from tests.engine.mechanisms.ball_pendulum_and_arm import run
 from tests.reference.contact_and_friction.contact_roots import journal
 from tests.reference.contact_and_friction.friction_laws import Law
 from tests.reference.scenes.random_scenes import random_loop
@@ -52,7 +52,8 @@ def test_a_guide_wedges_beyond_half_length_over_mu_however_hard_it_is_pushed(kin
         assert travel(held) == 0.0
         assert not held.events
         gone = run(pushed(kind, force, HALF_LENGTH / MU * (1 - EXACT), pin, angle), 1.0, 0.5)
-        assert travel(gone) == pytest.approx(abs(force) * EXACT / MASS / 2, rel=1e-4)  # a = F (1 − μ e/c)/m: 1e-16/1e-9 leaves 1e-6
+        # a = F (1 − μ e/c)/m; round-off of the difference is below 1e-4
+        assert travel(gone) == pytest.approx(abs(force) * EXACT / MASS / 2, rel=1e-4)
 
 
 @pytest.mark.parametrize("kind", GUIDES)
@@ -63,7 +64,7 @@ def test_a_guide_that_static_friction_holds_lets_go_at_static_friction(kind: str
     assert travel(gone) == pytest.approx(10.0 * (1 - MU / 0.6) / MASS * 0.1**2 / 2, rel=1e-7)
 
 
-def test_a_guide_pushed_ever_harder_lets_go_where_weight_and_push_say() -> None:
+def test_a_guide_under_a_growing_push_slips_when_the_push_exceeds_friction() -> None:
     """The weight acts across the guide, and a growing push acts through the mass centre. The guide slips when F = μ m g."""
     scene = pushed("cylindrical", 1.0, 0.0)
     ramp = sm.Signal(table=sm.Table((0.0, 10.0), (0.0, 20.0)))

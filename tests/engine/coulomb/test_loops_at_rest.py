@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.engine.mechanisms.coulomb_scenes import run
+from tests.engine.mechanisms.ball_pendulum_and_arm import run
 from tests.engine.mechanisms.planar_friction_loops import FIVE_BAR, FOUR_BAR, PlaneLoop
 from tests.reference.contact_and_friction.sprung_toggle_press import CIRCLE, LINK
 from tests.reference.scenes.random_scenes import random_loop
@@ -43,7 +43,7 @@ def test_a_sticking_loop_holds_up_to_the_most_that_any_distribution_of_friction_
 
 
 @pytest.mark.parametrize("which", WHICH)
-def test_a_sticking_loop_is_let_go_when_a_growing_torque_reaches_that(which: str) -> None:
+def test_a_sticking_loop_slips_when_a_growing_torque_reaches_the_largest_it_holds(which: str) -> None:
     ramp = sm.Signal(table=sm.Table((0.0, 10.0), (0.0, 2.0 * most(which, 1.0))))
     r = run(LOOPS[which].scene(ramp), 5.01, 0.5, rtol=1e-8, outputs=("*.q[1]", "*.qd[1]"))
     assert r.events[0].kind == "slip"
@@ -51,7 +51,7 @@ def test_a_sticking_loop_is_let_go_when_a_growing_torque_reaches_that(which: str
     still = r.time < 5.0
     for i in range(LOOPS[which].count):
         assert np.all(r[f"p{i}.qd[1]"][still] == 0.0)
-        assert np.ptp(r[f"p{i}.q[1]"][still]) <= 1e-14  # the cut joint's angle is measured
+        assert np.ptp(r[f"p{i}.q[1]"][still]) <= 1e-14  # the angle of the cut joint is measured, with round-off
     assert any(("not" in n and "unique" in n) or "not (smallest" in n for n in r.notes)
 
 
@@ -67,7 +67,7 @@ needs."""
 
 
 @pytest.mark.parametrize("extra", [0.3, 0.8])
-def test_what_a_loop_shares_does_not_hang_on_a_pair_that_rests_beside_it(extra: float) -> None:
+def test_load_sharing_in_a_loop_does_not_depend_on_a_resting_pair_beside_the_loop(extra: float) -> None:
     """A light arm on the coupler holds a different share of its capacity than the loop's joints hold of theirs."""
     alone = FOUR_BAR.scene(extra * most("four-bar", 1.0))
     d, reach = FOUR_BAR.link(1), FOUR_BAR.reach()[0]
@@ -90,11 +90,12 @@ NEARLY = 1e-4
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("load", [100.0, -100.0])
 @pytest.mark.parametrize("part", [0.2, 0.5, 0.9, 1 - NEARLY, 1 + NEARLY, 1.2])
-def test_a_folded_press_locks_itself_and_what_is_said_of_it_at_rest_is_what_a_run_does(load: float, part: float) -> None:
+def test_a_folded_press_locks_itself_in_statics_and_in_runs(load: float, part: float) -> None:
     scene = replace(placed(-math.acos(part * LOCKS / LINK), 0.0, 0.0, load, 0.01), gravity=(0.0, 0.0, 0.0))
     assert holding(scene) == ("holds" if part < 1 else "slips")
     if part < 1:
-        assert 0 < hold(scene).margin <= 1 - part + EXACT  # the line between both circles, at the smallest possible ratio
+        # the smallest share of friction is that of a line of force between both friction circles
+        assert 0 < hold(scene).margin <= 1 - part + EXACT
 
 
 def test_numbers_of_a_trial_step_that_are_not_finite_end_no_process() -> None:

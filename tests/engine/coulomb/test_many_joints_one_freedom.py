@@ -97,4 +97,4 @@ def test_the_motion_is_what_a_steep_law_without_rest_tends_to() -> None:
         off.append(steep["lower_in.q[1]"][-1] - exact["lower_in.q[1]"][-1])
     for rough, fine in pairwise(off):
         assert rough / fine == pytest.approx(2.0, abs=0.03)
-    assert abs(2.0 * off[-1] - off[-2]) <= 3e-9  # with the error of first order extrapolated away
+    assert abs(2.0 * off[-1] - off[-2]) <= 3e-9  # this combination extrapolates the error of first order away

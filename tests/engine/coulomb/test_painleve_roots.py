@@ -35,7 +35,7 @@ def independent(radius: float, angle: float, rate: float) -> int:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (0.5, 0.9, 0.99)), BELOW))
-def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rate: float, share: float) -> None:
+def test_the_one_root_below_the_threshold_is_found(angle: float, rate: float, share: float) -> None:
     assert independent(share * PAINLEVE, angle, rate) == 1
     r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
     assert r.outcome.ok
@@ -44,7 +44,7 @@ def test_below_the_threshold_there_is_one_root_and_it_is_found(angle: float, rat
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("angle", "rate", "share"), sampled(product_of(STATES, (1.01, 1.1)), ABOVE))
-def test_above_the_threshold_none_is_named_and_two_are_counted(angle: float, rate: float, share: float) -> None:
+def test_above_the_threshold_no_root_ends_the_run_and_two_roots_are_counted(angle: float, rate: float, share: float) -> None:
     count = independent(share * PAINLEVE, angle, rate)
     assert count in (0, 2)
     r = ran(pendulum(angle, share * PAINLEVE, rate, 1e-6))
@@ -56,7 +56,7 @@ def test_above_the_threshold_none_is_named_and_two_are_counted(angle: float, rat
         assert r.certificate.roots[0] == 2
 
 
-def test_a_known_acceleration() -> None:
+def test_the_pendulum_has_a_known_acceleration() -> None:
     """R = 0.0257 m, 60°, 2 rad/s: −13.261857 rad/s² (F4)."""
     r = ran(pendulum(math.pi / 3, 0.0257 * math.hypot(1, MU) / MU, 2.0, 1e-6))
     assert abs(r["ball.qdd[2]"][0]) == pytest.approx(13.261857, abs=5e-7)
@@ -64,7 +64,7 @@ def test_a_known_acceleration() -> None:
 
 
 @pytest.mark.parametrize("below", [1e-4, 1e-6])
-def test_just_below_the_threshold_it_stops_and_stays(below: float) -> None:
+def test_a_pendulum_just_below_the_threshold_stops_and_stays(below: float) -> None:
     for seed in range(4):
         r = ran(told(pendulum(1.0, PAINLEVE * (1 - below), -2.0, 0.02), "turned", seed))
         assert r.outcome.ok, seed

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.engine.mechanisms.coulomb_scenes import run
+from tests.engine.mechanisms.ball_pendulum_and_arm import run
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 
@@ -22,7 +22,7 @@ def crank(until: float = 2.0, every: float = 0.1) -> Result:
 
 def test_the_slider_pin_reverses_when_the_crank_stands_across_the_guide() -> None:
     r = crank()
-    assert [e.time for e in r.events] == pytest.approx(UPRIGHT, abs=1e-11)  # required: 1e-9 s
+    assert [e.time for e in r.events] == pytest.approx(UPRIGHT, abs=1e-11)  # the required accuracy is 1e-9 s
     assert {(e.kind, e.joint) for e in r.events} == {("reversal", "slider_pin")}
 
 
@@ -44,7 +44,7 @@ def lean(t: float) -> float:
 @pytest.mark.parametrize("k", [0, 1])
 def test_at_a_reversal_the_angle_between_normal_and_reaction_flips_by_twice_the_friction_angle(k: int) -> None:
     flip = lean(UPRIGHT[k] + 1e-9) - lean(UPRIGHT[k] - 1e-9)
-    assert abs(flip) == pytest.approx(2 * math.degrees(math.atan(0.3)), abs=1e-7)  # required: 33.39849 to 1e-5
+    assert abs(flip) == pytest.approx(2 * math.degrees(math.atan(0.3)), abs=1e-7)  # required: 33.39849 degrees to 1e-5
     assert abs(flip) == pytest.approx(33.39849, abs=1e-5)
 
 
@@ -70,9 +70,10 @@ def double(rtol: float, until: float = 60.0) -> Result:
 def test_the_double_pendulum_runs_a_minute_and_its_pivot_rests_once_it_has_stopped() -> None:
     r = double(1e-7)
     late = r.time >= 50.0
-    assert np.all(r["guide.qd[1]"][late] == 0.0)  # 0, not 0.01 m/s
+    assert np.all(r["guide.qd[1]"][late] == 0.0)  # exactly 0, although the speed was 0.01 m/s
     assert np.ptp(r["guide.q[1]"][late]) == 0.0
-    assert r["guide.q[1]"][-1] == pytest.approx(13.75, abs=0.1)  # about 13.75 m; sensitive to the geometry after the first second
+    # the travel is about 13.75 m; it is sensitive to the geometry after the first second
+    assert r["guide.q[1]"][-1] == pytest.approx(13.75, abs=0.1)
     energy = np.abs(r["energy.kinetic"]).max()
     assert np.abs(r["energy.residual"]).max() <= 1e-4 * energy
     work = np.gradient(r["energy.dissipated"], r.time)
@@ -81,10 +82,11 @@ def test_the_double_pendulum_runs_a_minute_and_its_pivot_rests_once_it_has_stopp
 
 def test_the_double_pendulum_starts_as_computed() -> None:
     r = run("double_pendulum", 1.0, 0.25, 1e-9)
-    assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822549, 4.71556293, 8.32814917], abs=2e-5)  # those at v_eps 1e-4
+    # the values of the regularised law with v_eps = 1e-4
+    assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822549, 4.71556293, 8.32814917], abs=2e-5)
 
 
-def test_its_events_converge_as_the_tolerance_falls() -> None:
+def test_events_of_the_double_pendulum_converge_as_the_tolerance_falls() -> None:
     """Times of the first stops compared with those at 1e-11. The motion is sensitive: the errors are up to 30 times the tolerance
     over two seconds."""
     every = {r: run("double_pendulum", 2.0, 1.0, r).events for r in (1e-6, 1e-8, 1e-11)}
@@ -107,4 +109,5 @@ def test_with_fixed_steps_the_pivot_comes_through_its_stops_and_the_error_falls_
         assert r.outcome.ok
         assert 4.0 / step <= r.stats.steps <= 4.0 / step + 4 * len(r.events) + 100
         errors.append(np.abs(r["cross.q[1]"] - fine["cross.q[1]"]).max())
-    assert errors[1] < 0.25 * errors[0] < 0.01  # a first-order error where friction changes would be a sixteenth
+    # steps are 16 times shorter; errors of first order at changes of friction would fall by that factor
+    assert errors[1] < 0.25 * errors[0] < 0.01

@@ -52,7 +52,8 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
     confirms that no combination of stick and slip satisfies Coulomb's law there."""
     r = simulate(scene, until=until, every=0, rtol=1e-7, outputs=COLUMNS)
     assert r.outcome.name in ("jammed", "inconsistent", "no_solution")
-    assert r.outcome.joint in scene.joints or r.outcome.name == "inconsistent"  # may concern several joints
+    # the outcome "inconsistent" may concern several joints
+    assert r.outcome.joint in scene.joints or r.outcome.name == "inconsistent"
     q, qd = {}, {}
     for n, j in scene.joints.items():
         start = j.start
@@ -60,7 +61,7 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
         place, rate = (r[f"{n}.q[1]"][-1], r[f"{n}.qd[1]"][-1]) if len(r.time) else (start.q, start.qd)
         moves = len(r.time) > 0 and abs(rate) > 1e-9
         more = INSTANT * r[f"{n}.qdd[1]"][-1] if moves else 0.0
-        more = more if abs(more) < abs(rate) else 0.0  # near a pole, accelerations have no bound
+        more = more if abs(more) < abs(rate) else 0.0  # near a pole, an acceleration is larger than any bound and is left out
         q[n], qd[n] = np.array([place + INSTANT * rate * moves]), np.array([rate + more if moves or not len(r.time) else 0.0])
     if len(r.time):
         assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-9)
@@ -69,12 +70,12 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [1060, 1122, slow(1144), slow(1166), 1215])
-def test_a_chain_that_has_no_answer_ends_by_name_there(seed: int) -> None:
+def test_a_chain_whose_friction_has_no_solution_ends_there_with_that_outcome(seed: int) -> None:
     """The first two chains end at the start, the others during the motion, the last one where a joint has just come to rest."""
     has_no_answer(chain(seed), 3.0)
 
 
-def test_a_chain_that_goes_on_has_an_answer() -> None:
+def test_the_search_finds_a_solution_for_chains_whose_runs_finish() -> None:
     """The independent search finds a solution where one exists: at the starts of chains whose runs finish."""
     for seed in (2, 3, 5):
         scene = chain(seed)
@@ -92,7 +93,8 @@ def checked(seed: int, until: float, balls: float = 0.0) -> int:
         return 0
     assert r.outcome.ok, (seed, r.outcome)
     size = max(np.abs(r["energy.kinetic"]).max(), 1e-3)
-    assert np.abs(r["energy.residual"]).max() <= 1e-4 * size, seed  # 1e-7 a step over some thousand steps and hundreds of events
+    # some thousand steps and hundreds of events have errors of 1e-7 each
+    assert np.abs(r["energy.residual"]).max() <= 1e-4 * size, seed
     for name in r.scene.joints:
         work = r[f"{name}.friction.work"]
         assert np.diff(work).max() <= 1e-6 * size, (seed, name)
@@ -107,7 +109,7 @@ def test_random_chains_end_and_lose_energy_only_to_friction(block: int) -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("seed", [0, 13, 14, 19, 21, 22])
-def test_random_chains_with_balls_end_too(seed: int) -> None:
+def test_random_chains_with_balls_end_and_lose_energy_only_to_friction(seed: int) -> None:
     checked(seed, 1.0, balls=0.2)
 
 

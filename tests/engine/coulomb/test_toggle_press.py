@@ -86,7 +86,7 @@ PRESSES = [(*press, half) for press in OTHERS for half in (0, 1)]
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("mu", "radius", "push", "half"), sampled(PRESSES, lambda p: p[3] == OTHERS.index(p[:3]) % 2))
 def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radius: float, push: float, half: int) -> None:
-    """By default each press runs at every other setting, in turn, so that each setting occurs in two of the presses."""
+    """By default, each press runs at every other setting, in turn. Each setting then occurs in two of the presses."""
     exact = run("rk8", 1e-10, mu, radius, push)
     for method, rtol in list(product(("rk5", "rk8", "rosenbrock"), TOLERANCES))[half::2]:
         r, off = run(method, rtol, mu, radius, push), 100 * rtol + CROSSING[method]
@@ -104,7 +104,7 @@ def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -
     assert motion.status == 0
     before, behind = motion.sol(turned - 5e-4)[2], motion.sol(turned + 5e-4)[2]
     assert before < 0.0 < behind
-    # the engine's value; it does not contain the energy that the spring's oscillation loses
+    # the engine's value, without the energy that the spring's oscillation loses
     assert motion.sol(0.46)[2] == pytest.approx(-0.41692, abs=0.01)
 
 

@@ -51,7 +51,7 @@ def with_bushings(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), [(random_tree, 1), (random_tree, 5), (random_loop, 3)])
-def test_a_bushing_is_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_a_bushing_acts_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_bushings(make, seed))
 
 
@@ -61,9 +61,9 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
     derivatives_agree(scene)
 
 
-def test_it_gives_by_the_load_over_its_stiffness() -> None:
-    """At rest under a force through its point and a torque about one axis, a bushing yields by m g/k along each axis, and by
-    asin(T/k) about it."""
+def test_a_bushing_yields_by_load_over_stiffness() -> None:
+    """The bushing is at rest under a force through its point and a torque about one axis. It yields by m g/k along each axis, and
+    by asin(T/k) about the axis of the torque."""
     push, twist = (30.0, -40.0, 0.0), 5.0
     scene = held()
     weight = sm.Force("force", "b.eye", (0.0, 0.0, MASS * G))
@@ -79,7 +79,7 @@ def test_it_gives_by_the_load_over_its_stiffness() -> None:
     assert 2 * np.arctan2(q[6], q[3]) == pytest.approx(angle, abs=CLOSE)
 
 
-def test_about_one_axis_it_is_a_pendulum() -> None:
+def test_a_bushing_about_one_axis_swings_as_a_pendulum() -> None:
     """J q̈ = −κ sin q: q = 2 asin(k cd(t √(κ/J))), k = sin(q0/2), over three swings of 150° each way."""
     stiffness, inertia, start = SIX["turning_stiffness"][2], 0.4, np.radians(150)
     hinge = sm.Joint("revolute", "ground", "b", axis="z", start=sm.Start(q=float(start)))
@@ -100,7 +100,7 @@ def test_small_swings_have_the_six_frequencies_of_its_stiffnesses() -> None:
     assert [m.frequency for m in trunnion.modes(scene).modes] == pytest.approx(sorted(expected / (2 * np.pi)), rel=CLOSE)
 
 
-def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
+def test_a_bushing_keeps_energy_without_damping_and_accounts_for_it_with_damping() -> None:
     """The body tumbles through whole turns about all axes, where any sequence of angles would be singular."""
     start = {"start": {"qd": (0.5, -0.7, 0.3, 18.0, -16.0, 14.0)}}
     r = simulate(held(**start), until=3.0, every=0.01, rtol=1e-11)
@@ -114,10 +114,11 @@ def test_without_damping_energy_stays_with_it_the_power_is_what_goes() -> None:
     stored = r["energy.potential"] - MASS * G * r["b.position[3]"]
     lost = r["energy.dissipated"] - r["energy.dissipated"][0]
     given = make_interp_spline(r.time, r["bush.power"], k=5).integrate(0.0, r.time[-1])
-    assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)  # splines of degree 5, rows 2 ms apart
+    # splines of degree 5 through rows 2 ms apart have this precision
+    assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)
 
 
-def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
+def test_a_bushing_between_placed_bodies_is_relaxed_in_their_placement() -> None:
     """A tilted arm on the ground: the bushing's axes are the world's, and it exerts no force until the arm moves."""
     tilt = sm.Turn(axis="y", angle=0.4)
     arm = sm.Body(mass=MASS, inertia=(0.2, 0.3, 0.4), points={"eye": (0.3, 0.0, 0.0)}, position=(0.2, 0.1, 0.5), orientation=tilt)
@@ -131,7 +132,7 @@ def test_between_placed_bodies_it_is_relaxed_as_they_stand() -> None:
     assert r["bush.offset[3]"][-1] == pytest.approx(12.0 / SIX["stiffness"][2], abs=CLOSE)
 
 
-def test_what_it_does_can_be_differentiated() -> None:
+def test_a_bushings_motion_has_derivatives() -> None:
     """x = (m g/k)(1 − cos t √(k/m)) on a rail; its derivative with respect to k."""
     k, rail = SIX["stiffness"][2], sm.Joint("prismatic", "ground", "b", axis="z")
     scene = sm.Scene({"b": sm.Body(mass=MASS, inertia=(1.0, 1.0, 1.0))}, {"rail": rail}, "down",
@@ -139,7 +140,7 @@ def test_what_it_does_can_be_differentiated() -> None:
     s = trunnion.sensitivity(scene, ["forces.bush.stiffness[3]"], ["rail.q[1]"], 1.0, 0.1)
     w, t = np.sqrt(k / MASS), s.time
     exact = MASS * G / k**2 * (1 - np.cos(w * t)) - MASS * G / k * np.sin(w * t) * t / (2 * np.sqrt(k * MASS))
-    assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())  # runs at the scene's rtol
+    assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())  # both runs have the scene's rtol
 
 
 def test_both_ends_on_one_part_are_refused() -> None:

@@ -71,7 +71,7 @@ def test_efforts_of_devices_are_what_their_formulas_say(which: str, kernel: str)
         assert row[n] == pytest.approx(value, rel=EXACT, abs=EXACT), n
 
 
-def test_a_spring_between_points_tells_its_length_force_and_power() -> None:
+def test_a_spring_between_points_reports_its_length_force_and_power() -> None:
     ends = ("block.tip", "ground")
     spring = sm.SpringDamper("spring_damper", ends, stiffness=200.0, damping=3.0, length=0.5)
     body = sm.Body(box=(0.1, 0.1, 0.1), mass=2.0, points={"tip": (0.05, 0.02, 0.0)})
@@ -82,7 +82,7 @@ def test_a_spring_between_points_tells_its_length_force_and_power() -> None:
     length = np.linalg.norm(tip, axis=0)
     rate = make_interp_spline(r.time, length, k=5).derivative()(r.time)
     assert r["rubber.length"] == pytest.approx(length, rel=1e-12)
-    inside = slice(10, -10)  # a spline's rate is good to 1e-9 away from its ends
+    inside = slice(10, -10)  # away from its ends, the rate of a spline is precise to 1e-9
     assert r["rubber.force"][inside] == pytest.approx((200.0 * (length - 0.5) + 3.0 * rate)[inside], abs=1e-6)
     assert r["rubber.power"][inside] == pytest.approx((-r["rubber.force"] * rate)[inside], abs=1e-5)
 
@@ -103,7 +103,7 @@ def test_powers_and_friction_are_all_that_changes_energy() -> None:
 
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("which", CASES)
-def test_both_kernels_tell_the_same_of_every_device(which: str) -> None:
+def test_both_kernels_report_the_same_of_every_device(which: str) -> None:
     case = case_of(which)
     a, b = (evaluate(Model(case.scene, ("*",), kernel=k), case.q, case.qd, case.t) for k in ("parts", "compiled"))
     for n in (n for n in a if any(w in n for w in WORDS)):

@@ -47,7 +47,7 @@ def with_both(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), sampled([(random_tree, 1), (random_loop, 3), (random_tree, 5), (random_loop, 4)], 2))
-def test_both_are_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_drag_and_point_gravity_act_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_both(make, seed))
 
 
@@ -120,8 +120,8 @@ def test_a_body_around_a_point_follows_keplers_ellipse(seed: int) -> None:
 
 
 def test_the_derivatives_by_their_numbers_are_those_of_the_closed_forms() -> None:
-    """Derivatives of a vertical fall through air with respect to the area, and of the first 0.1 s of a fall towards a point with
-    respect to gm and mass."""
+    """The derivatives of a vertical fall through air are with respect to the area. Those of the first 0.1 s of a fall towards a
+    point are with respect to gm and mass."""
     scene = flying((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), forces={"air": air()})
     found = trunnion.sensitivity(scene, ["forces.air.area"], ["j.qd[3]"], 3.0, 1.0, rtol=1e-11)
 

@@ -82,7 +82,8 @@ def test_a_drive_follows_its_data(joint: str) -> None:
     away = np.min(np.abs(np.subtract.outer(r.time, kinks)), axis=1) > 1e-6
     assert np.abs(r[f"{joint}.q[1]"] - q).max() <= 1e-13
     assert np.abs(r[f"{joint}.qd[1]"] - qd).max() <= 1e-12
-    assert np.abs(r[f"{joint}.qdd[1]"] - qdd)[away].max() <= 1e-11  # splines are divided by squares of short intervals
+    # the second derivative of the spline divides round-off by squares of short intervals
+    assert np.abs(r[f"{joint}.qdd[1]"] - qdd)[away].max() <= 1e-11
 
 
 def test_efforts_of_drives_are_what_changes_the_energy() -> None:
@@ -94,7 +95,8 @@ def test_efforts_of_drives_are_what_changes_the_energy() -> None:
     for a, b in ((0.304, 0.696), (1.004, 1.596), (1.604, 2.0)):
         part = (r.time > a - 1e-9) & (r.time < b + 1e-9)
         work = cumulative_simpson(power[part], x=r.time[part], initial=0.0)
-        assert np.abs(energy[part] - energy[part][0] - work).max() <= 1e-6 * np.ptp(work)  # Simpson's error at 4 ms
+        # Simpson's rule has this error at a spacing of 4 ms
+        assert np.abs(energy[part] - energy[part][0] - work).max() <= 1e-6 * np.ptp(work)
     assert np.abs(r["energy.residual"]).max() <= 1e-8 * np.abs(power).max()
 
 
@@ -120,7 +122,8 @@ def test_a_mechanism_without_any_freedom_left_accounts_for_its_energy() -> None:
     joint = sm.Joint("revolute", "ground", "b", axis="y", drive=sm.Drive(harmonic=HARMONIC))
     r = simulate(sm.Scene({"b": LINK}, {"j": joint}), until=1.0, every=0.01)
     power = r["j.drive.effort[1]"] * r["j.qd[1]"]
-    assert np.abs(r["energy.residual"]).max() <= 1e-4 * np.abs(power).max()  # energy of 1 s of motion, J; rtol is 1e-6
+    # limit in J: 1e-4 of the energy of 1 s of motion; rtol is 1e-6
+    assert np.abs(r["energy.residual"]).max() <= 1e-4 * np.abs(power).max()
 
 
 def test_a_drive_overrides_start_values_of_its_freedom() -> None:

@@ -53,7 +53,7 @@ def with_fields(make, seed: int) -> Case:
 
 
 @pytest.mark.parametrize(("make", "seed"), sampled([(random_tree, 1), (random_loop, 3), (random_tree, 5), (random_loop, 4)], 2))
-def test_it_is_what_absolute_coordinates_say(make, seed: int) -> None:
+def test_force_fields_act_as_in_absolute_coordinates(make, seed: int) -> None:
     compared(with_fields(make, seed))
 
 
@@ -93,7 +93,7 @@ def test_a_linear_field_is_a_spring_in_space_by_parameters_too() -> None:
     assert found.derivatives[:, 0, 0] == pytest.approx(slope * by_w, abs=1e-7)
 
 
-def test_rest_and_vibrations_are_those_of_its_slope() -> None:
+def test_the_rest_and_vibrations_of_a_bead_follow_from_the_slope_of_its_field() -> None:
     """A bead on a rail between two magnets: F = −A sin(x/a); it comes to rest at 0, with the frequency √(A/(a m))."""
     rail = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "start": {"q": 0.02}}
     field = {"type": "field", "on": "b", "fx": "-4 N*sin(1 rad*x/(50 mm))"}

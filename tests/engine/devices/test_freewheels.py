@@ -29,7 +29,7 @@ def wheel(effort: object, start: float = 0.0, **rub: float) -> sm.Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck"])
-def test_it_overruns_and_holds_up_to_what_it_can(kernel: str, law: str) -> None:
+def test_a_freewheel_overruns_and_holds_up_to_its_limit(kernel: str, law: str) -> None:
     more = {"law": law, "mu": 1.0, "mu_static": 1.0, "v_stribeck": 1.0} if law == "stribeck" else {}
     for edge, sense in ((DRAG, 1), (GRIP, -1)):
         for share in (1 - EDGE, 1 + EDGE):
@@ -43,7 +43,7 @@ def test_it_overruns_and_holds_up_to_what_it_can(kernel: str, law: str) -> None:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_driven_to_and_fro_it_turns_one_way(kernel: str) -> None:
+def test_a_freewheel_that_is_driven_to_and_fro_turns_one_way(kernel: str) -> None:
     """An oscillating torque below the capacity: the wheel starts where the torque exceeds the drag, and stops where its impulse is
     used up."""
     swing = sm.Signal(harmonic=sm.Harmonic(amplitude=10.0, frequency=1.0))
@@ -59,7 +59,7 @@ def test_driven_to_and_fro_it_turns_one_way(kernel: str) -> None:
     assert r["hub.friction.torque[1]"][held] == pytest.approx(torque[held], abs=1e-9)
 
 
-def test_beyond_its_grip_it_slips_back() -> None:
+def test_a_freewheel_slips_back_beyond_its_grip() -> None:
     r = simulate(wheel(-GRIP - 3.0), until=1.0)
     assert r["hub.qd[1]"] == pytest.approx(-3.0 / 0.5 * r.time, rel=1e-9, abs=1e-12)
 
@@ -78,7 +78,7 @@ def test_a_bar_on_a_ratchet_without_teeth_stays_where_it_was_lifted_to() -> None
     assert MASS * GRAVITY == WEIGHT
 
 
-def test_on_a_guide_too_and_both_kernels_agree() -> None:
+def test_a_freewheel_on_a_guide_holds_and_both_kernels_agree() -> None:
     guide = sm.Joint("prismatic", "ground", "b", axis="x", friction=sm.Friction(force=1.0, back_force=30.0), effort=-20.0)
     scene = sm.Scene({"b": sm.Body(mass=2.0, inertia=(1.0, 1.0, 1.0))}, {"j": guide}, "g", gravity=(0.0, 0.0, 0.0))
     assert simulate(scene, until=1.0)["j.q[1]"][-1] == 0.0

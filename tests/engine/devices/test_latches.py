@@ -33,7 +33,7 @@ def kinds(r: Result) -> list[tuple[str, float]]:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(kernel: str) -> None:
+def test_the_hook_falls_without_force_as_the_body_passes_and_catches_its_return(kernel: str) -> None:
     """The body moves up and down freely, reaches the latch with its first speed, swings half a period on the latch's spring, and
     rises again."""
     r = simulate(thrown(sm.Latch(at=AT, stiffness=STIFF)), until=6.0, rtol=1e-10, kernel=kernel)
@@ -55,7 +55,7 @@ def test_it_falls_as_it_is_passed_without_a_force_and_catches_what_comes_back(ke
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(kernel: str) -> None:
+def test_a_damped_block_comes_to_rest_on_its_hook_and_is_released_on_time(kernel: str) -> None:
     """At rest the hook carries the pull. After the release, the block falls from its position as without a hook."""
     let_go = sm.Signal(table=sm.Table((0.0, 20.0, 21.0), (0.0, 0.0, 1.0)))
     r = simulate(thrown(sm.Latch(AT, STIFF, damping=5.0, release=let_go)), until=21.0, every=0.01, rtol=1e-10, kernel=kernel)
@@ -71,20 +71,21 @@ def test_with_damping_it_comes_to_rest_on_its_hook_and_is_let_go_at_its_time(ker
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_it_lets_go_of_what_is_too_heavy(kernel: str) -> None:
+def test_the_hook_releases_under_too_large_a_load(kernel: str) -> None:
     """A pull that grows by 1 N/s releases the hook at 10 N, apart from the oscillation on the hook: 1 N/s over √(k/m)."""
     grows = sm.Signal(ramp=sm.Ramp(0.0, -100.0, duration=100.0))
     scene = thrown(sm.Latch(AT, STIFF, damping=5.0, holds=10.0))
     scene = replace(scene, joints={"j": replace(scene.joints["j"], effort=grows, start=sm.Start(q=AT))})
     r = simulate(scene, until=14.0, every=0.01, rtol=1e-9, kernel=kernel)
-    assert kinds(r) == [("unlatch", pytest.approx(10.0, abs=1.0 / np.sqrt(STIFF / MASS) + 2e-3))]  # 2e-3: force of its damping
+    # 2e-3 s: the hook's damping adds a force
+    assert kinds(r) == [("unlatch", pytest.approx(10.0, abs=1.0 / np.sqrt(STIFF / MASS) + 2e-3))]
     assert r["j.q[1]"][-1] < 0.0
     again = simulate(replace(scene, joints={"j": replace(scene.joints["j"], latch=sm.Latch(AT, STIFF, damping=5.0))}), until=14.0)
     assert kinds(again) == []
     assert again["j.latch.state[1]"].min() == 1.0  # the start is behind the hook, which is down
 
 
-def test_below_is_above_seen_in_a_mirror_and_a_lifted_hook_lets_pass() -> None:
+def test_a_latch_that_keeps_below_is_a_mirror_image_and_a_lifted_hook_lets_pass() -> None:
     up = simulate(thrown(sm.Latch(AT, STIFF, damping=1.0)), until=3.0, rtol=1e-9)
     scene = thrown(sm.Latch(-AT, STIFF, keeps="below", damping=1.0), speed=-3.0, pull=-PULL)
     down = simulate(scene, until=3.0, rtol=1e-9)
@@ -96,13 +97,13 @@ def test_below_is_above_seen_in_a_mirror_and_a_lifted_hook_lets_pass() -> None:
 
 
 @pytest.mark.parametrize("method", ["rk5", "rosenbrock", "moreau"])
-def test_by_every_kind_of_method_it_ends_on_the_hook(method: str) -> None:
+def test_the_body_ends_on_the_hook_by_every_kind_of_method(method: str) -> None:
     r = simulate(thrown(sm.Latch(AT, STIFF, damping=5.0)), until=10.0, every=10.0, method=method)
     assert r["j.q[1]"][-1] == pytest.approx(AT - PULL / STIFF, abs=1e-6)
     assert [k for k, _ in kinds(r)] == ["latch"]
 
 
-def test_in_a_loop_and_in_both_kernels() -> None:
+def test_a_latch_in_a_loop_acts_alike_in_both_kernels() -> None:
     scene = trunnion.scene.load_scene("crank_slider_free")  # type: ignore[attr-defined]
     joints = {n: replace(j, latch=sm.Latch(0.1, 1e3, damping=0.1, holds=5.0)) if j.type == "prismatic" else j
               for n, j in scene.joints.items()}  # fmt: skip

@@ -91,7 +91,7 @@ def test_four_cases_at_once_in_vector_lanes_have_the_results_of_single_runs() ->
 
 
 @pytest.mark.slow
-def test_long_chains_have_them_in_both_kernels() -> None:
+def test_long_chains_have_nonlinear_springs_and_dampers_in_both_kernels() -> None:
     """Bodies of a long tree share code; each has its own numbers."""
     bodies, joints, forces = {}, {}, {}
     for i in range(20):

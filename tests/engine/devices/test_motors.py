@@ -29,7 +29,7 @@ def shaft(motor: sm.Motor, **more) -> sm.Scene:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("signal", [1.0, 0.4, -0.7])
-def test_it_runs_up_by_its_exponential(kernel: str, signal: float) -> None:
+def test_a_motor_accelerates_by_its_exponential(kernel: str, signal: float) -> None:
     """(J + A) ω̇ = T (s − ω/ω0): ω = s ω0 (1 − exp(−t/τ)), τ = (J + A) ω0/T."""
     r = simulate(shaft(sm.Motor(STALL, NO_LOAD, signal)), until=20.0, rtol=1e-11, kernel=kernel)
     rise = np.exp(-r.time / ((INERTIA + ROTOR) * NO_LOAD / STALL))
@@ -39,7 +39,7 @@ def test_it_runs_up_by_its_exponential(kernel: str, signal: float) -> None:
     assert np.abs(r["energy.residual"]).max() <= CLOSE * r["energy.kinetic"].max()
 
 
-def test_with_a_brake_it_comes_to_where_its_line_meets_the_drag_or_stalls() -> None:
+def test_a_motor_with_drag_comes_to_where_its_line_meets_the_drag_or_stalls() -> None:
     drag = sm.Friction(torque=1.0)
     r = simulate(shaft(sm.Motor(STALL, NO_LOAD), friction=drag), until=200.0, every=200.0, rtol=1e-10)
     assert r["shaft.qd[1]"][-1] == pytest.approx(NO_LOAD * (1 - 1.0 / STALL), rel=1e-8)
@@ -49,7 +49,7 @@ def test_with_a_brake_it_comes_to_where_its_line_meets_the_drag_or_stalls() -> N
         assert trunnion.hold(shaft(sm.Motor(STALL, NO_LOAD, share / STALL), friction=drag)).holds == (not turns)
 
 
-def test_shorted_it_brakes_and_by_an_input_it_is_steered() -> None:
+def test_a_shorted_motor_brakes_and_an_input_steers_a_motor() -> None:
     r = simulate(shaft(sm.Motor(STALL, NO_LOAD, 0.0), start=sm.Start(qd=20.0)), until=5.0, rtol=1e-11)
     rise = np.exp(-r.time * STALL / NO_LOAD / (INERTIA + ROTOR))
     assert r["shaft.qd[1]"] == pytest.approx(20.0 * rise, abs=CLOSE * 20.0)
@@ -59,7 +59,7 @@ def test_shorted_it_brakes_and_by_an_input_it_is_steered() -> None:
     assert found.B[1, 0] == pytest.approx(STALL / (INERTIA + ROTOR), rel=1e-12)
 
 
-def test_a_force_on_a_guide_one_of_two_freedoms_and_both_kernels() -> None:
+def test_a_motor_on_one_of_two_freedoms_acts_as_a_force_and_both_kernels_agree() -> None:
     sled = sm.Joint("cylindrical", "ground", "wheel", axis="z", motor=(sm.Motor(8.0, 2.0), None), damping=(None, 0.1))
     scene = replace(shaft(sm.Motor(STALL, NO_LOAD)), joints={"sled": sled})
     r = simulate(scene, until=1.0, rtol=1e-11)
@@ -69,7 +69,7 @@ def test_a_force_on_a_guide_one_of_two_freedoms_and_both_kernels() -> None:
         derivatives_agree(s)
 
 
-def test_a_drive_beside_it_takes_what_it_leaves() -> None:
+def test_a_drive_on_the_same_joint_takes_the_effort_that_a_motor_leaves() -> None:
     drive = sm.Drive(constant=sm.Constant(rate=20.0))
     r = simulate(shaft(sm.Motor(STALL, NO_LOAD), drive=drive), until=0.1)
     assert r["shaft.drive.effort[1]"] == pytest.approx(np.full(len(r), -STALL * (1 - 20.0 / NO_LOAD)), rel=1e-12)

@@ -34,7 +34,7 @@ def times(r: Result, kind: str) -> list[float]:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_it_falls_behind_every_tooth_that_passes_and_catches_at_the_last(kernel: str) -> None:
+def test_the_pawl_falls_behind_every_tooth_that_passes_and_catches_the_last(kernel: str) -> None:
     """The body moves up freely, past a tooth at each pitch. It falls by less than a pitch, onto the last tooth, with the speed of
     this fall."""
     r = simulate(thrown(TEETH), until=2.0, every=1e-3, rtol=1e-10, kernel=kernel)
@@ -50,7 +50,7 @@ def test_it_falls_behind_every_tooth_that_passes_and_catches_at_the_last(kernel:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_too_strong_a_pull_slips_tooth_by_tooth_and_below_the_first_it_is_free(kernel: str) -> None:
+def test_a_body_under_too_strong_a_pull_slips_tooth_by_tooth_and_is_free_below_the_first(kernel: str) -> None:
     """The pull alone exceeds the capacity of a tooth. The body slips at the corresponding depth on each tooth, and loses the energy
     that the tooth stored."""
     holds = 0.9 * PULL
@@ -67,7 +67,7 @@ def test_too_strong_a_pull_slips_tooth_by_tooth_and_below_the_first_it_is_free(k
     assert r.audit.verdict == "within"
 
 
-def test_below_is_above_seen_in_a_mirror() -> None:
+def test_a_ratchet_that_keeps_below_is_the_mirror_image_of_one_that_keeps_above() -> None:
     latch = replace(TEETH, damping=1.0)
     up = simulate(thrown(latch), until=3.0, rtol=1e-9)
     down = simulate(thrown(replace(latch, at=-AT, keeps="below"), speed=-3.0, pull=-PULL), until=3.0, rtol=1e-9)
@@ -76,7 +76,7 @@ def test_below_is_above_seen_in_a_mirror() -> None:
 
 
 @pytest.mark.parametrize("method", ["rk5", "rosenbrock", "moreau"])
-def test_by_every_kind_of_method_it_ends_on_the_last_tooth(method: str) -> None:
+def test_the_body_ends_on_the_last_tooth_by_every_kind_of_method(method: str) -> None:
     r = simulate(thrown(replace(TEETH, damping=5.0)), until=10.0, every=10.0, method=method)
     assert r["j.q[1]"][-1] == pytest.approx(AT + 5 * PITCH - PULL / STIFF, abs=1e-6)
     assert r["j.latch.state[1]"][-1] == 6.0
@@ -92,7 +92,7 @@ def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
     assert r["j.q[1]"][-1] == pytest.approx(AT + (tooth - 1) * PITCH - PULL / STIFF, abs=1e-7)
 
 
-def test_what_rests_on_a_tooth_rests_and_swings_there() -> None:
+def test_a_body_on_a_tooth_rests_and_oscillates_there() -> None:
     """An analysis of rest that restarts from this state has the same tooth. A start behind several teeth is behind the last of
     them."""
     scene = thrown(replace(TEETH, damping=1.0))
@@ -101,7 +101,7 @@ def test_what_rests_on_a_tooth_rests_and_swings_there() -> None:
     assert simulate(hung, until=0.1)["j.latch.state[1]"].tolist()[:2] == [4.0, 4.0]
     found = modes(hung)
     assert found.q["j"][0] == pytest.approx(AT + 3 * PITCH - PULL / STIFF, abs=1e-9)
-    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # under the load PULL, 1 s/m damps with PULL N s/m
+    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # a damping of 1 s/m under the load PULL is PULL N s/m
     assert [m.frequency for m in found.modes] == pytest.approx([swing / (2 * np.pi)], rel=1e-7)
     assert equilibrium(hung).kind == "stable"
 
@@ -139,7 +139,8 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
     past = way * (r[f"{name}.q[1]"] - latch.at)
     tooth = np.where(np.maximum.accumulate(past) < 0, 0, 1 + np.floor(np.maximum.accumulate(past) / pitch) if pitch else 1)
     state = r[f"{name}.latch.state[1]"]
-    assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)  # a top between rows may pass a further tooth
+    # between two rows, the body may pass a further tooth at its highest point
+    assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)
     assert state.max() >= 1.0
     on = way * (r[f"{name}.q[1]"] - latch.at) - np.maximum(state - 1, 0) * (pitch or 0.0)
     force = np.where((state > 0) & (on < 0), -latch.stiffness * on, 0.0)

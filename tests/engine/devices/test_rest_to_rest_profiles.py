@@ -28,10 +28,11 @@ def first_half(profile: str, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
     """Share of the distance, its rate and acceleration up to u = 1/2, written out for each phase."""
     if profile == "polynomial":
         return u**3 * (10 - 15 * u + 6 * u**2), 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
-    if profile == "trapezoid":  # peak speed 3/2, acceleration 9/2
+    if profile == "trapezoid":  # the peak speed is 3/2, the acceleration 9/2
         early = u < 1 / 3
         return np.where(early, 2.25 * u**2, 0.25 + 1.5 * (u - 1 / 3)), np.where(early, 4.5 * u, 1.5), np.where(early, 4.5, 0.0)
-    corners, accelerations = np.array([0, 1 / 12, 1 / 4, 1 / 3, 1.0]), [0, 6, 6, 0, 0]  # speeds up to 6 · 1/4 = 3/2
+    # the area of the accelerations, 6 · 1/4, is the peak speed of 3/2
+    corners, accelerations = np.array([0, 1 / 12, 1 / 4, 1 / 3, 1.0]), [0, 6, 6, 0, 0]
     fine = np.linspace(0.0, 0.5, 600_001)
     a = np.interp(fine, corners, accelerations)
     v = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2 * np.diff(fine))])
@@ -51,18 +52,18 @@ def textbook(profile: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize("profile", PROFILES)
-def test_a_way_is_that_of_its_profile(profile: str, kind: str, kernel: str) -> None:
+def test_a_motion_from_rest_to_rest_follows_its_profile(profile: str, kind: str, kernel: str) -> None:
     r = moved(profile, kernel, kind)
     x, v, a = textbook(profile, r.time)
     twelfths = (r.time - BEGIN) / TIME * 12
-    apart = np.abs(twelfths - np.round(twelfths)) > 1e-6  # at a knot either side is right
+    apart = np.abs(twelfths - np.round(twelfths)) > 1e-6  # at a knot, the values of both sides are correct
     assert r["joint.q[1]"] == pytest.approx(START + WAY * x, abs=1e-9)
     assert r["joint.qd[1]"] == pytest.approx(WAY / TIME * v, abs=1e-9)
     assert r["joint.qdd[1]"][apart] == pytest.approx((WAY / TIME**2 * a)[apart], abs=1e-8)
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-def test_what_the_drive_gives_is_what_friction_takes(profile: str) -> None:
+def test_the_drives_work_equals_the_work_of_friction(profile: str) -> None:
     """The motion is level and goes from rest to rest, so that the drive's work is that of friction, whose torque is given."""
     r = moved(profile)
     assert r["energy.dissipated"][-1] == pytest.approx(0.5 * abs(WAY), rel=1e-6)
@@ -70,13 +71,13 @@ def test_what_the_drive_gives_is_what_friction_takes(profile: str) -> None:
     assert r["energy.kinetic"][[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
-def test_a_way_that_has_begun_before_goes_on() -> None:
+def test_a_profile_that_began_before_the_start_continues() -> None:
     whole, begun = (moved("s_curve", begin=b) for b in (BEGIN, BEGIN - 0.5))
     shift = int(0.5 / 2e-3)
     assert begun["joint.q[1]"][:-shift] == pytest.approx(whole["joint.q[1]"][shift:], abs=1e-9)
 
 
-def test_a_way_takes_time_and_is_one_kind_of_drive() -> None:
+def test_a_profile_needs_a_duration_and_excludes_other_kinds_of_drive() -> None:
     body, move = sm.Body(box=(0.1, 0.1, 0.1), mass=1.0), sm.Move(start=0.0, end=1.0, duration=1.0)
 
     def driven(drive: sm.Drive) -> sm.Scene:

@@ -1,5 +1,5 @@
-"""Every kind of signal moves a mass, a damped mass and a rubbing block as an independent integration says, whatever the method and
-the kernel; steps end at corners and jumps, so that nothing is missed."""
+"""A mass, a damped mass and a rubbing block move under every kind of signal as an independent integration says, for every method
+and kernel. Steps end at corners and jumps of signals, so that none is missed."""
 
 from __future__ import annotations
 
@@ -122,8 +122,8 @@ def damped(f: Load, mass: float, damping: float) -> tuple[float, float]:
 
 
 def rubbing(f: Load, mass: float, hold: float) -> tuple[float, float, list[float]]:
-    """Coordinate and rate at the end of a block that friction up to ``hold`` stops, and times at which sliding begins in a
-    direction; from roots of integrals between the ends of the load's pieces."""
+    """The end and the starts of sliding of a block that friction up to ``hold`` stops: coordinate and rate at the end, and times at
+    which sliding begins in a direction. They follow from roots of integrals between the ends of the load's pieces."""
     t, q, v, slips, left = 0.0, 0.0, 0.0, [], pieces(f.ends)[1:]
     sign = 0.0
     while left:
@@ -186,7 +186,7 @@ def test_a_rubbing_block_answers_every_signal_as_integrals_between_events_say(ki
 def test_a_pulse_of_a_microsecond_in_a_run_of_hours_acts_with_its_whole_impulse() -> None:
     mass, force, begin, duration = 2.0, 5e6, 4321.0, 1e-6
     keys = {"pulse": {"peak": force, "begin": begin, "duration": duration}}
-    lasted = (begin + duration) - begin  # to the precision of the time values
+    lasted = (begin + duration) - begin  # the duration, as precise as the two times
     for method in METHODS:
         r = simulate(scene(keys, mass), until=1e4, every=1e4, method=method)
         assert r["slide.qd[1]"][-1] == pytest.approx(force * lasted / mass, rel=1e-9)
@@ -205,7 +205,7 @@ def test_a_jump_that_friction_still_holds_moves_nothing_and_is_no_event() -> Non
     assert [(e.kind, e.time) for e in r.events] == [("slip", 1.0)]
 
 
-def test_rows_tell_a_load_before_its_jump_until_the_jump_and_after_it_from_then_on() -> None:
+def test_rows_report_a_load_before_its_jump_until_the_jump_and_after_it_from_then_on() -> None:
     r = simulate(scene({"step": {"end": 2.0, "begin": 1.0}}, 1.0), until=2.0, every=0.5)
     assert r["slide.qdd[1]"][[0, 1, 3, 4]] == pytest.approx([0.0, 0.0, 2.0, 2.0])
 
@@ -276,7 +276,7 @@ def test_both_kernels_and_their_derivatives_agree_about_every_signal() -> None:
     ("effort", {"expression": "F*sin(1 rad/s*t)"}, 'no parameter "F"', "parameters"),
     ("effort", {"expression": "1 N*(t/1 s"}, "cannot read", ""),
 ])  # fmt: skip
-def test_what_the_step_control_or_a_drive_cannot_follow_is_refused_by_name(place: str, keys: dict, said: str, remedy: str) -> None:
+def test_a_signal_that_steps_or_drives_cannot_follow_is_refused_by_name(place: str, keys: dict, said: str, remedy: str) -> None:
     data = scene(0.0, 1.0)
     slide = data["joints"]["slide"]
     del slide["effort"]

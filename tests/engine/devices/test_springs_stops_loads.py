@@ -49,9 +49,9 @@ def test_a_joint_spring_and_damper_make_the_damped_oscillator() -> None:
     r = run(slider(spring=sm.Spring(50.0, 0.3), damping=1.5, start=sm.Start(0.1, 2.0)))
     assert r["rail.q[1]"] == pytest.approx(0.3 + damped(r.time, -0.2, 2.0, 2.0, 1.5, 50.0), abs=ERROR)
     effort = -50.0 * (r["rail.q[1]"] - 0.3) - 1.5 * r["rail.qd[1]"]
-    assert r["rail.reaction.force[1]"] == pytest.approx(-effort, abs=1e-12)  # reactions are those on the inboard part
+    assert r["rail.reaction.force[1]"] == pytest.approx(-effort, abs=1e-12)  # the column holds reactions on the inboard part
     lost = 1.5 * np.trapezoid(r["rail.qd[1]"] ** 2, r.time)
-    assert r["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-4)  # trapezoidal rule, rows 0.01 s apart
+    assert r["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-4)  # the trapezoidal rule on rows 0.01 s apart has this error
     assert r["energy.potential"] == pytest.approx(25.0 * (r["rail.q[1]"] - 0.3) ** 2, abs=1e-12)
 
 
@@ -162,13 +162,13 @@ def test_a_force_in_world_axes_at_the_mass_centre_makes_a_parabola() -> None:
     r = run(free_body({"f": sm.Force("force", "b", (4.0, 0.0, -1.0))}, spin=2.0), until=1.0)
     v0 = np.array([r[f"b.velocity[{k}]"][0] for k in (1, 2, 3)])
     x = np.array([r[f"b.position[{k}]"] - r[f"b.position[{k}]"][0] for k in (1, 2, 3)])
-    assert v0 == pytest.approx([-0.2, 0.0, 0.0], abs=1e-15)  # ω × arm
+    assert v0 == pytest.approx([-0.2, 0.0, 0.0], abs=1e-15)  # the spin times the arm
     assert x == pytest.approx(np.outer(v0, r.time) + np.outer([2.0, 0.0, -0.5], r.time**2 / 2), abs=1e-9)
 
 
 def test_a_force_in_body_axes_turns_with_the_body() -> None:
     r = run(free_body({"f": sm.Force("force", "b", (4.0, 0.0, 0.0), frame="body")}, spin=2.0), until=2.0)
-    phi = np.pi / 2 + 2.0 * r.time  # along the body's x through its mass centre: the spin is constant
+    phi = np.pi / 2 + 2.0 * r.time  # the force acts through the mass centre, so that the spin is constant
     a = np.array([r[f"b.acceleration[{k}]"] for k in (1, 2, 3)])
     assert a == pytest.approx(2.0 * np.array([np.cos(phi), np.sin(phi), 0 * phi]), abs=1e-8)
     v = np.array([r[f"b.velocity[{k}]"] - r[f"b.velocity[{k}]"][0] for k in (1, 2)])
@@ -182,7 +182,8 @@ def test_a_force_off_the_mass_centre_turns_the_body_and_a_torque_does_just_that(
         r = run(free_body({"t": sm.Torque("torque", "b", torque, frame)}), until=1.0)
         assert r["b.angular_velocity[3]"] == pytest.approx(3.0 * r.time, abs=1e-9)
     r = run(free_body({"t": sm.Torque("torque", "b", (0.6, 0.0, 0.0), "body")}), until=1e-3, every=1e-3)
-    assert [r[f"j.qdd[{k}]"][0] for k in (4, 5, 6)] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)  # body x is world y; 0.6/0.2
+    # the body's x is the world's y; 0.6 N m over 0.2 kg m²
+    assert [r[f"j.qdd[{k}]"][0] for k in (4, 5, 6)] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)
 
 
 def test_inputs_drive_forces_and_efforts_and_can_be_set() -> None:
@@ -221,7 +222,7 @@ def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: floa
     again."""
     weight, stiffness = 9.81, 1e5
     at, rate = (1.0 - short) / (2 * weight), math.sqrt(stiffness)
-    speed = math.sqrt(short)  # at the stop
+    speed = math.sqrt(short)  # speed at which the body reaches the stop
     begin, contact = (1.0 - speed) / weight, 2 * math.atan(speed * rate / weight) / rate
     left = 0.2 - begin - contact
     stops = sm.EndStops(stiffness=stiffness, upper=at)
@@ -229,5 +230,5 @@ def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: floa
     scene = sm.Scene({"b": sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0))}, {"p": rail}, gravity=(-weight, 0.0, 0.0))
     run = simulate(scene, until=0.2, method=method, rtol=1e-6, outputs=["p.q[1]"])
     assert [e.kind for e in run.events] == ["end_stop_engaged", "end_stop_released"]
-    close = 1e-3 if method == "moreau" else 2e-5  # √rtol, or twenty times rtol: the stop reverses errors of the speed
+    close = 1e-3 if method == "moreau" else 2e-5  # √rtol, or twenty times rtol, because the stop reverses errors of the speed
     assert run["p.q[1]"][-1] == pytest.approx(at - speed * left - 0.5 * weight * left**2, abs=close * at)

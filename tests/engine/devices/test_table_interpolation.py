@@ -69,7 +69,7 @@ def test_a_load_may_be_smooth_and_keeps_its_value_beyond(way: str) -> None:
     assert 2.0 * r["j.qdd[1]"] == pytest.approx(exact(np.clip(r.time, TIME[0], TIME[-1])), abs=1e-13)
 
 
-def test_loads_are_straight_lines_and_drives_natural_splines_if_nothing_is_said() -> None:
+def test_by_default_loads_are_straight_lines_and_drives_natural_splines() -> None:
     r = simulate(pushed(table()), until=2.5, every=0.01, rtol=1e-10)
     assert 2.0 * r["j.qdd[1]"] == pytest.approx(np.interp(r.time, TIME, VALUE), abs=1e-13)
     said = curve(sm.Table(TIME, VALUE, interpolation="natural"), True)
@@ -91,7 +91,7 @@ def test_a_monotone_drive_rests_where_its_values_rest() -> None:
     assert r["j.q[1]"].max() <= max(VALUE) + 1e-15
 
 
-def test_check_tells_the_rate_a_table_begins_with(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_reports_the_rate_a_table_begins_with(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "driven.yaml"
     for values, told in (((0.1, 0.3, 0.2), True), ((0.1, 0.1, 0.2), True), ((0.2, 0.2, 0.2), False)):
         file.write_text(scene_to_yaml(driven({"table": {"time": [0.0, 1.0, 2.0], "value": list(values)}})))
@@ -165,7 +165,7 @@ def test_a_run_follows_twenty_thousand_samples() -> None:
     [({"interpolation": "linear"}, "rate would jump"), ({"end_rates": [0, 0]}, "clamped"), ({"interpolation": "cubic"}, "natural"),
      ({"interpolation": "clamped", "end_rates": ["1 m/s", 0]}, "angular velocity")],
 )  # fmt: skip
-def test_what_a_drive_cannot_follow_is_refused(fields: dict, said: str) -> None:
+def test_a_table_that_a_drive_cannot_follow_is_refused(fields: dict, said: str) -> None:
     with pytest.raises(trunnion.SceneError, match=said):
         driven({"table": table(**fields)})
 

@@ -33,7 +33,8 @@ def test_a_stop_that_is_touched_inside_a_step_is_found_at_its_time(method: str, 
         r = thrown(way, speed, 0.0, stops, method, rtol)
         assert [e.kind for e in r.events] == ["end_stop_engaged", "end_stop_released"]
         reached = (speed - math.sqrt(2 * G * over)) / G
-        assert r.events[0].time == pytest.approx(reached, abs=2e-12 / math.sqrt(2 * G * over) + 1e-12)  # the depth at a step's end
+        # the event is located to 2e-12 m of depth at a step's end
+        assert r.events[0].time == pytest.approx(reached, abs=2e-12 / math.sqrt(2 * G * over) + 1e-12)
 
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
@@ -44,5 +45,6 @@ def test_a_stop_that_is_left_for_a_part_of_a_step_is_left(method: str, rtol: flo
     swing = 1.001 * rest
     r = thrown(1.0, 0.0, -rest - swing, sm.EndStops(lower=0.0, stiffness=STIFF), method, rtol, until=1.5 * math.pi / rate)
     assert [e.kind for e in r.events] == ["end_stop_released", "end_stop_engaged"]
-    across = swing * rate * math.sqrt(1.0 - (rest / swing) ** 2)  # speed at which it leaves, m/s
-    assert r.events[0].time == pytest.approx(math.acos(-rest / swing) / rate, abs=10.0 * rtol / across)  # rtol times 1 m
+    across = swing * rate * math.sqrt(1.0 - (rest / swing) ** 2)  # speed at which the body leaves the stop, m/s
+    # positions have an error of rtol times 1 m
+    assert r.events[0].time == pytest.approx(math.acos(-rest / swing) / rate, abs=10.0 * rtol / across)

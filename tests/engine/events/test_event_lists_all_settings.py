@@ -59,28 +59,29 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
         (0, 1.0, [("rk5", 1e-7), ("rk8", 1e-7)]),
         # when two pairs reverse, the contacts of other pairs before the event are those of the state before it, not of round-off
         (11, 1.0, [("rk5", 1e-5), ("rk5", 1e-6), ("rk8", 1e-8)]),
-        # a pair that comes to rest has friction along its former direction; along that of round-off there was no solution, and
-        # runs continued by folds
+        # friction of a pair that comes to rest is along its former direction; earlier, it was along a direction of round-off, where
+        # it had no solution, and runs continued by folds
         (34, 1.0, [("rk8", 1e-7), ("rk5", 1e-8)]),
-        # where a pair on a line and its friction reverse, no ball beside it reaches its cone
+        # a reversal of a pair on a line takes no ball beside it to the border of its cone
         (27, 0.4, [("rk5", 1e-8)]),
         # a pair that starts to slide keeps its direction while its rate is round-off; earlier, its direction changed without end
         (24, 1.0, [("rk8", 1e-12)]),
         (100, 1.0, [("rk8", 1e-12)]),
-        # where its friction then changes fast, stages of a too long step must not report folds of a ball beside it (without end)
+        # where the friction of such a pair changes fast, stages of a too long step must not report folds of a ball beside it
+        # without end
         (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
         (128, 0.17, [("rk5", 1e-6)]),
-        # where friction grows without bound just before rest, the pair stops at any tolerance, and there is no fold (until a group
-        # at rest may share its load in two ways, and a contact turns or does not)
+        # where friction grows without bound just before rest, the pair stops at any tolerance without a fold; later, a group at
+        # rest may share its load in two ways, so the comparison ends before
         (54, 0.4, [("auto", 1e-5), ("rk8", 1e-9), ("rk5", 1e-6)]),
-        # states inside a long step are less precise than its end: event times had errors of 180 to 250 x rtol x duration
+        # states inside a long step are less precise than its end; earlier, event times had errors of 180 to 250 × rtol × duration
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
         (6, 1.0, [("rk8", 1e-8), ("rosenbrock", 1e-9)]),
         (92, 1.0, [("rk8", 1e-9), ("auto", 1e-9)]),
         # a group at rest is released when no loads hold it, not when only its latest loads do not hold it
         (107, 1.0, [("auto", 1e-7), ("rk8", 1e-8)]),
         (153, 1.0, [("auto", 1e-6), ("rk5", 1e-7)]),
-        # and it shares its load by the same rule until a new decision, although a stage of a long step may find no solution
+        # a group at rest shares its load by one rule until the next decision, although a stage of a long step may find no solution
         (83, 1.0, [("auto", 1e-6), ("rk8", 1e-8)]),
     ],
 )

@@ -31,14 +31,14 @@ def test_a_stop_on_its_edge_is_marginal_where_its_margin_is_below_the_runs_own_e
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_release_by_a_load_that_grazes_what_holds_is_marginal(method: str) -> None:
+def test_a_release_by_a_load_that_just_reaches_static_friction_is_marginal(method: str) -> None:
     """The largest load is 1 + beyond times the static friction. The margin is that of a parabola through a long step."""
     for beyond, rtol, marginal in ((1e-7, 1e-5, True), (1e-7, 1e-9, False), (1e-1, 1e-5, False), (1e-1, 1e-9, False)):
         first = simulate(ratchet(beyond), until=1.0, every=1.0, method=method, rtol=rtol).events[0]
         assert (first.kind, first.marginal) == ("slip", marginal)
 
 
-def test_what_is_marginal_is_noted_and_told_in_every_table(tmp_path: Path) -> None:
+def test_a_marginal_event_has_a_note_and_a_column_in_every_table(tmp_path: Path) -> None:
     scene = settling(1e-7)
     r = simulate(scene, every=0.01, rtol=1e-5, outputs=["events.*"])
     clear = simulate(settling(0.1), every=0.01, rtol=1e-5, outputs=["events.*"])
@@ -58,7 +58,7 @@ def test_steps_of_impulses_know_no_margin() -> None:
 
 
 @pytest.mark.parametrize(("seed", "marginal"), [(24, False), (58, True)])
-def test_the_margin_of_what_slides_beside_others_that_hold_is_found_by_holding_it(seed: int, marginal: bool) -> None:
+def test_the_margin_of_a_sliding_pair_beside_others_that_hold_is_found_by_holding_it(seed: int, marginal: bool) -> None:
     """Other pairs that hold take part of the load of a sliding pair. An estimate without them gives too small a margin. In loop 58
     the margin is 5e-5."""
     case = rubbing("loop", seed)

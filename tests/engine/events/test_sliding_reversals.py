@@ -43,7 +43,7 @@ def reversals(r: Result, joint: str) -> np.ndarray:
     return np.array([e.time for e in r.events if e.kind == "reversal" and e.joint == joint])
 
 
-def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
+def test_the_pendulum_stops_at_the_times_of_the_model_with_one_freedom() -> None:
     """Reversals of the regularised law. Those of dry friction are 5e-7 s to 6e-5 s earlier. The eleventh is a creep, not a
     reversal."""
     stops, _ = pendulum_run()
@@ -54,12 +54,12 @@ def test_the_pendulum_stops_when_one_freedom_says_so() -> None:
 
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(10))
-def test_the_pendulum_stops_where_one_freedom_says_so(stop: int) -> None:
+def test_the_pendulum_stops_at_the_angles_of_the_model_with_one_freedom(stop: int) -> None:
     """A run that ends at the reversal has rate zero, and the angle of the model with one freedom."""
     stops, _ = pendulum_run()
     r = pendulum(every=0.0, until=float(stops[stop, 0]))
-    assert angle(r)[-1] == pytest.approx(np.degrees(stops[stop, 1]), abs=1e-6)  # 2e-8 rad at rtol 1e-9
-    assert abs(r["ball.qd[2]"][-1]) <= 1e-6  # times of stops are good to 1e-8 s, accelerations are 14 rad/s² at most
+    assert angle(r)[-1] == pytest.approx(np.degrees(stops[stop, 1]), abs=1e-6)  # the error is 2e-8 rad at rtol 1e-9
+    assert abs(r["ball.qd[2]"][-1]) <= 1e-6  # times of stops are precise to 1e-8 s, and accelerations are at most 14 rad/s²
 
 
 @pytest.mark.parametrize("stop", NORMAL_TURNS)
@@ -139,6 +139,7 @@ def test_stops_of_a_table_are_hit_exactly() -> None:
     r = run(Model(scene, ("*",)), 2.0, 0.1, bl.Settings(rtol=1e-3))
     t = np.clip((r.time - 0.31) / 0.7, 0, 1)
     late = np.maximum(r.time - 1.01, 0.0)
-    travel = 3.0 * 0.7**2 * t**3 / 6 + 3.0 * (0.7 / 2 * late + late**2 / 2)  # force 3 N at the most on 1 kg: polynomials in pieces
+    # a force of at most 3 N moves 1 kg: the travel consists of polynomials
+    travel = 3.0 * 0.7**2 * t**3 / 6 + 3.0 * (0.7 / 2 * late + late**2 / 2)
     assert r["free.q[1]"] == pytest.approx(travel, abs=1e-13)
     assert r["turn.q[1]"] == pytest.approx(2.0 * 0.7 * t**2 / 2 + 2.0 * late, abs=1e-13)

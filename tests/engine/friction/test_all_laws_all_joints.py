@@ -32,5 +32,5 @@ def test_energy_is_accounted_for(law: str, kind: str) -> None:
     for name in case.scene.joints:
         work = r[f"{name}.friction.work"]
         assert work[-1] < 0.0
-        if not REGISTRY[law].bristles:  # bristles give back what they have stored
+        if not REGISTRY[law].bristles:  # bristles return energy that they have stored
             assert np.diff(work).max() <= ACCOUNT * size

@@ -50,7 +50,7 @@ def test_coulomb_sticks_and_slips_at_the_times_of_the_closed_form(normal_force: 
     assert times(r, "slip") == pytest.approx(SLIPS, abs=TOL)
     assert times(r, "stick") == pytest.approx(STOPS, abs=TOL)
     held = (r.time > STOPS[0] + 1e-6) & (r.time < SLIPS[1] - 1e-6)
-    assert np.all(r["rub.qd[1]"][held] == 0.0)  # exactly at rest
+    assert np.all(r["rub.qd[1]"][held] == 0.0)  # the rate is exactly zero
 
 
 @pytest.mark.default_cases(2)

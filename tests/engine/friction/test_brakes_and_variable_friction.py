@@ -61,7 +61,7 @@ def test_a_brake_that_is_let_go_and_put_on_again_slips_and_stops_when_it_must(ke
     assert np.abs(r["energy.residual"]).max() <= 1e-9 * r["energy.kinetic"].max()
 
 
-def test_a_brake_on_a_turning_joint_and_one_that_is_pressed_beside_the_load() -> None:
+def test_a_brake_on_a_turning_joint_adds_to_the_friction_of_its_load() -> None:
     """The brake is a ramp of torque; a preload by an input adds μ P r to the friction from the journal's load."""
     edge = WEIGHT * LENGTH / 2
     ramp = sm.Signal(ramp=sm.Ramp(2 * edge, 0.0, duration=1.0))
@@ -72,7 +72,7 @@ def test_a_brake_on_a_turning_joint_and_one_that_is_pressed_beside_the_load() ->
     wheel = sm.Joint("revolute", "ground", "wheel", axis="y", friction=rub, start=sm.Start(qd=30.0))
     inputs = {"calliper": sm.Input(start=100.0, unit="N")}
     r = simulate(sm.Scene({"wheel": body}, {"joint": wheel}, "disc", inputs=inputs), until=0.01)
-    # friction over load: μ/√(1 + μ²) for the weight on a pin; μ for the preload, which presses all around
+    # friction over load is μ/√(1 + μ²) for the weight on a pin, and μ for the preload, which presses all around
     share = 0.2 / np.hypot(1.0, 0.2)
     assert r["joint.friction.torque[1]"][1:] == pytest.approx(0.05 * (share * WEIGHT + 0.2 * 100.0), rel=1e-9)
 
@@ -103,7 +103,7 @@ def test_a_lining_fades_with_the_temperature_that_comes_from_outside() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
-    """At the measured speeds the coefficient equals the measured one; between two speeds it is between theirs."""
+    """At the measured speeds the coefficient equals the measured one; between two speeds it is between their coefficients."""
     for v, mu in zip(SPEEDS.speed[1:], SPEEDS.value[1:], strict=True):
         r = simulate(guided(SPEEDS, start=v), until=1e-4, every=1e-4, kernel=kernel)
         assert r["joint.friction.force"][0] == pytest.approx(WEIGHT * mu, rel=1e-9)
@@ -117,7 +117,7 @@ def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_at_rest_such_friction_holds_what_its_first_coefficient_can(kernel: str) -> None:
+def test_friction_by_measured_speed_holds_at_rest_by_its_first_coefficient(kernel: str) -> None:
     push = WEIGHT * SPEEDS.value[0]
     for share, holds in ((1 - EDGE, True), (1 + EDGE, False)):
         scene = guided(SPEEDS)
@@ -135,14 +135,14 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
         derivatives_agree(scene)
 
 
-def test_stiff_steps_follow_it_too() -> None:
+def test_stiff_steps_follow_a_variable_coefficient() -> None:
     wave = sm.Signal(harmonic=sm.Harmonic(amplitude=0.1, frequency=2.0, offset=0.2))
     how = {"until": 0.3, "every": 0.1, "rtol": 1e-9}
     runs = [simulate(guided(wave, start=1.0), method=m, **how)["joint.q[1]"] for m in ("rk8", "rosenbrock")]
     assert runs[1] == pytest.approx(runs[0], abs=1e-8)
 
 
-def test_what_it_does_is_known_to_derivatives() -> None:
+def test_linearizations_and_sensitivities_include_brakes_and_variable_friction() -> None:
     """Derivative of a sliding block's acceleration with respect to its brake: dv̇/du = −1/m. Derivative of a run with respect to
     the amplitude of its wave: dv/da = −g ∫ sin."""
     scene = braked(sm.FromInput("pedal"), 0.5 * PULL)
@@ -157,7 +157,7 @@ def test_what_it_does_is_known_to_derivatives() -> None:
     assert s.derivatives[:, 0, 0] == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
 
 
-def test_statics_asks_what_is_there_at_the_start() -> None:
+def test_statics_take_the_brake_as_it_is_at_the_start() -> None:
     bounds = trunnion.hold(braked(sm.FromInput("pedal"), 2 * PULL), bounds=True)
     assert bounds.holds
     fading = sm.Signal(ramp=sm.Ramp(0.5 * PULL, 9 * PULL, duration=1.0))
@@ -175,11 +175,11 @@ def test_statics_asks_what_is_there_at_the_start() -> None:
     ({"force": sm.FromInput("pedal", sm.InputCurve((1.0,), (2.0,)))}, "a curve has 2 to 12 points, not 1"),
     ({"force": sm.Signal()}, "an empty signal"),
 ])  # fmt: skip
-def test_mistakes_are_told(friction: dict, words: str) -> None:
+def test_mistakes_are_reported(friction: dict, words: str) -> None:
     scene = replace(braked(0.0), joints={"joint": replace(braked(0.0).joints["joint"], friction=sm.Friction(**friction))})
     assert any(words in p.what or words in p.hint for p in problems(scene)), problems(scene)
 
 
-def test_an_input_in_another_unit_is_told() -> None:
+def test_an_input_in_another_unit_is_reported() -> None:
     scene = replace(braked(sm.FromInput("pedal")), inputs={"pedal": sm.Input(unit="m")})
     assert any("N is expected here" in p.what for p in problems(scene))

@@ -55,9 +55,9 @@ def test_friction_never_gives_energy(element: str, law: str, adams: bool, pin: i
     power = -np.sum(friction * s.rates, axis=0)
     round_off = 1e-14 * np.sum(np.abs(friction * s.rates), axis=0)
     assert np.all(power <= round_off)
-    assert np.count_nonzero(power < 0) > 2900  # in nearly all states friction takes power
+    assert np.count_nonzero(power < 0) > 2900  # friction takes power in nearly all states
     if element != "ball" and element != "shaft":
-        assert np.all(friction * s.rates >= 0)  # here each freedom dissipates on its own
+        assert np.all(friction * s.rates >= 0)  # in all other elements, each freedom dissipates by itself
 
 
 @pytest.mark.default_cases(25)
@@ -66,13 +66,13 @@ def test_no_load_no_friction_and_a_finite_slope(element: str, law: str, adams: b
     s = random_states(element, law, 50)
     s = States(element, law, np.zeros_like(s.wrench), s.rates, s.numbers)
     friction, derivative, contacts = evaluated(s, adams, pin)
-    assert np.abs(friction).max() <= 1e-140  # the square root of the number that keeps the slope finite
+    assert np.abs(friction).max() <= 1e-140  # the square root of the small number that keeps the slope finite
     assert np.abs(contacts).max() <= 1e-140
     assert np.all(np.isfinite(derivative))
 
 
 @pytest.mark.parametrize(("element", "law", "adams", "pin"), FORMS)
-def test_no_sliding_no_friction(element: str, law: str, adams: bool, pin: int) -> None:
+def test_contacts_that_do_not_slide_have_no_friction(element: str, law: str, adams: bool, pin: int) -> None:
     s = random_states(element, law, 50)
     s = States(element, law, s.wrench, np.zeros_like(s.rates), s.numbers)
     friction, derivative, contacts = evaluated(s, adams, pin)
@@ -92,7 +92,7 @@ def test_a_ball_that_spins_about_its_load_feels_no_torque(law: str, adams: bool,
     assert np.all(np.linalg.norm(friction, axis=0) <= 1e-6 * size)  # root of round-off over v_eps; a sliding ball has 1e-3 and more
     assert np.all(np.isfinite(derivative))
     assert np.all(np.isfinite(contacts))
-    assert contacts[0] == pytest.approx(size, rel=1e-6)  # all load on one normal
+    assert contacts[0] == pytest.approx(size, rel=1e-6)  # one normal carries the whole load
 
 
 def at_the_kink(s: States, pin: int) -> States:
@@ -122,9 +122,9 @@ def test_the_two_branches_of_the_regularized_law_meet_at_its_kink(element: str, 
     for flag in (0.0, 1.0):
         mode[0] = flag
         seen.append([f(s.wrench, s.rates, s.numbers, mode) for f in (friction, contacts)])
-    scale = np.abs(s.wrench).max(axis=0) / 0.01  # forces come from moments over arms of a centimetre
+    scale = np.abs(s.wrench).max(axis=0) / 0.01  # forces of contacts result from moments over arms of a centimetre
     for slow, fast in ((seen[0][0][0], seen[1][0][0]), (seen[0][1], seen[1][1])):
-        assert np.all(np.abs(slow.full() - fast.full()) <= 1e-10 * scale)  # the ball's root near its cone loses digits
+        assert np.all(np.abs(slow.full() - fast.full()) <= 1e-10 * scale)  # near its cone, the root of a ball loses digits
 
 
 @pytest.mark.default_cases(31)

@@ -82,7 +82,7 @@ def prescribed(amplitude: float) -> Result:
 
 
 @pytest.mark.parametrize("amplitude", [1e-6, 1e-4, 1e-3])
-def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> None:
+def test_bristles_below_break_away_are_a_spring_with_hysteresis(amplitude: float) -> None:
     """Between reversals of the motion z − s g/σ0 falls by exp(−s σ0 Δx/g), at any speed (Dahl)."""
     r, soft = prescribed(amplitude), 0.3 / 1e3
     z, last, expected = 0.0, 0.0, []
@@ -99,7 +99,7 @@ def test_below_break_away_it_is_a_spring_with_hysteresis(amplitude: float) -> No
 
 
 @pytest.mark.parametrize("amplitude", [1e-4, 1e-3])
-def test_what_friction_gives_back_is_no_more_than_the_bristles_hold(amplitude: float) -> None:
+def test_friction_returns_no_more_energy_than_the_bristles_store(amplitude: float) -> None:
     """At a constant normal force, work + N σ0 z²/2 never rises. The work itself rises while the bristles relax."""
     r = prescribed(amplitude)
     kept = r["guide.friction.work"] + WEIGHT * 1e3 * r["guide.friction.bristle[1]"] ** 2 / 2
@@ -135,7 +135,7 @@ FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
-    """Where the bristles are at rest (followed at a constant wrench and velocity), friction is that of sliding."""
+    """If the bristles have come to rest at a constant wrench and velocity, friction is that of sliding."""
     s = random_states(element, "coulomb", 60)
     expected, _, contacts = evaluated(s, adams, pin)
     step, count = stepper(element, adams, pin), RATES[element]
@@ -145,7 +145,7 @@ def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> 
     state = np.zeros((count, len(settles)))
     for _ in range(60):
         drift, friction, slopes = map(np.array, step(*given, state))
-        slope = slopes.reshape(count, -1, count).swapaxes(0, 1)  # states × count × count
+        slope = slopes.reshape(count, -1, count).swapaxes(0, 1)  # the array has the shape states × count × count
         h = 1e3 / np.abs(np.linalg.eigvals(slope)).max(axis=1)
         taken = np.linalg.solve(np.eye(count) - h[:, None, None] * slope, (h * drift).T[:, :, None])
         state = state + taken[:, :, 0].T

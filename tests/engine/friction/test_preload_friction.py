@@ -66,14 +66,14 @@ JUST = {
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("which", JUST)
-def test_it_holds_to_its_edge_and_not_beyond(which: str, kernel: str) -> None:
+def test_preload_friction_holds_up_to_its_limit_and_not_beyond(which: str, kernel: str) -> None:
     make, edge = JUST[which]
     assert moved(simulate(make(edge * (1 + EDGE)), until=1.0, kernel=kernel)) == 0.0
     assert moved(simulate(make(edge * (1 - 1e-6)), until=1.0, kernel=kernel)) > 0.0
 
 
 @pytest.mark.parametrize("which", JUST)
-def test_it_holds_for_a_thousand_seconds(which: str) -> None:
+def test_preload_friction_holds_for_a_thousand_seconds(which: str) -> None:
     make, edge = JUST[which]
     assert moved(simulate(make(edge * 1.01), until=1000.0, every=100.0)) == 0.0
 
@@ -121,7 +121,7 @@ def test_every_law_drags_in_proportion_to_what_is_given(law: str) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
-def test_it_is_what_efforts_of_the_same_size_do_in_any_tree(seed: int) -> None:
+def test_constant_friction_acts_in_random_trees_as_efforts_of_its_size(seed: int) -> None:
     """While no joint reverses, given friction equals an effort of the same size against the motion."""
     types = ("revolute", "prismatic", "cylindrical", "universal", "screw")
     case = random_tree(f"given{seed}", types=types, friction=0.0, loads=False, devices=0.0, drives=0.0)
@@ -145,7 +145,7 @@ def test_it_is_what_efforts_of_the_same_size_do_in_any_tree(seed: int) -> None:
         assert a[n] == pytest.approx(b[n], rel=1e-7, abs=1e-7 * np.abs(b[n]).max())
 
 
-def test_check_hold_knows_it() -> None:
+def test_hold_includes_the_friction_of_a_preload() -> None:
     make, edge = JUST["bar"]
     assert hold(make(edge * 1.1)).holds
     assert not hold(make(edge * 0.9)).holds
@@ -153,7 +153,7 @@ def test_check_hold_knows_it() -> None:
 
 
 @pytest.mark.parametrize("kind", [k.name for k in REGISTRY.values() if k.friction])
-def test_every_joint_that_rubs_has_a_preload_or_says_that_it_has_none_and_which_have(kind: str) -> None:
+def test_every_joint_with_friction_has_a_preload_or_an_error_names_the_types_that_have(kind: str) -> None:
     able = {k.name for k in REGISTRY.values() if k.friction and "preload" in {s.name for s in CONTACTS[k.friction].sizes}}
     assert able >= {"revolute", "cylindrical", "prismatic", "universal", "screw"}
     joint = sm.Joint(kind, "ground", "b", friction=sm.Friction(mu=0.1, preload=5.0))
@@ -165,7 +165,7 @@ def test_every_joint_that_rubs_has_a_preload_or_says_that_it_has_none_and_which_
         assert all(n in p.hint for n in able)
 
 
-def test_what_does_not_go_together_is_said() -> None:
+def test_contradictory_friction_keys_are_reported() -> None:
     both = block("prismatic", sm.Friction(force=1.0, mu=0.1, half_length=0.1))
     [found] = problems(both)
     assert "constant friction of a prismatic joint has no half_length" in found.what

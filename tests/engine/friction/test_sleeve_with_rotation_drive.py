@@ -171,5 +171,5 @@ def test_a_sleeve_with_any_drive_moves_as_its_equation_says(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(10), 3))
-def test_a_loop_beside_it_changes_nothing(seed: int) -> None:
+def test_a_loop_beside_the_sleeve_changes_nothing(seed: int) -> None:
     moves_alone(seed, CRANK)

@@ -46,7 +46,7 @@ def test_friction_never_gives_energy(element: str, adams: bool, pin: int) -> Non
 @pytest.mark.default_cases(11)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 @pytest.mark.parametrize("equal", ["fast", "slow"])
-def test_it_is_coulombs_law_of_kinetic_friction_when_fast_and_of_static_friction_when_slow(
+def test_the_law_is_coulombs_with_kinetic_friction_when_fast_and_static_friction_when_slow(
     element: str, adams: bool, pin: int, equal: str
 ) -> None:
     """Limits of the law: v_stribeck far below or far above the sliding speed, without viscous friction."""
@@ -63,7 +63,8 @@ def test_it_is_coulombs_law_of_kinetic_friction_when_fast_and_of_static_friction
 
 @pytest.mark.parametrize("pin", [1, -1])
 def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_across_its_load(pin: int) -> None:
-    """The test does without the closed form: n from f_c = f_n (κ ω̂ × n − n), then the ratio of tangential to normal force at n."""
+    """The test does not use the closed form: it solves f_c = f_n (κ ω̂ × n − n) for n, then takes the ratio of tangential to normal
+    force at n."""
     s = random_states("ball", "stribeck", 300, seed=2)
     _, _, contacts = evaluated(s, False, pin)
     get, level, slides = s.number, levels(s), outside_the_cone(s, 1e-3)
@@ -76,7 +77,7 @@ def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_ac
         assert np.abs(f - fn * (ratio * slip / np.linalg.norm(slip) - n)).max() <= 1e-9 * np.abs(f).max()
 
 
-def test_with_one_coefficient_it_is_coulombs_law_in_time() -> None:
+def test_stribecks_law_with_one_coefficient_stops_at_the_times_of_coulombs_law() -> None:
     stops = [[e.time for e in swing(law).events] for law in ("coulomb", "stribeck")]
     assert len(stops[0]) >= 10
     assert stops[1] == pytest.approx(stops[0], abs=1e-9)  # the equations are the same, and so are the steps
@@ -92,7 +93,7 @@ def swing(law: str, ratio: float = 1.0):
 
 
 @pytest.mark.parametrize("v_stribeck", [1e-5, 1e-1])
-def test_it_holds_up_to_static_friction_and_not_beyond(v_stribeck: float) -> None:
+def test_a_block_holds_up_to_static_friction_and_not_beyond(v_stribeck: float) -> None:
     """A block on an incline whose angle is just below and just above atan μ_static."""
     for over, moves in ((-1e-7, False), (1e-7, True)):
         tilt = np.arctan(0.5) + over

@@ -1,5 +1,5 @@
-"""A joint with friction that carries no load stays at rest while no friction is needed. It also stays at rest when a load appears
-that needs none."""
+"""A joint with friction that carries no load stays at rest while no friction is needed, also when a load appears that needs no
+friction."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("law", ["coulomb", "stribeck"])
 @pytest.mark.parametrize("kind", TYPES)
-def test_what_rests_without_a_load_goes_on_resting_also_as_a_load_comes(kind: str, law: str) -> None:
+def test_a_joint_at_rest_without_load_stays_at_rest_under_a_load_that_cannot_move_it(kind: str, law: str) -> None:
     wave = sm.Signal(harmonic=sm.Harmonic(30.0, 3.0))
     for push in (0.0, wave):  # a push through the middle, across the axis, cannot move it
         r = simulate(hub(kind, law, push), until=0.1, every=0.01)

@@ -97,7 +97,8 @@ def test_a_wrong_coefficient_is_refused(method) -> None:
     for name in names:
         for row, value in enumerate(getattr(method, name)):
             for column, x in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-                if x and (name, column) != ("H", method.stages - 1):  # it multiplies the error and does not affect the order
+                # the last coefficient of H multiplies the error and does not affect the order
+                if x and (name, column) != ("H", method.stages - 1):
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
                         spoiled(method, name, row, column).check()
@@ -120,7 +121,7 @@ def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(meth
                 replace(method, **{what: wrong}).check()
 
 
-def test_there_are_as_many_trees_as_the_books_say() -> None:
+def test_the_numbers_of_trees_are_those_of_the_textbooks() -> None:
     assert [len(trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
     # A term times 7! is the number of increasing labellings of its tree; of all trees there are 6!.
     assert sum(1 / (density(t) * symmetry(t)) for t in trees(7)) == pytest.approx(1 / 7, rel=1e-14)
@@ -139,10 +140,11 @@ def test_no_c_file_names_a_method() -> None:
     for file in sorted(RUNTIME.rglob("*.[ch]")):
         text = re.sub(r"/\*.*?\*/", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
         found = re.findall(rf"(?i)\b(?:tr_)?(?:{names})\b(?!\.c)", text)
-        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name  # these are also names of kinds
+        # these words are also names of kinds
+        assert set(found) <= {"rosenbrock", "tr_rosenbrock", "moreau", "tr_moreau"}, file.name
 
 
-def test_an_unknown_method_is_told_and_does_not_fall_through_to_another() -> None:
+def test_an_unknown_method_is_reported_and_does_not_fall_through_to_another() -> None:
     model = Model(load_scene("simple_pendulum"))
     settings = bl.Settings().record(length=1.0, rate=1.0, energy=0.0)
     for number in (-1, len(bl.METHODS)):
@@ -220,8 +222,8 @@ def pendulum(t: np.ndarray) -> np.ndarray:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_the_error_follows_the_tolerance(method: str) -> None:
-    """Over nine decades of tolerance, also at output times inside the steps: the errors of four swings are at most 250 times the
-    tolerance of a step."""
+    """The errors of four swings are at most 250 times the tolerance of a step, over nine decades of tolerance. This includes output
+    times inside the steps."""
     tolerances, errors = 10.0 ** -np.arange(3, 13), []
     for rtol in tolerances:
         r = simulate("simple_pendulum", until=10.0, every=0.1, rtol=rtol, method=method, outputs=["bob.position*"])
@@ -258,7 +260,7 @@ def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) ->
     assert r.outcome.joint in r.scene.joints
     assert "step" in r.outcome.advice
     assert np.isfinite(r.data).all()
-    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # all rows up to the end exist
+    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # no row before the end is missing
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
@@ -270,11 +272,11 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
     fine = work(1e-12)
     for rtol in (1e-6, 1e-8):
-        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # the errors of some 60 steps add up, unevenly
+        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # errors of some 60 steps add up unevenly
 
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])
-def test_what_a_stiff_damper_takes_is_found_at_a_loose_tolerance(method: str) -> None:
+def test_the_work_of_a_stiff_damper_is_precise_at_a_loose_tolerance(method: str) -> None:
     """The damper takes 0.003 J out of 169 J. The run measures this work by itself, not as a difference of the total energy."""
     taken = [simulate("governor", until=10.0, rtol=r, method=method)["energy.dissipated"][-1] for r in (1e-5, 1e-9)]
     assert taken[0] == pytest.approx(taken[1], rel=0.05)

@@ -1,5 +1,5 @@
-"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. It finds the
-same rest and the same loops, and refuses laws that are stiff near rest."""
+"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. It finds the same
+states of rest and solves the same loops as the other methods, and refuses laws that are stiff near rest."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def swing(step: float) -> float:
     return float(np.degrees(np.arctan2(r["pendulum.position[1]"][-1], -r["pendulum.position[3]"][-1])))
 
 
-def test_with_fixed_steps_its_error_is_first_order_in_the_step() -> None:
+def test_the_error_of_fixed_steps_is_first_order_in_the_step() -> None:
     """The angle at 2 s is 57.500835748° (F1). Ten times smaller steps make about ten times smaller errors."""
     coarse, fine = (abs(swing(h) - 57.500835748) for h in (1e-2, 1e-3))
     assert fine < 0.01
@@ -54,7 +54,7 @@ def test_the_pendulum_comes_to_rest_and_stays() -> None:
 def test_loops_stay_closed() -> None:
     r = simulate("crank_slider", until=1.0, every=0.01, method="moreau", step=1e-3, overrides=COULOMB)
     assert r.outcome.ok
-    assert r["audit.constraint"].max() <= 1e-13  # rounding errors of lengths of about 1 m
+    assert r["audit.constraint"].max() <= 1e-13  # lengths of about 1 m are rounded to this
 
 
 def test_two_component_sliding_follows_the_located_run() -> None:
@@ -102,7 +102,8 @@ def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
     scene = sm.Scene({"belt": lump, "block": lump}, joints, "belt", gravity=(0, 0, -10.0), ground=ground, forces={"spring": spring})
     middle, omega = mu * weight / stiffness, math.sqrt(stiffness / mass)
     a = more * middle
-    slip = 2 * (math.pi - math.atan(a * omega / speed)) / omega  # from release until the block is as fast as the belt again
+    # time from the release until the block is as fast as the belt again
+    slip = 2 * (math.pi - math.atan(a * omega / speed)) / omega
 
     def way(t: np.ndarray) -> np.ndarray:
         first, stick = (middle + a) / speed, 2 * a / speed
@@ -177,7 +178,7 @@ def errors(scene: sm.Scene, joint: str, until: float, way: Way) -> np.ndarray:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
-def test_its_error_is_proportional_to_the_tolerance(name: str) -> None:
+def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
     off = errors(*SCENES[name]())
     assert np.all(off <= C * TOLERANCES), off
     assert np.all(np.diff(off) < 0.0), off
@@ -185,7 +186,7 @@ def test_its_error_is_proportional_to_the_tolerance(name: str) -> None:
     assert 0.85 <= slope <= 1.15, off
 
 
-def test_tighter_tolerances_take_steps_by_its_order() -> None:
+def test_tighter_tolerances_take_steps_by_the_order_of_time_stepping() -> None:
     """h ∝ rtol^(1/order): ten times more steps for a hundred times less error."""
     scene, _, until, _ = swinging()
     few, many = (simulate(scene, until=until, rtol=r, method="moreau").stats.steps for r in (1e-4, 1e-8))
@@ -208,11 +209,11 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
         r = simulate(ratchet(duty), until=50.0, every=50.0, method="moreau", rtol=rtol)
         slips = [e.time for e in r.events if e.kind == "slip"]
         assert len(slips) in (49, 50), rtol  # the first and the last period may contain no slip
-        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s: no step is longer while something is held
+        assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=0.25)  # s; while the block is held, no step is longer
 
 
 @pytest.mark.slow
-def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_goes_on_sliding() -> None:
+def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_continues_sliding() -> None:
     """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of its sliding is that of the speed at its surface; m/s and
     rad/s are not directly comparable."""
     r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
@@ -229,7 +230,7 @@ def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> Non
 
 
 @pytest.mark.parametrize(("name", "until"), [("andrews", 0.002), ("cart_pole", 0.5)])
-def test_what_is_light_and_accelerates_fast_is_no_impact(name: str, until: float) -> None:
+def test_the_fast_acceleration_of_a_light_body_is_no_impact(name: str, until: float) -> None:
     """The engine shortens every step that changes a speed by more than the tolerance, however short the step is."""
     r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
@@ -256,22 +257,22 @@ def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rto
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
-def test_what_stops_in_a_loop_stops_once(rtol: float) -> None:
-    """Over a short step, round-off of rates that were set to zero is a large acceleration. At 14e-10 the search found no modes, and
-    the next decision was compared with the modes that it tried last."""
+def test_a_joint_of_a_loop_stops_once(rtol: float) -> None:
+    """Over a short step, round-off of rates that were set to zero is a large acceleration. Earlier, the search found no modes at
+    14e-10, and the next decision was compared with the modes that it tried last."""
     scene = worlds("loop_at_rest")["as it is"].scene
     r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
     assert sorted(e.joint for e in r.events if e.kind == "stick") == ["j0", "j1", "jc"]
     assert {e.kind for e in r.events} == {"separation", "stick"}
 
 
-def test_its_fixed_steps_know_end_stops() -> None:
+def test_fixed_steps_act_on_end_stops() -> None:
     scene, _, until, way = ended(0)
     off = []
     for step in (1e-4, 1e-5):
         r = simulate(scene, until=until, every=until / 50, method="moreau", step=step)
         off.append(float(np.abs(np.array([r["rub.q[1]"], r["rub.qd[1]"]]) - way(r.time)).max()))
-    assert off[1] <= 0.2 * off[0] <= 0.02  # of first order
+    assert off[1] <= 0.2 * off[0] <= 0.02  # the error is of first order
 
 
 def driven_jack(seed: int) -> sm.Scene:
@@ -319,7 +320,7 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
     for rtol in (1e-3, 1e-4, 1e-6):
         r = simulate(scene, method="moreau", rtol=rtol, max_steps=1000)
         assert r.outcome.ok
-        assert r.stats.steps <= 200  # 60 at 1e-4
+        assert r.stats.steps <= 200  # at a tolerance of 1e-4, the run takes 60 steps
         for column in ("bearing.q[1]", "pivot.q[1]", "thread.friction.torque[1]", "foot.friction.torque[1]"):
             moves = slice(None) if ".q" in column else r.time < 0.59  # at rest friction is not unique
             assert np.abs(r[column] - exact[column])[moves].max() <= 10.0 * rtol * np.abs(exact[column]).max(), column

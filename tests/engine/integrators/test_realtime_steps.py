@@ -84,7 +84,7 @@ def test_the_fallback_converges_with_the_step() -> None:
     assert errors[1] < 0.4 * errors[0]
 
 
-def test_what_is_over_a_bound_is_told_by_name() -> None:
+def test_an_exceeded_bound_is_reported_by_name() -> None:
     """A column, counters and a note report every exceeded bound."""
     for bounds in (LEAST, {"events": 0}, {"iterations": 30}):
         run = bounded(BALL, 1e-3, 1.2, **bounds)
@@ -98,7 +98,7 @@ def test_what_is_over_a_bound_is_told_by_name() -> None:
         assert any("bounded steps" in n for n in run.notes)
 
 
-def test_a_jam_is_passed_by_impulses_and_told() -> None:
+def test_a_jam_is_passed_by_impulses_and_reported() -> None:
     """Example 8.3 with a short guide ends as jammed in ordinary runs. A run in real-time steps continues and reports the jam."""
     jam = {"joints.guide.friction.half_length": 0.22}
     asked = {"simulation.realtime": {"step": 1e-3}, **jam}
@@ -107,14 +107,14 @@ def test_a_jam_is_passed_by_impulses_and_told() -> None:
     assert overruns(run.stats.counters)
 
 
-def test_a_scene_without_bounds_has_none_of_this() -> None:
+def test_a_scene_without_bounds_has_no_columns_and_counters_of_bounded_steps() -> None:
     """The run has no columns and no counters of bounded steps."""
     run = trunnion.simulate(BALL, until=0.1, kernel="parts")
     assert not run.matching("realtime.*")
     assert run.stats.counters["most_evaluations"] == 0
 
 
-def test_what_bounded_steps_cannot_do_is_refused_with_a_remedy() -> None:
+def test_settings_that_bounded_steps_cannot_obey_are_refused_with_a_remedy() -> None:
     """One error names them all: a stiff law, a method without bound, another step, rows between steps."""
     scene = replace(trunnion.load_scene(BALL), friction=sm.FrictionDefaults(law="regularized", v_eps=1e-4))
     asked = {"simulation.realtime": {"step": 1e-3}}

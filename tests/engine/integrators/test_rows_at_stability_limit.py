@@ -10,7 +10,7 @@ from trunnion.scene import scene_from_dict
 
 GRAVITY, LENGTH = 9.81, 0.2
 SETTLED = 3e-5
-"""× the weight: what the pendulum, which the start of the creep sets swinging, changes of the load."""
+"""Change of the load, relative to the weight: the pendulum swings since the start of the creep."""
 
 
 def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:

@@ -169,9 +169,9 @@ def test_each_strand_pulls_both_pulleys_along_the_line_that_touches_them(seed: i
             e, n, far = unit(away), np.cross(a, unit(away)), np.linalg.norm(away)
             sine = (one.r1 - abs(one.r2) * (1 if one.what == "belt" else -1)) / far
             total, moment = np.zeros(3), np.zeros(3)
-            # a pulley that turns about a and drives pulls the tight strand in at +n
+            # If a pulley that turns about a drives, it pulls the tight strand in at +n.
             for side, tension in ((-1, r[f"m{k}.tension[1]"][i]), (1, r[f"m{k}.tension[2]"][i])):
-                out = sine * e + side * math.sqrt(1 - sine**2) * n  # radius to the point where the strand leaves
+                out = sine * e + side * math.sqrt(1 - sine**2) * n  # radius to the point at which the strand leaves the pulley
                 along = math.sqrt(1 - sine**2) * e - side * sine * n
                 total, moment = total + tension * along, moment + tension * np.cross(one.r1 * out, along)
             assert force == pytest.approx(total, abs=1e-8)
@@ -261,7 +261,7 @@ joints:
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_bands_and_belts_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_bands_and_belts_are_refused_with_the_reason(says: str) -> None:
     scene_from_text(RIGHT)
     old, new = WRONG[says]
     assert old in RIGHT

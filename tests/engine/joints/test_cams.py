@@ -76,7 +76,8 @@ class Cam:
 def made(what: str, guide: str, seed: int, mu: float = 0.0) -> tuple[Cam, sm.Scene]:
     rng = np.random.default_rng([3, seed])
     angles = np.sort(np.append(rng.uniform(0, 2 * np.pi, 20), [0.0, 2 * np.pi]))
-    angles = 0.3 + 0.5 * angles + 0.5 * np.linspace(0, 2 * np.pi, len(angles))  # neither even nor too uneven
+    # the spacing of the angles is uneven, but not too uneven
+    angles = 0.3 + 0.5 * angles + 0.5 * np.linspace(0, 2 * np.pi, len(angles))
     radius = 0.05 + 0.004 * np.cos(angles - 1) + 0.001 * np.sin(2 * angles)
     radius[-1] = radius[0]
     curve = CubicSpline(angles, radius, bc_type="periodic")
@@ -129,7 +130,7 @@ def test_a_follower_keeps_to_the_curve_and_presses_as_its_motion_asks(what: str,
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("what", "guide", "seed"), CASES)
-def test_what_slides_on_a_cam_is_dragged_along_by_its_friction(what: str, guide: str, seed: int) -> None:
+def test_a_follower_that_slides_on_a_cam_is_dragged_by_friction(what: str, guide: str, seed: int) -> None:
     mu = 0.15
     cam, scene = made(what, guide, seed, mu)
     r = simulate(scene, rtol=1e-10)
@@ -177,8 +178,8 @@ simulation: {{until: 0.05, every: 0.05}}
 
 
 def lifted(more: str, rod: str = "", cam: str = "drive: {constant: {rate: 0}}") -> sm.Scene:
-    """An eccentric disc under a flat plate that moves only up and down. The disc turns by 120 deg from the position of the largest
-    lift."""
+    """An eccentric disc under a flat plate that moves only up and down (y). At the start, the largest radius of the disc is at 1
+    rad from x."""
     angles = np.linspace(0, 2 * np.pi, 721)
     radius = (E * np.cos(angles) + R).tolist()
     return scene_from_text(f"""
@@ -203,7 +204,7 @@ E, R, MU = 0.02, 0.05, 0.2
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_cam_under_its_load_up_to_its_arms(side: int, kernel: str) -> None:
-    # the plate's normal is at 90 deg − 1 in the cam, and the contact is there
+    # The normal of the plate and the contact are at the angle π/2 − 1 rad in the cam.
     load, angle = 5.0, np.pi / 2 - 1.0
     beside, over = E * np.sin(angle), R + E * np.cos(angle)
     for most in (beside + MU * over, beside - MU * over):
@@ -211,23 +212,24 @@ def test_friction_holds_a_cam_under_its_load_up_to_its_arms(side: int, kernel: s
             torque = (most + np.sign(most - beside) * more * over) * load * side
             scene = lifted(f", friction: {{mu: {MU}}}", f", effort: {-load}", f"effort: {torque * side}")
             r = simulate(scene, kernel=kernel)
-            assert (np.abs(r["turn.qd[1]"]).max() < 1e-12) == holds, (most, more)  # the excess moves it by 1e-5 rad in a second
+            # a torque beyond the limit turns the cam by 1e-5 rad in a second
+            assert (np.abs(r["turn.qd[1]"]).max() < 1e-12) == holds, (most, more)
 
 
 def test_a_spline_through_an_eccentric_moves_a_plate_as_the_eccentric_does() -> None:
     r = simulate(lifted("", "", "drive: {constant: {rate: 5}}"), rtol=1e-10)
-    phase = 5 * r.time  # a drive at a constant rate begins at 0
+    phase = 5 * r.time  # the angle of a drive at constant rate begins at 0
     assert r["guide.q[1]"] == pytest.approx(R + E * np.sin(phase), abs=1e-11)
     push = -0.4 * 25 * E * np.sin(phase)
-    near = 1.1 * (2 * np.pi / 720) ** 2 / 12 * 0.4 * 25 * E  # allowed error of a cubic spline's second derivative
+    near = 1.1 * (2 * np.pi / 720) ** 2 / 12 * 0.4 * 25 * E  # allowed force, from the error of a cubic spline's second derivative
     assert r["follow.reaction.force[2]"] == pytest.approx(-push, abs=near)
     assert r["turn.drive.effort[1]"] == pytest.approx(push * E * np.cos(phase), abs=near * E)
 
 
-def test_lifting_off_is_told_at_its_instant() -> None:
+def test_lifting_off_is_reported_at_its_instant() -> None:
     r = simulate(lifted(", friction: {mu: 1e-9}", ", effort: -3", "drive: {constant: {rate: 20}}"), rtol=1e-10)
     times = [e.time for e in r.events if e.joint == "follow" and 0 < e.time < 1]
-    # m E ω² sin ωt = 3 N where the plate would have to be pulled
+    # The plate lifts off where m E ω² sin ωt = 3 N; beyond this, the cam would have to pull.
     phase = np.arcsin(3 / (0.4 * E * 400))
     turns = 2 * np.pi * np.arange(4)
     wanted = sorted(t for t in np.concatenate([(turns + phase), (turns + np.pi - phase)]) / 20 if t < 1)
@@ -267,7 +269,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_cams_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_cams_are_refused_with_the_reason(says: str) -> None:
     joints = "  on_a: {type: revolute, axis: z, inboard: ground, outboard: a}\n"
     joints += "  on_b: {type: prismatic, axis: x, inboard: ground, outboard: b}"
     each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in "ab")
@@ -276,8 +278,8 @@ def test_cams_that_cannot_be_are_refused_with_why(says: str) -> None:
 
 
 def pushed(seed: int) -> tuple[sm.Scene, float | None]:
-    """A plate on a random cam that turns steadily, under a constant load; the instant from which the cam would have to pull, from
-    the curve: the plate's height is the support function h at the plate's normal, so its acceleration is ω² h''."""
+    """A plate on a random cam that turns steadily, under a constant load, and the instant from which the cam would have to pull.
+    The plate's height is the support function h of the curve at the plate's normal, so that its acceleration is ω² h''."""
     rng = np.random.default_rng([7, seed])
     angles = np.linspace(0, 2 * np.pi, int(rng.integers(30, 60)))
     radius = 0.05 + 0.004 * np.cos(angles - rng.uniform(0, 6)) + 0.001 * np.cos(2 * angles - rng.uniform(0, 6))
@@ -309,7 +311,7 @@ simulation: {{until: {until} s, every: 0.5 s}}
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("seed", range(110))
-def test_without_friction_a_note_tells_the_instant_from_which_a_cam_pulls(seed: int) -> None:
+def test_without_friction_a_note_reports_the_instant_from_which_a_cam_pulls(seed: int) -> None:
     scene, wanted = pushed(seed)
     r = simulate(scene, rtol=1e-8, outputs=["guide.q*"])
     told = [float(n.split(" s ")[0].rpartition(" ")[2]) for n in r.notes if n.startswith("follow: from t")]

@@ -100,7 +100,7 @@ def test_a_screw_falls_as_its_pitch_allows() -> None:
     a = -m * 9.81 * p / (spin + m * p * p)
     assert r["j.q[1]"] == pytest.approx(0.5 + 2.0 * r.time + a * r.time**2 / 2, abs=1e-9)
     assert r["b.position[3]"] == pytest.approx(p * r["j.q[1]"], abs=1e-13)
-    assert r["j.reaction.force[1]"] == pytest.approx(-m * (9.81 + p * a), abs=1e-9)  # e1 is up, force on the ground
+    assert r["j.reaction.force[1]"] == pytest.approx(-m * (9.81 + p * a), abs=1e-9)  # e1 points up; the force acts on the ground
 
 
 def test_a_body_on_a_plane_glides_and_spins() -> None:
@@ -132,10 +132,10 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
     across = omega - spin * axis
     vertical = (0.05 + 0.16) * across[2] + 0.02 * spin * axis[2]
     assert np.abs(vertical - vertical[0]).max() <= 1e-8
-    assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # the axis turns around
+    assert np.ptp(np.unwrap(np.arctan2(axis[1], axis[0]))) > 3.0  # the axis has turned all the way round
 
 
-def test_angles_of_cut_joints_go_on_past_a_turn() -> None:
+def test_angles_of_cut_joints_continue_past_a_turn() -> None:
     """The four-bar's couplers turn with their cranks, over the top repeatedly. No column jumps by 2π."""
     r = simulate("crank_slider", until=2.0, every=0.005, overrides=PAPER)
     assert r["crank_pivot.q[1]"][-1] == pytest.approx(20.0, abs=1e-12)

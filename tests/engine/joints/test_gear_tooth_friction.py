@@ -99,7 +99,7 @@ def test_the_torque_that_a_load_takes_is_that_of_its_efficiency(internal: bool, 
     efficiency = -load * r["on_b.qd[1]"] / (r["on_a.drive.effort[1]"] * r["on_a.qd[1]"])
     assert efficiency[1:] == pytest.approx(R1 / R2 * out / (R1 + ROLL), rel=1e-9)
     lost = 1 - np.pi * MU / 2 * (1 / 20 - 1 / 40 if internal else 1 / 20 + 1 / 40)
-    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # the textbooks' first order
+    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # the textbooks' formula of first order
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -131,7 +131,8 @@ simulation: {{until: 0.5 s, every: 0.05 s}}
     r = simulate(scene, rtol=1e-10)
     assert r["on_b.q[1]"] == pytest.approx(R1 * rate * r.time, rel=1e-12, abs=1e-13)
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx(weight * (R1 + (ROLL if lifts else -ROLL)), rel=1e-9)
-    push = np.abs(r["on_b.reaction.force[3]"][1:]) + np.abs(r["on_b.reaction.force[2]"][1:])  # one is along the wheel's axis
+    # one of the two components is along the wheel's axis, and zero
+    push = np.abs(r["on_b.reaction.force[3]"][1:]) + np.abs(r["on_b.reaction.force[2]"][1:])
     assert push == pytest.approx(weight * np.tan(ANGLE), rel=1e-9)
 
 
@@ -150,7 +151,8 @@ joints:
 simulation: {{until: 0.5 s, every: 0.05 s}}
 """)
     r = simulate(scene, rtol=1e-10)
-    one, two = R1 / np.cos(np.arctan(20 / 40)), R2 / np.cos(np.arctan(40 / 20))  # Tredgold: radii of spur gears that mesh alike
+    # Tredgold's radii of spur gears that mesh like the bevel gears
+    one, two = R1 / np.cos(np.arctan(20 / 40)), R2 / np.cos(np.arctan(40 / 20))
     wanted = R1 / R2 * (1 + ROLL / one) / (1 - ROLL / two) * load
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx(wanted, rel=1e-9)
 
@@ -190,8 +192,8 @@ def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
 
 
 def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -> None:
-    """``equilibrium`` finds the range of rest. In this range, the spring's wheel may stand anywhere between the position at which
-    the load on the other wheel just sinks and the position at which it just rises."""
+    """``equilibrium`` finds the range of rest of the spring's wheel. It ends where the load on the other wheel just sinks, and
+    where it just rises."""
     stiffness, load = 20.0, 5.0
     found = equilibrium(pair(f"spring: {{stiffness: {stiffness}}}, damping: 0.5", f"effort: {load}"))
     bands = {b.coordinate: sorted((abs(b.low), abs(b.high))) for b in found.bands}
@@ -232,4 +234,4 @@ def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, me
     assert run.outcome.name == "done"
     assert abs(run[columns[0]][-1]) < 1e-9
     assert abs(run[columns[1]][-1]) == pytest.approx(abs(effort), rel=1e-9)
-    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # for a weight of 10 N
+    assert max(abs(run[n][-1]) for n in run.matching(columns[2])) < 1e-9  # each wheel weighs 10 N

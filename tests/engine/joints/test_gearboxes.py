@@ -128,13 +128,14 @@ def test_the_default_backward_efficiency_is_that_of_equal_friction_both_ways() -
 
 @pytest.mark.parametrize(("over", "unit"), [("torque", 5.0), ("speed", 1.0)])
 def test_a_table_gives_the_efficiency_at_the_torque_or_speed_of_the_output_shaft(over: str, unit: float) -> None:
-    """At the points of the table, the efficiency is the table's."""
+    """At the torques or speeds of the table, the efficiency is that of the table."""
     at, value = [unit * k for k in range(1, 6)], [0.5, 0.7, 0.8, 0.85, 0.87]
     for x, efficiency in zip(at, value, strict=True):
         load, rate = (x, 2.0) if over == "torque" else (7.0, x)
         h = replace(LIFTING, load=-load, motor=load / efficiency / 20, no_load=0.0, rate=rate)
         r = simulate(h.scene(efficiency={over: at, "value": value}), until=0.1, every=0.1)
-        assert r["drum_bearing.qdd[1]"] == pytest.approx(0.0, abs=1e-9)  # at its efficiency, the drum turns on at its rate
+        # with this efficiency the torques balance, and the drum's rate is constant
+        assert r["drum_bearing.qdd[1]"] == pytest.approx(0.0, abs=1e-9)
         assert r["box.input_torque"] * 20 == pytest.approx(load / efficiency, rel=1e-9)
 
 
@@ -190,14 +191,14 @@ joints:
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_gearboxes_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_gearboxes_are_refused_with_the_reason(says: str) -> None:
     scene_from_text(RIGHT)
     old, new = WRONG[says]
     with pytest.raises(SceneError, match=re.escape(says)):
         scene_from_text(RIGHT.replace(old, new))
 
 
-def test_the_winch_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_winch_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
     scene = scene_from_text(page.split("```yaml\n")[1].split("```")[0])
     assert scene.name == "winch"

@@ -41,7 +41,7 @@ def test_surfaces_do_not_slide_where_they_touch(seed: int) -> None:
         row = Row(f, r, i)
         for k, one in enumerate(f.pairs):
             if one.what in ("belt", "crossed"):
-                continue  # a belt's surfaces touch no other
+                continue  # the pulleys of a belt do not touch each other
             place, way = row.touch(one)
             slip = (row.velocity(f"w{2 * k}", place) - row.velocity(f"w{2 * k + 1}", place)) @ way
             assert abs(slip) < 1e-11, one.what
@@ -71,7 +71,7 @@ def test_teeth_push_along_their_way_where_they_touch(seed: int) -> None:
 
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_what_flies_keeps_its_momentum_and_energy(seed: int) -> None:
+def test_a_flying_gear_unit_keeps_its_momentum_and_energy(seed: int) -> None:
     f = flying(seed)
     r = simulate(f.scene, rtol=1e-10)
     total = sum(m for m, _, _ in f.inertia.values())
@@ -171,7 +171,7 @@ def test_a_belt_turns_its_pulleys_by_their_radii_and_pulls_them_together_by_none
     assert np.abs(r["on_a.reaction.force[3]"]) == pytest.approx(np.abs(tooth) * (0.025 - sign * 0.010) / 0.06, rel=1e-9)
 
 
-def test_a_start_between_two_teeth_goes_to_the_nearest_and_says_so() -> None:
+def test_a_start_between_two_teeth_moves_to_the_nearest_with_a_note() -> None:
     tooth = 2 * np.pi / 40
     still, turned = ", start: {q: 0}}\n", f", start: {{q: {3.2 * tooth}}}}}\n"
     r = simulate(made(ON_A.replace("}\n", still) + ON_B.replace("b}\n", "b" + turned) + MESH))
@@ -203,6 +203,6 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_wheels_that_cannot_roll_are_refused_with_why(says: str) -> None:
+def test_wheels_that_cannot_roll_are_refused_with_the_reason(says: str) -> None:
     with pytest.raises(SceneError, match=re.escape(says)):
         build(made(ON_A + ON_B + WRONG[says]))

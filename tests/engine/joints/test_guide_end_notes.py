@@ -12,8 +12,8 @@ from trunnion.simulation.run import simulate
 
 
 def made(seed: int) -> tuple[sm.Scene, float | None]:
-    """A block that a constant force drives along a rail, without weight, so that its friction is 0; the contacts are at the ends of
-    the short part. The first instant at which one of them is beyond the long part, by the quadratic equation."""
+    """A block without weight, so that its friction is 0, which a constant force drives along a rail. The contacts are at the ends
+    of the short part. Also the first instant at which a contact is beyond the long part, by the quadratic equation."""
     rng = np.random.default_rng(seed)
     half, length, travel = rng.uniform(0.02, 0.05), rng.uniform(0.3, 0.5), rng.uniform(0.2, 0.6)
     short_moves, rail_on = bool(rng.random() < 0.5), rng.uniform(-0.05, 0.05, 2)
@@ -38,7 +38,7 @@ def made(seed: int) -> tuple[sm.Scene, float | None]:
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("seed", range(110))
-def test_a_note_tells_when_a_contact_leaves_its_guide(seed: int) -> None:
+def test_a_note_reports_when_a_contact_leaves_its_guide(seed: int) -> None:
     scene, wanted = made(seed)
     notes = [n for n in simulate(scene).notes if n.startswith("guide: from t")]
     told = [float(n.split(" s ")[0].rpartition(" ")[2]) for n in notes]

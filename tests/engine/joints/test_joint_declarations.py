@@ -58,7 +58,7 @@ def test_a_wrong_declaration_refuses_to_import(what: str) -> None:
     assert said in str(e.value)
 
 
-def test_every_mistake_is_told_at_once_and_a_name_is_taken_once() -> None:
+def test_every_mistake_is_reported_at_once_and_a_name_is_taken_once() -> None:
     bad = replace(REGISTRY["revolute"], name="crooked", travel=lambda q: [0.1, 0.0, 0.0], axes=((turn(E2),),))
     with pytest.raises(ValueError, match="joint type crooked") as e:
         registered(REGISTRY["revolute"], bad, REGISTRY["revolute"])

@@ -70,7 +70,7 @@ def test_a_driven_joint_needs_the_torque_of_its_arm_and_of_the_friction_that_thi
     assert r["elbow.drive.effort[1]"] == pytest.approx(torque + rubs, rel=1e-9)
 
 
-def test_the_elbow_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_elbow_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
     (text,) = (block.split("```")[0] for block in page.split("```yaml\n")[1:] if "name: elbow" in block.split("```")[0])
     scene = scene_from_text(text)
@@ -92,7 +92,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_loaded_friction_that_cannot_be_is_refused_with_why(says: str) -> None:
+def test_impossible_loaded_friction_is_refused_with_the_reason(says: str) -> None:
     kind, friction = WRONG[says]
     joint = {"type": kind, "axis": "x", "inboard": "ground", "outboard": "arm", "friction": friction}
     with pytest.raises(SceneError, match=re.escape(says)):

@@ -52,7 +52,7 @@ def scene(ties: int, rubs: int, seed: int) -> sm.Scene:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("ties", "rubs", "seed", "kernel"), RUNS)
-def test_what_follows_moves_as_by_two_efforts_that_do_no_work_together(ties: int, rubs: int, seed: int, kernel: str) -> None:
+def test_a_mimic_joint_moves_as_by_two_efforts_whose_works_cancel(ties: int, rubs: int, seed: int, kernel: str) -> None:
     tied = scene(ties, rubs, seed)
     r = simulate(tied, rtol=1e-10, kernel=kernel)
     assert r.outcome.name == "done"
@@ -94,7 +94,7 @@ simulation: {until: 1 s, every: 0.1 s}
 """
 
 
-def test_a_chain_that_follows_takes_from_what_drives_it_all_that_it_needs() -> None:
+def test_a_chain_of_mimic_joints_takes_all_its_power_from_its_drive() -> None:
     even = GRIPPER.replace("DRIVE", "drive: {constant: {rate: 2}}").replace("center: [30 mm, 0, 0]}", "center: [0, 0, 0]}")
     r = simulate(scene_from_text(even), rtol=1e-10)
     assert r["far.q[1]"] == pytest.approx(0.7 * 2 * r.time + np.radians(10), rel=1e-12)
@@ -128,7 +128,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_joints_that_cannot_follow_are_refused_with_why(says: str) -> None:
+def test_joints_that_cannot_follow_are_refused_with_the_reason(says: str) -> None:
     with pytest.raises(SceneError, match=re.escape(says)):
         build(scene_from_text(GRIPPER.replace("DRIVE", "damping: 0").replace(FAR, WRONG[says])))
 

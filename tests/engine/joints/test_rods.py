@@ -86,7 +86,8 @@ def test_two_masses_on_two_rods_are_the_double_pendulum(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_mechanisms_with_rods_move_and_press_as_one_dense_solve_says(seed: int) -> None:
-    """Accelerations, reactions and friction, to 1e-10; the axial force by the reference's force on the inboard part."""
+    """Accelerations, reactions and friction agree to 1e-10. The axial force is compared with the reference's force on the inboard
+    part."""
     case = random_rods(seed, 1 + seed % 3)
     row = compared(case)
     state = case.state()
@@ -121,7 +122,7 @@ def as_bodies(case: Case) -> Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_a_rod_is_a_body_without_mass_between_two_balls(seed: int) -> None:
-    """At the start to 1e-9; along a run to a hundred times its tolerance."""
+    """Both scenes agree at the start to 1e-9, and along a run to a hundred times its tolerance."""
     case = random_rods(seed, 1 + seed % 3, friction=0.4, laws=LAWS, drives=0.0)
     places = [f"{b}.{q}*" for b in case.scene.bodies for q in ("position", "acceleration")]
     names = [n for n, j in case.scene.joints.items() if j.type == "rod"]
@@ -196,7 +197,7 @@ def test_a_ladder_holds_by_the_friction_of_its_foot(mu: float, holds: bool) -> N
     assert report.pairs[0].share == pytest.approx(limit / mu, rel=1e-9)
 
 
-def test_points_that_cannot_have_the_distance_of_a_rod_are_told_with_its_name() -> None:
+def test_points_that_cannot_have_the_distance_of_a_rod_are_reported_with_its_name() -> None:
     scene = hung([1.0], [0.7], [1.2], [0.0])
     short = replace(scene, joints=scene.joints | {"far": replace(scene.joints["rod0"], inboard=sm.Side("ground", (3.0, 0.0, 0.0)))})
     r = simulate(short, until=0.1)
@@ -219,7 +220,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_rods_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_rods_are_refused_with_the_reason(says: str) -> None:
     bodies = "  m: {mass: 1, inertia: [1, 1, 1]}\n  placed: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}\n"
     flies = "".join(f"  {n}_flies: {{type: free, inboard: ground, outboard: {n}}}\n" for n in ("m", "placed"))
     ground = "ground: {points: {a: [0, 0, 0]}}\n"
@@ -227,7 +228,7 @@ def test_rods_that_cannot_be_are_refused_with_why(says: str) -> None:
         scene_from_text(f"schema: 1\n{ground}bodies:\n{bodies}joints:\n{flies}  r: {WRONG[says]}\n")
 
 
-def test_the_ladder_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_ladder_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/scene.md").read_text(encoding="utf-8")
     scene = scene_from_text(page.split("```yaml\n")[1].split("```")[0])
     assert scene.name == "ladder"

@@ -1,5 +1,5 @@
-"""Rotor inertia of a joint: the inertia that only its own motion turns, in addition to the bodies. Results are compared with one
-dense solve and with closed forms."""
+"""Rotor inertia of a joint: an inertia that only the motion of this joint turns, in addition to the bodies. Results are compared
+with one dense solve and with closed forms."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("rub", [False, True])
-def test_long_chains_say_the_same(rub: bool, kernel: str) -> None:
+def test_long_chains_with_rotors_agree_in_both_kernels(rub: bool, kernel: str) -> None:
     """The compiled kernel runs 24 bodies in loops; the parts kernel finds their friction along the recursion."""
     scene = chain(24, rub, 0.4)
     q = {n: np.array([j.start.q]) for n, j in scene.joints.items()}
@@ -100,7 +100,8 @@ def test_long_chains_say_the_same(rub: bool, kernel: str) -> None:
     equations = Equations(case.state())
     mine = np.array([row[f"{n}.qdd[1]"] for n in scene.joints])
     want = np.array([(equations.accelerations(n) @ [1.0, *friction])[0] for n in scene.joints])
-    assert np.abs(mine - want).max() <= 1e-10 * np.abs(want).max()  # both to about 1e-14 times the condition of 24 bodies
+    # both results are precise to about 1e-14 times the condition number of 24 bodies
+    assert np.abs(mine - want).max() <= 1e-10 * np.abs(want).max()
 
 
 def test_a_rotor_holds_a_joint_at_rest_no_more_than_it_did() -> None:
@@ -142,7 +143,7 @@ def test_derivatives_follow_rotors() -> None:
     assert found.d("axle.q[1]", "joints.axle.rotor_inertia")[-1] == pytest.approx(expected, rel=1e-6)
 
 
-def test_what_cannot_be_is_told() -> None:
+def test_an_impossible_rotor_inertia_is_reported() -> None:
     """A loop of rotors alone cannot be cut; turns of a ball have one inertia; a negative inertia is refused."""
     scene = {
         "schema": 1, "bodies": {n: {"mass": 1, "inertia": [1, 1, 1]} for n in ("a", "b")},
@@ -167,7 +168,7 @@ def pendulum(rotor: float, **more: object) -> sm.Scene:
     return scene_from_dict({"schema": 1, "bodies": {"rod": rod}, "joints": {"hinge": joint | {"rotor_inertia": rotor} | more}})
 
 
-def test_questions_know_rotors() -> None:
+def test_modes_and_inverse_dynamics_include_rotors() -> None:
     """Small oscillations have the frequency √(m g l/(I + J)), and the effort of a motion is (I + J) q̈ + m g l sin q."""
     swing = trunnion.modes(pendulum(0.4)).modes[0]
     assert 2 * np.pi * swing.frequency == pytest.approx(np.sqrt(2 * 9.81 * 0.5 / (2 / 3 + 0.4)), rel=1e-8)
@@ -183,7 +184,7 @@ def test_every_method_steps_rotors() -> None:
     runs = {m: trunnion.simulate(scene, 2.0, 2.0, rtol=1e-8, overrides={"simulation.method": m})["hinge.q[1]"][-1]
             for m in ("rk5", "rk8", "rosenbrock", "moreau")}  # fmt: skip
     for method, found in runs.items():
-        close = 3e-5 if method == "moreau" else 1e-6  # of order 2, its error follows the tolerance
+        close = 3e-5 if method == "moreau" else 1e-6  # time stepping is of order 2, and its error follows the tolerance
         assert found == pytest.approx(runs["rk8"], abs=close), method
 
 

@@ -62,7 +62,7 @@ def test_a_screw_at_rest_holds_between_the_torques_that_raise_and_that_lower(pit
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("pitch", [0.002, 0.03])
-def test_it_speeds_up_by_its_closed_form(pitch: float, sense: int, kernel: str) -> None:
+def test_a_screw_with_friction_accelerates_by_its_closed_form(pitch: float, sense: int, kernel: str) -> None:
     """T − m (g + q̈ p/2π) r tan(λ ± φ) = J q̈, to 1e-9."""
     given = torque(pitch, sense) + sense * 0.5
     arm = torque(pitch, sense) / LOAD
@@ -73,7 +73,7 @@ def test_it_speeds_up_by_its_closed_form(pitch: float, sense: int, kernel: str) 
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_it_locks_itself_where_the_lead_is_flatter_than_friction_over_the_flank(side: int) -> None:
+def test_a_screw_is_self_locking_where_its_lead_is_flatter_than_friction_over_the_flank(side: int) -> None:
     """tan λ compared with μ/cos β, at 1e-6 on both sides."""
     pitch = 0.01
     edge = lead(pitch) * math.cos(FLANK)
@@ -83,7 +83,7 @@ def test_it_locks_itself_where_the_lead_is_flatter_than_friction_over_the_flank(
 
 
 def test_the_normal_force_on_the_flanks_balances_the_load() -> None:
-    """Along the axis: f cos β cos λ less the part that friction carries, k f sin λ."""
+    """The flanks carry f cos β cos λ along the axis. Friction carries k f sin λ of the load."""
     pitch = 0.03
     r = simulate(jack(pitch, torque(pitch, 1), rate=1.0), until=0.1)
     angle = math.atan(lead(pitch))
@@ -92,8 +92,8 @@ def test_the_normal_force_on_the_flanks_balances_the_load() -> None:
 
 
 def flanks(load: float, sliding: float, pitch: float, flank: float, mu: float, parts: int = 24) -> tuple[float, float]:
-    """(friction along the freedom, normal force) of a thread made of flat pieces of its flanks, each with its own normal and place,
-    under an axial force on the pin. ``sliding``: sense in which the bearing slides along the helix."""
+    """(friction along the freedom, normal force) of a thread under an axial force on the pin. The flanks consist of flat pieces,
+    each with its own normal and place. ``sliding``: sense in which the bearing slides along the helix."""
     radius = RADIUS
     angle = math.atan(pitch / (2 * math.pi * radius))
     total = np.zeros(6)
@@ -110,7 +110,7 @@ def flanks(load: float, sliding: float, pitch: float, flank: float, mu: float, p
 
 @pytest.mark.default_cases(6)
 @pytest.mark.parametrize("seed", range(20))
-def test_its_forms_are_those_of_many_small_flanks(seed: int) -> None:
+def test_the_closed_forms_are_those_of_many_small_flanks(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pitch, flank, mu = float(rng.uniform(-0.05, 0.05)), float(rng.uniform(0, 0.6)), float(rng.uniform(0.05, 0.3))
     pin, rate = str(rng.choice(["inboard", "outboard"])), float(rng.normal())

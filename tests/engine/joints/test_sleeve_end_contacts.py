@@ -38,14 +38,14 @@ def test_ends_on_the_other_part_are_those_of_one_dense_solve(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kind", SLIDING)
-def test_so_are_those_of_a_joint_that_is_cut(kind: str) -> None:
+def test_ends_of_a_cut_joint_equal_those_of_one_dense_solve(kind: str) -> None:
     how = {"bodies": 3, "closing": (kind,), "cut": True, "friction": 1.0, "laws": ("regularized",), "adams": 0.0}
     case = random_loop(f"ends {kind}", t=TIME, **how)
     assert [j.kind_name for j in build(case.scene).system.cuts] == [kind]
     compared(with_ends(case))
 
 
-def test_they_are_the_same_where_parts_do_not_slide() -> None:
+def test_the_part_with_the_ends_does_not_matter_without_travel() -> None:
     made = [
         build(replace(c.scene, joints={n: replace(j, ends=e) for n, j in c.scene.joints.items()})).system
         for c in [random_tree("hinges", types=("revolute",), friction=1.0)]
@@ -86,7 +86,7 @@ def test_a_short_sleeve_on_a_long_rod_presses_alike_at_both_its_ends_wherever_it
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("kind", SLIDING)
 @pytest.mark.parametrize("pin", ENDS)
-def test_ends_on_the_pin_are_what_is_meant_where_nothing_is_said(kind: str, pin: str) -> None:
+def test_the_ends_are_on_the_pin_by_default(kind: str, pin: str) -> None:
     a, b = (slid(kind, pin, ends, "parts") for ends in (pin, None))
     assert all(np.array_equal(a[n], b[n]) for n in a.names)
 
@@ -95,7 +95,7 @@ def test_ends_on_the_pin_are_what_is_meant_where_nothing_is_said(kind: str, pin:
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)
-def test_what_overlaps_within_a_long_part_has_the_ends_of_the_short_one(kind: str, pin: str, kernel: str) -> None:
+def test_contacts_within_a_long_part_are_at_the_ends_of_the_short_part(kind: str, pin: str, kernel: str) -> None:
     for short in ENDS:
         lengths = {f"{part}_length": 2 * HALF if part == short else 20.0 for part in ENDS}
         a, b = slid(kind, pin, OVERLAP, kernel, **lengths), slid(kind, pin, short, kernel)
@@ -143,7 +143,7 @@ def test_overlaps_are_those_of_one_dense_solve(seed: int) -> None:
     compared(overlapping(random_tree(f"ends{seed}", **how), seed))
 
 
-def test_an_overlap_in_a_joint_that_is_cut_is_so_too() -> None:
+def test_an_overlap_in_a_joint_that_is_cut_is_that_of_one_dense_solve() -> None:
     how = {"bodies": 3, "closing": ("cylindrical",), "cut": True, "friction": 1.0, "laws": ("regularized",), "adams": 0.0}
     compared(overlapping(random_loop("ends cylindrical", t=TIME, **how), 0))
 

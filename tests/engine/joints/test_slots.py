@@ -26,8 +26,8 @@ RUNS = [
 
 @dataclass
 class Slot:
-    """A curve in a part that turns at RATE, its spline over chord lengths, and a body in the plane whose point at ``arm`` stays
-    on the curve."""
+    """A curve in a part that turns at RATE, and a body in the plane whose point at ``arm`` stays on the curve. The curve is a
+    spline over chord lengths."""
 
     points: np.ndarray
     closed: bool
@@ -92,9 +92,9 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """At t and θ, for a contact at the curve parameter u and a sliding rate: the acceleration (2) and angular acceleration of the
-    body, the normal force (positive to the right of the tangent), and the wrench of the curve on the body in the world. The
-    equations of balance and the constraint determine all of them together."""
+    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. They are the acceleration
+    (2) and angular acceleration of the body, the normal force (positive to the right of the tangent), and the wrench of the curve
+    on the body in the world. The equations of balance and the constraint determine all of them together."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
     way = s.at(u, 1) / abs(s.at(u, 1))
@@ -133,14 +133,15 @@ def test_a_point_keeps_to_its_curve_and_presses_as_its_motion_asks(closed: bool,
         slides = float((np.conj(way) * moves).real)
         assert float(r["slot.qd[1]"][i]) == pytest.approx(slides, abs=1e-9)
         if mu and abs(slides) < 1e-6:
-            continue  # at rest, where this test has no value for friction
+            continue  # this test has no value for friction at rest
         qdd, normal, force = asked(s, (t, theta, u, slides), (moves, spin), mu)
         assert [r[f"plane.qdd[{k}]"][i] for k in (1, 2, 3)] == pytest.approx(qdd, rel=1e-8, abs=1e-8)
         assert r["slot.reaction.force[2]"][i] == pytest.approx(-normal, rel=1e-8, abs=1e-8)
         assert r["turn.drive.effort[1]"][i] == pytest.approx((np.conj(place) * force).imag, rel=1e-8, abs=1e-8)
         if mu:
             assert r["slot.contact[1].normal_force"][i] == pytest.approx(abs(normal), rel=1e-8, abs=1e-8)
-            assert abs(r["slot.contact[1].angle"][i]) == pytest.approx(0.0 if normal > 0 else np.pi)  # the side that presses
+            # the angle tells which side of the slot presses
+            assert abs(r["slot.contact[1].angle"][i]) == pytest.approx(0.0 if normal > 0 else np.pi)
     assert np.abs(r["energy.residual"]).max() < 1e-8
 
 
@@ -180,7 +181,7 @@ def test_a_pin_meets_the_end_of_its_slot_in_time_and_comes_back(kernel: str) -> 
     most = 0.4 * pull / stiff + np.sqrt((0.4 * pull / stiff) ** 2 + 2 * 0.4 * pull * 0.1 / stiff)
     assert deepest <= most
     assert np.abs(r["energy.residual"]).max() < 1e-8
-    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end on which it falls returns all energy
+    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end onto which the pin falls returns all energy
 
 
 def yoke(mu: float, drive: str, extra: str = "") -> sm.Scene:
@@ -229,7 +230,8 @@ def test_derivatives_of_a_run_on_a_curve_are_those_by_differences() -> None:
     s, scene = made(True, 1, MU)
     values = {"joints.slot.friction.mu": MU, "bodies.bead.mass": s.mass}
     columns = ("plane.qd[1]", "turn.drive.effort[1]", "slot.contact[1].normal_force", "slot.q[1]")
-    found = sensitivity(scene, tuple(values), columns, until=0.1, every=0.05, rtol=1e-10)  # up to the next point of the curve
+    # the run ends before the next point of the curve
+    found = sensitivity(scene, tuple(values), columns, until=0.1, every=0.05, rtol=1e-10)
     h = 1e-5
     for path, at in values.items():
         up, down = (simulate(scene, until=0.1, every=0.05, rtol=1e-11, overrides={path: at + s * h}) for s in (1, -1))
@@ -238,8 +240,9 @@ def test_derivatives_of_a_run_on_a_curve_are_those_by_differences() -> None:
             assert found.d(column, path)[1:] == pytest.approx(slope[1:], rel=1e-6, abs=1e-6), (column, path)
 
 
-def test_a_bead_that_slides_off_a_circle_is_told_where_the_force_changes_sides() -> None:
-    """From the top with the speed v: the force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on or not."""
+def test_a_note_reports_where_the_force_on_a_bead_changes_sides() -> None:
+    """The bead starts at the top with the speed v. The force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on the
+    circle or not."""
     radius, speed = 0.5, 0.4
     angles = np.linspace(0, 2 * np.pi, 201)
     points = [[radius * float(np.sin(a)), radius * float(np.cos(a))] for a in angles[:-1]]

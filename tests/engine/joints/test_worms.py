@@ -30,7 +30,7 @@ def test_a_worm_drives_and_is_driven_by_the_standard_formulas(seed: int) -> None
     """Torques and the three components of the tooth force to 1e-12."""
     w, load = random_worm(seed), float(np.random.default_rng(seed).uniform(1, 50))
     for drives in (True, False):
-        rate = (1 if drives else -1) * math.copysign(10.0, w.turns)  # of the worm; the load turns the wheel backward
+        rate = (1 if drives else -1) * math.copysign(10.0, w.turns)  # rate of the worm; the load turns the wheel backward
         scene = w.scene({"drive": {"constant": {"rate": rate}}}, {"effort": -load})
         r = simulate(scene, until=0.01, every=0.01, rtol=1e-10, kernel="compiled" if seed % 40 == 2 else "parts")
         wheel, worm, apart, torque = w.forces(load, drives)
@@ -72,7 +72,7 @@ def in_flight(seed: int, friction: sm.Friction | None) -> tuple[Scene, dict[str,
     f, rng, w = flying(seed, ("gear",)), np.random.default_rng([3, seed]), random_worm(seed)
     a, at = unit(rng.normal(size=3)), 0.3 * rng.normal(size=3)
     u = unit(np.cross(a, rng.normal(size=3)))
-    b = w.side * np.cross(u, a)  # so that side · (a × b) = u
+    b = w.side * np.cross(u, a)  # the sense of u, for which side · (a × b) = u
     away = at + (w.r1 + w.r2) * u + 0.01 * a + 0.02 * b
     scene = f.scene
     joints = {"fly": scene.joints["fly"]}
@@ -130,7 +130,7 @@ def test_derivatives_of_a_run_with_a_worm_are_those_of_the_standard_formulas() -
     assert slope == pytest.approx((up - down) / 2e-6, rel=1e-7)
 
 
-def test_the_worm_drive_of_the_guide_is_the_one_by_hand() -> None:
+def test_the_worm_drive_of_the_guide_agrees_with_hand_calculation() -> None:
     page = (Path(trunnion.__file__).parent / "docs/guide/friction.md").read_text(encoding="utf-8")
     scene = scene_from_text(page.split("```yaml\n")[2].split("```")[0])
     assert scene.name == "worm_drive"
@@ -147,7 +147,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_worms_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_worms_are_refused_with_the_reason(says: str) -> None:
     scene = USUAL.scene({}, {})
     changes = {{"lead": "lead_angle"}.get(k, k): v for k, v in WRONG[says].items()}
     wrong = replace(scene, joints=scene.joints | {"mesh": replace(scene.joints["mesh"], **changes)})

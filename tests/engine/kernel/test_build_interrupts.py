@@ -75,7 +75,7 @@ def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPa
 
 
 @GROUPS
-def test_pressed_again_it_does_not_disturb_the_ending_of_compilers(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_ctrl_c_does_not_disturb_the_ending_of_compilers(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C may be pressed again while the programs are being ended, once for each. All of them end nevertheless."""
     started: list[Any] = []
     popen, kill = subprocess.Popen, compiler_processes._kill
@@ -118,7 +118,7 @@ def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
 
 
 @GROUPS
-def test_a_failure_of_one_ends_the_others() -> None:
+def test_a_failure_beside_running_programs_ends_them() -> None:
     """Work that has not started does not start afterwards."""
     group: list[CompilerProcesses] = []
     work: list[Future[Any]] = []
@@ -140,7 +140,7 @@ def test_a_failure_of_one_ends_the_others() -> None:
     assert work[1].cancelled() or isinstance(work[1].exception(), BuildCancelled)
 
 
-def test_what_holds_interrupts_back_within_what_lets_them_through_keeps_them() -> None:
+def test_a_delay_of_interrupts_applies_within_code_that_admits_them() -> None:
     """The command line lets Ctrl-C through to its commands; a run within a command delays it until its rows are safe."""
 
     def work() -> None:

@@ -114,7 +114,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> tuple[ctypes.CDLL, dict
 
 
 def call(lib: ctypes.CDLL, name: str, kept: list[int], p, x, z, sizes) -> tuple[np.ndarray, np.ndarray]:
-    """prepare, stage 1, stage 2."""
+    """The outputs of a case after prepare, stage 1 and stage 2."""
     c, w = np.full(kept[0] + 1, np.nan), np.full(kept[1] + 1, np.nan)
     a, b = np.full(sizes[0] + 1, np.nan), np.full(sizes[1], np.nan)
 
@@ -143,7 +143,7 @@ def test_c_code_is_casadis_value_bit_for_bit(library, seed: int, piece: int) -> 
             assert np.array_equal(one, other)
 
 
-def test_small_pieces_are_many_functions(library) -> None:
+def test_code_cut_into_small_pieces_has_many_functions(library) -> None:
     _, cases = library
     assert all(code.count("noinline") > 20 for (_, piece), (*_, code) in cases.items() if piece == 3)
     assert all("noinline" not in code for (_, piece), (*_, code) in cases.items() if piece == 2500)
@@ -156,7 +156,7 @@ def test_every_operation_is_tried(library) -> None:
     assert set(code_generator.UNARY) | set(code_generator.BINARY) <= seen | {ca.OP_ASSIGN}
 
 
-def test_what_depends_on_parameters_alone_is_computed_once() -> None:
+def test_terms_of_parameters_alone_are_computed_in_the_first_stage() -> None:
     p, x = SX.sym("p", 2), SX.sym("x", 1)
     stages = [Stage("prepare", f"{HOLD}p,double*restrict c", "c"), Stage("rest", f"{HOLD}x,{HOLD}c,double*restrict out", "")]
     code = code_generator.emit([Input("p", p, 0), Input("x", x, 1)], [Output("out", 0, [ca.sin(p[0]) * p[1] + x], 1)], stages)

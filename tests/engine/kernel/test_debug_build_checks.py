@@ -76,7 +76,7 @@ def test_co_simulation_and_model_exchange_read_nothing_of_another_state(debug: c
     assert failed(debug) == (0, None, None)
 
 
-def test_what_is_asked_about_a_state_reads_nothing_of_another(debug: ctypes.CDLL) -> None:
+def test_analyses_of_a_state_read_no_values_of_another_state(debug: ctypes.CDLL) -> None:
     trunnion.hold("spherical_pendulum")
     trunnion.linearize("crank_slider")
     assert failed(debug) == (0, None, None)

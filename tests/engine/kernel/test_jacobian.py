@@ -104,7 +104,7 @@ def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_sta
     case = random_tree(3, 1, t=0.3, **how)
     assert all(map(rubs, case.scene.joints.values()))
     block = block_at(case)
-    block.y[block.kernel.sizes["nq"] + block.kernel.sizes["nv"] : block.ny] += 0.05  # bristles
+    block.y[block.kernel.sizes["nq"] + block.kernel.sizes["nv"] : block.ny] += 0.05  # bristles are displaced
     check(block)
 
 
@@ -145,4 +145,4 @@ def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.Monkey
     other.kernel.libraries["jacobian"] = ctypes.CDLL(str(library))
     got = other.derivatives()
     size = np.maximum(np.abs(expected).max(axis=1, keepdims=True), 1.0)
-    assert np.all(np.abs(got - expected) <= 1e-12 * size)  # the same sums in another order
+    assert np.all(np.abs(got - expected) <= 1e-12 * size)  # the sums are made in another order

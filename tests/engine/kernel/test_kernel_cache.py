@@ -71,7 +71,7 @@ def test_an_entry_is_made_once(home: Path) -> None:
     assert (first[0] / "x").read_text() == "1"
 
 
-def test_what_fails_half_way_leaves_nothing(home: Path) -> None:
+def test_a_failed_build_leaves_nothing_in_the_cache(home: Path) -> None:
     def make(folder: Path) -> None:
         (folder / "x").write_text("half")
         raise OSError("disk full")
@@ -133,7 +133,8 @@ def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: P
     assert texts[0][0] == "True"  # neither process found the kernel in the cache
     here = simulate("crank_slider_free", until=0.1, every=0.1, kernel="compiled")
     assert float(texts[0][1]) == pytest.approx(here["guide.q[1]"][-1], abs=1e-12)
-    assert len(list(home.glob("kernel-*/complete"))) == 2  # the entry of the two processes, and the one above with all columns
+    # one entry is that of the two processes, the other that of the run with all columns above
+    assert len(list(home.glob("kernel-*/complete"))) == 2
     assert not [p for p in home.iterdir() if p.name.startswith(".")]
 
 
@@ -154,7 +155,7 @@ def test_pruning_respects_the_bound_and_takes_the_longest_unused_first(home: Pat
     assert [f.exists() for f in (old, new)] == [True, False]
 
 
-def test_pruning_leaves_what_was_used_a_moment_ago_and_what_is_being_made(home: Path) -> None:
+def test_pruning_leaves_recent_libraries_and_those_being_made(home: Path) -> None:
     fresh = filled(home, "a", 1000, 5.0)
     work = home / ".kernel-1-abc"
     work.mkdir()
@@ -214,7 +215,7 @@ def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
     assert b".debug_" not in compile_one(tmp_path, 1).read_bytes()
 
 
-def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_build_that_loses_the_compilers_cache_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another process may prune the compiler's cache after the build has begun; here a file stands in its place."""
     compile_one(tmp_path, 1)
     run, shared = c_compiler._zig, c_compiler.shared_cache(tmp_path)
@@ -224,7 +225,7 @@ def test_a_build_that_loses_the_compilers_cache_goes_on(tmp_path: Path, monkeypa
         tries.append(folder)
         if len(tries) == 1:
             library_cache._remove(shared)
-            shared.write_text("")  # a file in its place prevents that the folder is made again
+            shared.write_text("")  # a file in place of the folder prevents that the folder is made again
         return run(arguments, folder, own)
 
     monkeypatch.setattr(c_compiler, "_zig", pruned_meanwhile)
@@ -246,7 +247,7 @@ def test_the_compilers_cache_is_left_alone_while_builds_may_use_it(tmp_path: Pat
 # -- keys ---------------------------------------------------------------------------------------------------------------------
 
 
-def test_another_value_is_the_same_kernel() -> None:
+def test_a_scene_with_other_values_has_the_same_kernel() -> None:
     scene = load_scene("simple_pendulum")
     base = key(scene)
     for path, value in (
@@ -294,7 +295,7 @@ def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(c_compiler, "build_library", watched)
     scene = load_scene("simple_pendulum")
     first = key(scene)
-    assert {"kernel", "outputs"} <= set(compiled)  # and the runtime, once in each process
+    assert {"kernel", "outputs"} <= set(compiled)  # the runtime is compiled, too, once in each process
     compiled.clear()
     assert key(scene, ("pivot.q*",)) != first
     assert compiled == ["outputs"]
@@ -395,4 +396,4 @@ def test_code_that_does_not_compile_is_reported_as_our_defect(home: Path) -> Non
         c_compiler.build_library([source], home / "kernel.so", [RUNTIME], library_cache.cache_folder())
     assert "kernel.c:1" in str(caught.value)
     assert not (home / "kernel.so").exists()
-    assert len(str(caught.value)) < 2500  # it quotes only the end of the compiler's message
+    assert len(str(caught.value)) < 2500  # the error quotes only the end of the compiler's message

@@ -30,7 +30,7 @@ def linkage(reach: float, far: dict[str, Any] | None = None, base: dict[str, Any
     }
 
 
-def test_a_pivot_out_of_reach_is_told_with_the_distance_that_is_left() -> None:
+def test_a_pivot_out_of_reach_is_reported_with_the_distance_that_is_left() -> None:
     outcome = simulate(linkage(0.5), until=0.01).outcome
     assert outcome.name == "open_loop"
     assert outcome.numbers["distance"] == pytest.approx(0.2, rel=1e-6)
@@ -41,15 +41,16 @@ def test_a_pivot_out_of_reach_is_told_with_the_distance_that_is_left() -> None:
     assert "driven" not in outcome.advice
 
 
-def test_what_a_drive_keeps_open_is_told_with_the_drive() -> None:
+def test_the_report_of_an_open_loop_names_the_drive_that_keeps_it_open() -> None:
     drive = {"drive": {"constant": {"rate": 1, "start": "180 deg"}}}
     outcome = simulate(linkage(0.25, base=drive), until=0.01).outcome
     assert outcome.name == "open_loop"
-    assert outcome.numbers["distance"] == pytest.approx(0.15, rel=1e-6)  # 0.25 + 0.1 − 0.2
+    # the rod must span 0.25 + 0.1 m and is 0.2 m long
+    assert outcome.numbers["distance"] == pytest.approx(0.15, rel=1e-6)
     assert "driven: base" in outcome.advice
 
 
-def test_axes_that_do_not_agree_are_told_as_an_angle() -> None:
+def test_axes_that_do_not_agree_are_reported_as_an_angle() -> None:
     tilted = {"axis": [0, math.sin(0.1), math.cos(0.1)]}
     side = {"body": "ground", "point": [0.25, 0, 0], "axis": "z"}
     outcome = simulate(linkage(0.25, far={"inboard": side, **tilted}), until=0.01).outcome
@@ -58,8 +59,9 @@ def test_axes_that_do_not_agree_are_told_as_an_angle() -> None:
     assert "deg remains at" in outcome.advice
 
 
-def test_rates_that_do_not_agree_are_told_as_rates() -> None:
-    scene = linkage(0.3, base={"drive": {"constant": {"rate": 1}}})  # stretched: its joints cannot turn at this rate
+def test_rates_that_do_not_agree_are_reported_as_rates() -> None:
+    # the linkage is stretched, and its joints cannot turn at this rate
+    scene = linkage(0.3, base={"drive": {"constant": {"rate": 1}}})
     scene["joints"]["pin"]["drive"] = {"constant": {"rate": 2}}
     outcome = simulate(scene, until=0.01).outcome
     assert outcome.name == "open_loop"

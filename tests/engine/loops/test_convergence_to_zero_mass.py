@@ -1,4 +1,4 @@
-"""Bodies that are much lighter than others on a loop, or without mass. As the mass falls, the motion converges in first order to
+"""Loops with bodies that are much lighter than others, or without mass. As the mass falls, the motion converges in first order to
 that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose the digits of the mass
 ratio."""
 
@@ -20,7 +20,7 @@ from trunnion import Scene, SceneError, scene_from_dict, simulate
 from trunnion.system.construction.system_builder import build
 
 INERTIAS = (1e-3, 1e-6, 1e-8, 1e-12, 0.0)
-"""kg m²; the wheels have 1 and 1.5 kg m²."""
+"""Inertias of the middle wheel, kg m²; the other wheels have 1 and 1.5 kg m²."""
 RATIOS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 """Masses of a light body, relative to the body's own mass."""
 SEEDS = (0, 3, 8, 11, 15, 16, 18)
@@ -133,8 +133,8 @@ LIGHT = (1e-3, 1e-7, 1e-9, 1e-12, 0.0)
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_scenes_of_interacting_devices_converge_as_a_body_gets_lighter(family: str) -> None:
-    """Lists ends by name (``-rP``): those that a mass of 1e-3 has, too; those that mass 0 has, at a time to which lighter bodies
-    converge; and bodies whose motion nothing determines at mass 0."""
+    """Lists allowed ends by name (``-rP``). An end is allowed if a mass of 1e-3 has it, too. It is allowed if mass 0 has it at the
+    time to which lighter bodies converge. It is allowed if nothing determines the motion of a body at mass 0."""
     named, wrong = [], []
     for seed in range(12):
         scene = crossed(family, seed)
@@ -204,7 +204,7 @@ def test_a_light_crank_jams_inside_its_friction_circle(method: str, share: float
     r = simulate(crank_slider(inertia), method=method, rtol=1e-9, every=0, outputs="pin.q*", kernel="parts")
     assert r.outcome.name == "jammed"
     assert r.outcome.joint == "pin"
-    low, high = 0.6 * CIRCLE / ARM, 1.0  # the factor has its minimum below
+    low, high = 0.6 * CIRCLE / ARM, 1.0  # the factor has its minimum below this interval
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if reflected_inertia(inertia, middle) > 0.0 else (middle, high)

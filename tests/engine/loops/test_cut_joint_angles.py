@@ -53,4 +53,4 @@ def test_turns_are_counted_between_rows_and_are_those_of_other_cuts(seed: int, d
     first = ends[cuts[0], 400]
     assert abs(first[0]) > 4.0 * np.pi
     for end in ends.values():
-        assert end == pytest.approx(first, abs=1e-5)  # runs at rtol 1e-8, tens of radians
+        assert end == pytest.approx(first, abs=1e-5)  # the runs have rtol 1e-8, and the angles are tens of radians

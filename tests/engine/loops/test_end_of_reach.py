@@ -81,21 +81,21 @@ def test_a_loop_at_the_end_of_its_reach_is_named(method: str, telling: str) -> N
     assert np.isfinite(r.data).all()
 
 
-def test_a_fixed_step_across_the_end_of_reach_is_named_too() -> None:
+def test_a_fixed_step_across_the_end_of_reach_ends_as_an_open_loop() -> None:
     r = simulate(short_rod(), step=1e-4, method="rk5")
     assert (r.outcome.name, r.outcome.joint) == ("open_loop", "crank_pin")
     assert REACH - 2e-4 <= r.outcome.time <= REACH
 
 
 def test_a_pin_that_locks_before_the_end_of_reach_has_jammed() -> None:
-    """At a distance of μ r/√(1+μ²) of the rod from the end of reach, the pin's friction circle takes the force. A toggle jams
-    there, whatever follows."""
+    """At the distance μ r/√(1+μ²) of the rod from the end of reach, the pin's friction circle takes the force. A toggle jams at
+    this distance, whatever follows."""
     r = simulate(short_rod(rubs=True))
     assert (r.outcome.name, r.outcome.joint) == ("jammed", "slider_pin")
     assert REACH - 1e-4 < r.outcome.time < REACH - 1e-6
 
 
-def test_a_loop_that_only_touches_the_end_of_its_reach_goes_on() -> None:
+def test_a_loop_that_only_touches_the_end_of_its_reach_continues() -> None:
     """The rod is a micrometre longer than the crank. It is nearly upright twice a turn, and the motion continues."""
     scene = short_rod()
     length = 0.5 + 1e-6
@@ -119,8 +119,8 @@ def test_rings_whose_axes_lie_in_one_plane_cannot_turn_across_it(method: str, te
 
 @pytest.mark.parametrize(("other", "short"), [(0.0, 0.0), (1.0, 0.2), (1.0, 1e-3)])
 def test_rings_may_come_into_one_plane_and_pass_it_by(other: float, short: float) -> None:
-    """The run does not end if there is no motion across the plane, nor at a distance of a thousandth of a radian from it, at any
-    speed of the rings."""
+    """A run continues if there is no motion across the plane. It also continues at a distance of a thousandth of a radian from the
+    plane, at any speed of the rings."""
     r = simulate(rings(other, short))
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= 1e-9
@@ -200,7 +200,7 @@ def driven_piston(phase: float, amplitude: float) -> dict[str, Any]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-def test_a_driven_loop_that_passes_its_dead_centre_says_so(method: str, rtol: float) -> None:
+def test_a_driven_loop_that_passes_its_dead_centre_ends_by_this_name(method: str, rtol: float) -> None:
     r = simulate(driven_piston(math.pi / 6, 0.05), method=method, rtol=rtol)
     assert r.outcome.ok
     assert r.certificate.dead_centre == pytest.approx(1 / 6, abs=2e-4)
@@ -211,5 +211,5 @@ def test_a_driven_loop_that_passes_its_dead_centre_says_so(method: str, rtol: fl
 
 
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
-def test_a_drive_that_begins_on_the_dead_centre_ends_as_that(method: str) -> None:
+def test_a_drive_that_begins_on_the_dead_centre_ends_as_dead_centre(method: str) -> None:
     assert simulate(driven_piston(math.pi / 2, 0.05), method=method).outcome.name == "dead_centre"

@@ -30,9 +30,9 @@ def test_loops_stay_closed(name: str, until: float) -> None:
     r = simulate(name, until=until, every=until / 500, outputs=["audit.constraint", "energy.kinetic", "energy.potential"])
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= CLOSURE
-    if name != "crank_slider":  # the crank_slider is driven and does not keep its energy
+    if name != "crank_slider":  # crank_slider is driven and does not keep its energy
         energy = r["energy.kinetic"] + r["energy.potential"]
-        assert np.ptp(energy) <= 2e-3 * r["energy.kinetic"].max()  # a thousand swings at rtol 1e-6
+        assert np.ptp(energy) <= 2e-3 * r["energy.kinetic"].max()  # the run has a thousand swings at rtol 1e-6
 
 
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4])
@@ -67,7 +67,7 @@ def free_crank(**starts: sm.Start | None) -> Scene:
     return started(load_scene("crank_slider_free"), **{**none, **starts})
 
 
-def test_what_is_left_open_is_assembled_and_what_is_given_stays() -> None:
+def test_assembly_finds_coordinates_that_are_not_given_and_keeps_given_ones() -> None:
     r = simulate(free_crank(crank_pivot=sm.Start(q=0.7, qd=3.0)), until=1e-3, every=1e-3)
     closed = slider_crank(0.7, 3.0)
     assert r["crank_pivot.q[1]"][0] == 0.7
@@ -97,7 +97,7 @@ def test_given_values_that_disagree_share_the_change() -> None:
     assert {n.partition(":")[0] for n in r.notes if "moved" in n} == {"crank_pivot", "guide"}
 
 
-def test_wrong_start_values_are_moved_and_said() -> None:
+def test_wrong_start_values_are_moved_and_reported() -> None:
     scene = started(load_scene("crank_slider"), guide=sm.Start(q=1.3, qd=0.5), slider_pin=sm.Start(q=0.3, qd=-4.0))
     r = simulate(scene, until=1e-3, every=1e-3)
     moved = [n for n in r.notes if "moved" in n]
@@ -126,7 +126,7 @@ def test_a_start_that_can_be_kept_is_kept_whatever_is_left_open(seed: int) -> No
     assert abs(case.q[open_joint]).max() > 0.0
 
 
-def test_start_values_of_a_cut_joint_are_said_to_be_unused() -> None:
+def test_start_values_of_a_cut_joint_are_reported_to_be_unused() -> None:
     scene = load_scene("bricard")
     scene = replace(scene, joints={n: replace(j, start=sm.Start(q=0.0), cut=n == "j5") for n, j in scene.joints.items()})
     r = simulate(scene, until=1e-3, every=1e-3)
@@ -142,7 +142,7 @@ def test_loops_that_cannot_close_give_an_outcome(start: float) -> None:
     joints = scene.joints | {"crank_pivot": replace(scene.joints["crank_pivot"], drive=drive)}
     r = simulate(replace(scene, bodies=bodies, joints=joints), until=0.1)
     assert (r.outcome.name, r.outcome.time, r.outcome.ok) == ("open_loop", 0.0, False)
-    assert r.outcome.joint == "crank_pin"  # the joint at which the loop is cut
+    assert r.outcome.joint == "crank_pin"  # the loop is cut at this joint
     assert "positions" in r.outcome.advice
     assert len(r) == 0
     assert r.time.shape == (0,)
@@ -163,7 +163,7 @@ def tip(n: int, t: float) -> np.ndarray:
     """Tip of the first crank of the N-four-bar: all cranks parallel, θ̈ = −((N+1)/2+N)/((N+1)/3+N) g cos θ."""
     k = ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * 9.81
     y = solve_ivp(lambda t, y: [y[1], -k * np.cos(y[0])], (0, t), [np.pi / 2, -1.0], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    assert y[0] < -np.pi / 2  # it passed the horizontal, where the number of freedoms jumps from 1 to N + 1
+    assert y[0] < -np.pi / 2  # the crank has passed the horizontal, where the number of freedoms jumps from 1 to N + 1
     return np.array([np.cos(y[0]), np.sin(y[0])])
 
 
@@ -174,7 +174,7 @@ def test_n_four_bar_passes_its_singular_configuration(n: int) -> None:
     assert [r["crank0.tip.position[1]"][-1], r["crank0.tip.position[2]"][-1]] == pytest.approx(tip(n, 2.0), abs=1e-8)
     assert r["audit.constraint"].max() <= CLOSURE
     spread = np.ptp([r[f"pivot{i}.q[1]"] for i in range(n + 1)], axis=0)
-    assert spread.max() <= 1e-7  # parallel: half the digits, since the loops close to second order where they are flat
+    assert spread.max() <= 1e-7  # cranks are parallel to half of the digits, because flat loops close to second order
 
 
 SOAKED = ("bricard", "crank_slider", "crank_slider_free", "n_four_bar")

@@ -18,7 +18,7 @@ from trunnion.simulation.run import Model
 
 G = 9.81
 NOTHING = 1e-9
-"""kg and kg m²: the masses are about 1 kg, and lengths about 1 m."""
+"""Mass, kg, and inertia, kg m², that count as none; the masses are about 1 kg, and lengths about 1 m."""
 
 
 def lightened(case: Case, seed: int) -> Case:
@@ -83,7 +83,7 @@ def test_check_names_the_spins_of_a_point_mass_and_of_a_body_without_mass_betwee
 
 
 @pytest.mark.parametrize("kernel", [slow("lanes"), "parts"])
-def test_cases_of_a_sweep_end_with_that_outcome(kernel: str) -> None:
+def test_cases_of_a_sweep_end_with_missing_inertia(kernel: str) -> None:
     """The recursion leaves a link without mass a remainder of inertia. Without the examination, its spin would be noise."""
     height = ["final:m.position[2]"]
     for scene in (pendulum(0.0, link=False), pendulum(0.1, link=True)):

@@ -12,9 +12,9 @@ from trunnion.scene.overrides import scene_given
 from trunnion.simulation.run import simulate
 
 MASSES = (1e-6, 1e-9, 1e-12)
-"""kg; the other bodies have kilograms."""
+"""Masses of the light body, kg; the other bodies have kilograms."""
 TORQUE = 1.0
-"""N m."""
+"""Driving torque, N m."""
 
 
 def gears(nut: float, inertia: float, ratios: tuple[float, ...] = (2.0,)) -> dict[str, Any]:

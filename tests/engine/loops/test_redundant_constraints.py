@@ -40,8 +40,8 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
     for name in case.scene.joints:
         chosen = -(wrench[name] + loose[name] @ amounts)
         force, torque = reaction(eq.state, name, chosen)
-        assert np.abs(mine[name, "reaction.force"] - force).max() <= TOLERANCE * 30.0  # N
-        assert np.abs(mine[name, "reaction.torque"] - torque).max() <= TOLERANCE * 10.0  # N m
+        assert np.abs(mine[name, "reaction.force"] - force).max() <= TOLERANCE * 30.0  # tolerance in N
+        assert np.abs(mine[name, "reaction.torque"] - torque).max() <= TOLERANCE * 10.0  # tolerance in N m
         assert mine[name, "qdd"] == pytest.approx(eq.accelerations(name) @ [1.0], rel=TOLERANCE)
 
 
@@ -59,9 +59,10 @@ def test_where_a_joint_rubs_reactions_are_the_limit_of_stiff_contacts(which: str
     assert mine["c", "normal_force"] == pytest.approx(model.normal_force["c"][:2], rel=TOLERANCE)
     assert mine["crank", "acceleration"] == pytest.approx(acceleration[6 * eq.index["crank"] :][:3], rel=TOLERANCE)
     amounts = [np.linalg.lstsq(loose[n], _reported(eq, mine, n) - wrench[n], rcond=None)[0] for n in case.scene.joints]
-    assert max(np.abs(a).max() for a in amounts) > 1e-2  # the reference of least norm has others: they are not unique
+    # the reactions of least norm differ from these, so that reactions are not unique
+    assert max(np.abs(a).max() for a in amounts) > 1e-2
     law, contacts = Rubbing(eq.state, "c").friction(-_reported(eq, mine, "c"), np.zeros(1))
-    assert mine["c", "friction"] == pytest.approx(law, rel=TOLERANCE)  # the law holds at the root
+    assert mine["c", "friction"] == pytest.approx(law, rel=TOLERANCE)  # the engine's root obeys the law
     assert mine["c", "normal_force"] == pytest.approx([c.normal_force for c in contacts], rel=TOLERANCE)
 
 
@@ -85,7 +86,7 @@ def test_open_reactions_do_not_depend_on(which: str, way: str) -> None:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("which", "name"), [("bricard", "j5"), ("bricard", "j2"), ("regularized", "c"), ("regularized", "a")])
-def test_open_reactions_do_not_depend_on_the_side_a_joint_is_told_from(which: str, name: str) -> None:
+def test_open_reactions_do_not_depend_on_the_side_a_joint_is_described_from(which: str, name: str) -> None:
     case = case_of(which)
     moved = reversed_joint(case, name)
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
@@ -104,7 +105,7 @@ def test_open_reactions_do_not_depend_on_where_the_loop_is_cut(which: str, name:
 
 
 @pytest.mark.parametrize(("which", "count"), [("bricard", 1), ("loops", 12), ("regularized", 3)])
-def test_the_result_says_which_reactions_are_not_unique(which: str, count: int) -> None:
+def test_the_result_names_reactions_that_are_not_unique(which: str, count: int) -> None:
     case = case_of(which)
     result = simulate(case.scene, until=1e-3)
     _, _, loose = open_reactions(case)
@@ -114,7 +115,7 @@ def test_the_result_says_which_reactions_are_not_unique(which: str, count: int) 
     assert any("redundant" in note and all(n in note for n in named) for note in result.notes)
 
 
-def test_a_loop_without_redundancy_says_nothing() -> None:
+def test_a_loop_without_redundancy_has_no_note() -> None:
     result = simulate("spatial_slider_crank", until=1e-3)
     assert result.redundancy.count == 0
     assert result.notes == ()

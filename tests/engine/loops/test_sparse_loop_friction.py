@@ -84,7 +84,7 @@ class Equations:
         return dn, D
 
     def narrow(self, dn: np.ndarray) -> np.ndarray:
-        """All pivots with that derivative."""
+        """All pivots for the derivative ``dn``."""
         t = self.table
         pivots = np.zeros(t.nbodies + t.nelements + 2 * t.active + 8)
         called(t, "narrow", self.c, self.w, np.ones(t.neta + 8), dn, pivots)
@@ -142,7 +142,7 @@ def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matri
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
-def test_given_multipliers_leave_of_the_rows_what_maps_say(name: str) -> None:
+def test_given_multipliers_leave_the_residual_of_the_maps(name: str) -> None:
     """A separate pass, without the derivative of friction, checks solutions."""
     it = equations(name)
     t, rng = it.table, np.random.default_rng(4)
@@ -195,7 +195,8 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
             held.append(sum(r[c][-1] == PairState.STUCK.value for c in r.names if c.startswith("leg")))
             assert 0.0 <= debug.tr_gap_to_maps(ctypes.c_void_p(model.block.at)) <= SAME
     assert held == [2, 6]
-    assert r.stats.counters["newton_iterations"] <= 19_500  # earlier 22,800: maps at rest, searches below round-off of time
+    # earlier 22,800, with maps at rest and searches below round-off of the time
+    assert r.stats.counters["newton_iterations"] <= 19_500
 
 
 @pytest.mark.default_cases(1)
@@ -245,7 +246,7 @@ def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
         assert found == pytest.approx(force, rel=4e-11)
 
 
-def test_what_an_evaluation_is_made_of_grows_as_the_number_of_loops() -> None:
+def test_programs_with_friction_grow_as_the_number_of_loops() -> None:
     sizes = []
     for n in (16, 32):
         built = build(rubbing(n_four_bar(n)))

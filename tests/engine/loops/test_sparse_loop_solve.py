@@ -152,14 +152,14 @@ def test_loops_stay_closed_at_any_tolerance() -> None:
 
 
 def test_rows_far_from_the_origin_are_not_corrected_for_round_off() -> None:
-    """Points 40 m away have a round-off of 7e-15 m: a correction of one ulp in every row took most of its time."""
+    """Points 40 m away have a round-off of 7e-15 m. Corrections of one ulp in every row would take most of the time of a run."""
     model = Model(n_four_bar(40), ("audit.constraint",), "parts")
     r = run(model, 0.004, 5e-6, Settings(method="rk5", step=1e-4))
     assert r.stats.counters["projections"] < len(r.time) / 3
     assert r["audit.constraint"].max() <= 4e-13
 
 
-def test_what_a_scene_of_loops_is_made_of_grows_as_their_number() -> None:
+def test_programs_and_factor_grow_as_the_number_of_loops() -> None:
     """The test counts calls in an evaluation and entries of the factor. Earlier, S was written out entry by entry, and the number
     grew with the square."""
     sizes = []

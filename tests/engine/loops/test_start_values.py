@@ -72,7 +72,7 @@ def test_a_point_starts_at_its_position(seed: int) -> None:
     bar = FourBar(seed)
     r = started(bar.scene({"crank_pivot": {"q": bar.angle + 0.2, "use": "guess"}}, JOINTS[seed % 4], [*map(float, bar.place), 0.0]))
     found = [r[f"coupler.pen.position[{i}]"][0] for i in (1, 2)]
-    np.testing.assert_allclose(found, bar.place, atol=1e-12)  # loops of a metre close to round-off
+    np.testing.assert_allclose(found, bar.place, atol=1e-12)  # loops of a metre are closed to round-off
 
 
 @pytest.mark.parametrize("seed", sampled(range(100), 6))
@@ -93,7 +93,7 @@ def test_an_exact_start_keeps_its_last_digit_wherever_the_loop_is_cut(seed: int)
     starts = {"crank_pivot": {"q": bar.angle, "use": "exact"}, other: {"q": round(bar.angles[other], 2), "use": "guess"}}
     r = started(bar.scene(starts, JOINTS[seed % 4]))
     found = r["crank_pivot.q[1]"][0]
-    cut_here = JOINTS[seed % 4] == "crank_pivot"  # its angle is then measured, by an arctangent
+    cut_here = JOINTS[seed % 4] == "crank_pivot"  # the angle of a cut joint is measured by an arctangent
     assert found == bar.angle or (cut_here and abs(found - bar.angle) <= 4 * np.spacing(1.0))
     assert not [n for n in r.notes if "moved" in n]
 
@@ -126,7 +126,7 @@ def test_a_point_out_of_reach_is_refused_with_its_distance() -> None:
         simulate(bar.scene({}, point=[5.0, 0.0, 0.0]), until=1e-3)
 
 
-def test_a_point_that_the_body_lacks_is_told() -> None:
+def test_a_point_that_the_body_lacks_is_reported() -> None:
     bar = FourBar(3)
     scene = bar.scene({})
     scene["bodies"]["coupler"]["start"] = {"penn": [0, 0, 0]}
@@ -143,5 +143,5 @@ def test_swept_start_positions_are_those_of_single_runs_and_have_derivatives() -
     swept = sweep(scenes[0], {path: places}, until=0.1, rtol=1e-10, kernel="parts", reductions=f"final:{last}").table
     np.testing.assert_allclose(swept[f"final:{last}"], alone, rtol=1e-12)
     found = sensitivity(scenes[2], [path], [last], until=0.1, rtol=1e-10)
-    by_difference = (alone[3] - alone[1]) / 2e-4  # error about 1e-8, the square of the difference
+    by_difference = (alone[3] - alone[1]) / 2e-4  # the error is about 1e-8, the square of the difference
     assert found.derivatives[-1, 0, 0] == pytest.approx(by_difference, rel=1e-5)

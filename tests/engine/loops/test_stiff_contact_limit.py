@@ -1,4 +1,4 @@
-"""Where loops leave reactions undetermined and joints have friction, the contact forces are the limit of those of stiff contacts.
+"""The contact forces are the limit of those of stiff contacts, where loops leave reactions undetermined and joints have friction.
 References are a model without joint rows, with springs and friction only (``reference.compliant``), and hand statics of doors."""
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
         sizes["half_length"] = rng.uniform(0.02, 0.08)
     if kind == "universal":
         sizes |= {"radius": tuple(rng.uniform(0.005, 0.03, 2)), "half_length": tuple(rng.uniform(0.02, 0.08, 2))}
-    if kind == "prismatic":  # long enough not to wedge
+    if kind == "prismatic":  # the sleeve is long enough not to wedge
         sizes |= {"mu": rng.uniform(0.05, 0.3), "half_length": rng.uniform(0.15, 0.3)}
         sizes |= {"half_width": rng.uniform(0.01, 0.03), "half_height": rng.uniform(0.01, 0.03)}
         del sizes["radius"]
@@ -108,7 +108,7 @@ def test_sliding_contacts_that_loops_leave_open_are_the_limit_of_stiff_ones(fami
         assert got == pytest.approx(acceleration[:3], rel=LIMIT, abs=LIMIT * np.abs(acceleration).max())
 
 
-def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_a_micrometre() -> None:
+def test_only_ratios_of_stiffness_count_and_the_default_is_a_hundred_newtons_a_micrometre() -> None:
     case = _carried(0, "door")
 
     def told(first: float | None, second: float | None) -> dict:
@@ -125,7 +125,7 @@ def test_of_stiffness_only_ratios_count_and_who_says_none_has_a_hundred_newtons_
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
-    """On such axes the rows that close the loop hold only round-off, and no rank must be derived from them."""
+    """The rows that close the loop hold only round-off on such axes, from which no rank must be derived."""
     case = _carried(0, family)
     moved = rotated(case, len(family))
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))

@@ -118,7 +118,7 @@ FAMILIES = [planar, loops, spherical, parallelogram, hinges, driven, driven_loop
 @pytest.mark.default_cases(8)
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", range(20))
-def test_components_told_unique_do_not_change_with_internal_forces_and_the_others_do(family: Any, seed: int) -> None:
+def test_components_reported_as_unique_do_not_change_with_internal_forces_and_the_others_do(family: Any, seed: int) -> None:
     draft = Draft(seed)
     family(draft)
     result = simulate(draft.scene(), until=1e-6)

@@ -52,11 +52,11 @@ def chain_at_rest(kinds: list[str], seed: int, grip: float = 1.0) -> sm.Scene:
 
 
 def mixed(count: int, seed: int, grip: float = 1.0) -> sm.Scene:
-    """This number of bars on joints of random types."""
+    """A chain of ``count`` bars on joints of random types."""
     rng = np.random.default_rng([seed, count])
     return chain_at_rest([str(rng.choice(EVERY if k else EVERY[:3])) for k in range(count)], seed, grip)
 
 
 def balls(count: int, seed: int) -> sm.Scene:
-    """This number of bars on balls."""
+    """A chain of ``count`` bars on balls."""
     return chain_at_rest(["spherical"] * count, seed)

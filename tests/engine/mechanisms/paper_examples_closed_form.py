@@ -67,7 +67,7 @@ class Pendulum:
             stops += [(s, piece.sol(s)[0]) for s in piece.t_events[1] if s > 1e-9]
             pieces.append((t, piece.sol))
             t, y = piece.t[-1], piece.y[:, -1]
-            if t < until:  # step past the kink, so that it is not found again
+            if t < until:  # the next piece starts past the kink, so that the kink is not found again
                 t, y = t + 1e-9, y + 1e-9 * np.array([y[1], self.acceleration(*y)])
 
         def angle(when: float) -> float:
@@ -113,15 +113,15 @@ def slider_crank(
     x = CRANK * np.cos(phi) + ROD * np.cos(psi)
     speed = -CRANK * np.sin(phi) * rate - ROD * np.sin(psi) * psi1
     accel = -CRANK * np.cos(phi) * rate**2 - ROD * (np.cos(psi) * psi1**2 + np.sin(psi) * psi2)
-    u = np.array([np.cos(psi), -np.sin(psi)])  # from A to B
-    v = np.array([np.sin(psi), np.cos(psi)])  # u turned by 90 degrees
+    u = np.array([np.cos(psi), -np.sin(psi)])  # direction from A to B
+    v = np.array([np.sin(psi), np.cos(psi)])  # the direction u, turned by 90 degrees
     a_A = -CRANK * rate**2 * np.array([np.cos(phi), np.sin(phi)])
     alpha = -psi2  # the rod turns clockwise as psi grows
     a_C = a_A + ROD / 2 * (alpha * v - psi1**2 * u)
     fx = SLIDER_MASS * accel
     x_mu = mu * min(radius * abs(psi1) / v_eps, 1.0)
     share = radius * x_mu / (1.0 if adams else np.sqrt(1 + x_mu * x_mu))
-    spin = -psi1  # of the rod against the slider
+    spin = -psi1  # rate of the rod relative to the slider
 
     def moment(fy: float) -> float:
         """Moments about A on the rod: −f at B, friction, weight, inertia."""

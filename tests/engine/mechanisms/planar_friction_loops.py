@@ -76,7 +76,7 @@ class PlaneLoop:
             lambda x: -x[3], [*(start / unit), 0.0, 0.0], method="SLSQP", constraints={"type": "ineq", "fun": slack},
             options={"ftol": 1e-15, "maxiter": 500},
         )  # fmt: skip
-        active = np.sort(np.argsort(slack(found.x))[:4])  # four unknowns: four joints at their limit
+        active = np.sort(np.argsort(slack(found.x))[:4])  # with four unknowns, four joints are at their limit
         exact = fsolve(lambda x: slack(x)[active], found.x, xtol=1e-14)
         assert np.abs(slack(exact)[active]).max() <= 1e-14
         assert slack(exact).min() >= -1e-14

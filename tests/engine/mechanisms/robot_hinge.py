@@ -12,8 +12,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Hinge:
-    """Torques of the motor and of the load on the arm, inertias of arm and rotor, friction a + b |T|; or forces and masses of a
-    guide. constant_back: of backward motion."""
+    """Data of a hinge: torques of the motor and of the load on the arm, inertias of arm and rotor, friction a + b |T|. For a guide,
+    they are forces and masses. constant_back: a of backward motion."""
 
     arm: float
     rotor: float
@@ -47,7 +47,7 @@ class Hinge:
     def acceleration(self, sense: float) -> float:
         """Acceleration of the arm while it moves with this sense: motor − rotor a = T + friction, T = arm a − load."""
         constant = self.constant if sense > 0 else self.constant_back
-        for side in (1, -1):  # sign of T
+        for side in (1, -1):  # side: sign of T
             k = 1 + sense * side * (self.driving if side * sense > 0 else self.driven)
             a = (self.motor + k * self.load - sense * constant) / (self.rotor + k * self.arm)
             if side * (self.arm * a - self.load) >= 0:

@@ -12,8 +12,8 @@ LENGTH, DOWN, MASS = 0.5, 0.4, 2.0
 
 
 def ladder(mu: float = 0.3, rods: int = 1, placed: bool = False) -> Scene:
-    """A slider on a horizontal guide that rubs, pushed by rods whose upper ends come down at the constant speed DOWN (a ladder at a
-    wall). It has no weight: the rods alone press it on its guide. placed: whether the rods' length follows from the poses."""
+    """A slider on a horizontal guide that rubs. Rods push it whose upper ends come down at the constant speed DOWN, as a ladder at
+    a wall. It has no weight: the rods alone press it on its guide. placed: whether the rods' length follows from the poses."""
     x, y = LENGTH * math.cos(0.9), LENGTH * math.sin(0.9)
     top, foot = ({"mass": m, "inertia": [0.1] * 3} for m in (1.0, MASS))
     rub = {"friction": {"mu": mu, "half_length": 0.1, "half_width": 0.05, "half_height": 0.05}} if mu else {}

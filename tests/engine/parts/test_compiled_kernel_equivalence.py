@@ -92,7 +92,7 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
     called(table, "prepare", s.p, c)
     called(table, "stage1", s.x, s.y, c, w, out["maps"], out["dy"], out["power"])
     if table.neta + table.active:
-        out["dy"][:] = out["power"][:] = 0.0  # with multipliers stage 2 writes this output
+        out["dy"][:] = out["power"][:] = 0.0  # if there are multipliers, stage 2 writes this output
         called(table, "stage2", s.x, s.y, c, w, s.z, out["dy"], out["power"])
     if table.rows:
         called(table, "closure", s.x, s.y, c[table.c_closure :], out["closure"])
@@ -123,7 +123,7 @@ def agree(scene: Scene, redundant: bool = False) -> None:
         state = State(built, parts, number)
         expected, found = written(compiled, state), written(parts, state)
         for name, values in expected.items():
-            n = min(len(values), len(found[name]))  # length of the maps; the array has room after them
+            n = min(len(values), len(found[name]))  # the array is longer than the maps
             most = ROUND_OFF * max(np.abs(values).max(), CANCELS)
             np.testing.assert_allclose(found[name][:n], values[:n], rtol=0.0, atol=most, err_msg=name)
 
@@ -139,8 +139,8 @@ OPEN = [(seed, redundant) for seed in LOOPS for redundant in (False, True)]
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "redundant"), sampled(OPEN, lambda c: c[1] == LOOPS.index(c[0]) % 2))
-def test_with_loops_too_and_what_decides_open_reactions(seed: int, redundant: bool) -> None:
-    """By default each loop is tested in one of the two ways, in turn."""
+def test_loops_with_and_without_the_choice_of_open_reactions_agree(seed: int, redundant: bool) -> None:
+    """By default, each loop is tested either with or without the choice of open reactions, in turn."""
     agree(loop(seed), redundant=redundant)
 
 
@@ -178,7 +178,7 @@ def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple,
     assert [(e.kind, e.joint) for e in one.events] == [(e.kind, e.joint) for e in other.events]
     for name in [c.name for c in one.columns if c.key[0] in ("q", "qd", "reaction", "position", "kinetic", "potential")]:
         size = max(np.abs(one[name]).max(), 1e-3)
-        assert np.abs(one[name] - other[name]).max() <= 1e-5 * size, name  # 1,000 × rtol: the effect of different round-off
+        assert np.abs(one[name] - other[name]).max() <= 1e-5 * size, name  # different round-off has an effect of 1,000 × rtol
 
 
 def test_nothing_is_compiled_for_an_unseen_structure(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -102,7 +102,7 @@ def test_an_installed_scene_runs_without_compiler_and_symbols(folder: Path, tmp_
     assert not list((folder.parent / "cache").glob("part-*"))
 
 
-def test_what_is_not_there_and_cannot_be_compiled_is_told_with_the_remedy(folder: Path) -> None:
+def test_a_missing_library_that_cannot_be_compiled_is_reported_with_its_remedy(folder: Path) -> None:
     for words in (["double_pendulum", "--kernel", "parts"], [MODEL, "--kernel", "compiled"]):
         done = trunnion(folder, "simulate", *words)
         told = (done.stdout + done.stderr).strip()
@@ -140,7 +140,7 @@ def test_every_part_of_a_random_scene_comes_with_an_installation(listed: dict[st
     assert not [name for name in missing if not LEFT_OUT.match(name)]
 
 
-def test_what_is_kept_of_a_part_is_what_writing_it_anew_gives(folder: Path, listed: dict[str, Recipe]) -> None:
+def test_stored_facts_of_a_part_equal_those_of_a_new_build(folder: Path, listed: dict[str, Recipe]) -> None:
     parts = used(load_scene(MODEL))
     store.libraries(list(parts.values()))
     assert all(store._cached(key) for key in parts)
@@ -157,7 +157,7 @@ def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, m
     store.libraries([store.primitive(*asked)])
     met = store.primitive(*asked)
     assert met.library.startswith(str(tmp_path))
-    library_cache.prune(tmp_path, 0)  # too recent
+    library_cache.prune(tmp_path, 0)  # the part was used too recently to be pruned
     assert Path(met.library).exists()
     for entry in tmp_path.iterdir():
         os.utime(entry, (0, 0))

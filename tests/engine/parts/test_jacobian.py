@@ -63,13 +63,13 @@ def test_the_jacobian_made_of_parts_is_the_compiled_one(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", LOOPS)
-def test_with_loops_too_and_what_decides_open_reactions(seed: int) -> None:
+def test_derivatives_of_loops_with_and_without_the_choice_of_open_reactions_agree(seed: int) -> None:
     agree(loop(seed), redundant=bool(build(loop(seed)).system.frictional))
 
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "table", "driven", "open reactions"])
-def test_it_is_the_derivative_of_the_right_hand_side(which: str) -> None:
+def test_the_jacobian_of_parts_is_the_derivative_of_the_right_hand_side(which: str) -> None:
     check(block_at(case_of(which), kernel="parts"))
 
 

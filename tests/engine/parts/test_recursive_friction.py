@@ -98,7 +98,7 @@ def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
     assert [e.time for e in one.events] == pytest.approx([e.time for e in other.events], abs=100 * 1e-8 * 0.4)
 
 
-def test_contacts_told_of_an_event_are_those_up_to_it_from_either_kernel() -> None:
+def test_both_kernels_report_the_contacts_up_to_an_event() -> None:
     """Contacts follow from accelerations with friction; accelerations without friction would give false contact jumps."""
     turns = []
     for kind in ("parts", "compiled"):
@@ -123,15 +123,15 @@ def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
 
 
 def test_locating_an_event_among_many_joints_takes_few_evaluations() -> None:
-    """Secants on the largest violation of all pairs, which has kinks, took 65 evaluations for each event. This number includes
-    those of two steps and of the points at which the second is searched."""
+    """Earlier, secants on the largest violation of all pairs, which has kinks, took 65 evaluations for each event. The limit
+    includes the evaluations of two steps and of the points inside the second step."""
     counters = simulate(chain(24), until=0.02, every=0.02, outputs=("*.q[*]",)).stats.counters
     assert counters["events"] > 40
     assert counters["rhs_evaluations"] <= 55 * counters["events"]
 
 
-def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_told() -> None:
-    """For one run no code is compiled; for many runs of a small structure it is."""
+def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_reported() -> None:
+    """No code is compiled for one run. Code is compiled for many runs of a small structure."""
     few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
     for runs, kinds in ((1, ["parts", "parts"]), (RUNS - 1, ["parts", "parts"]), (RUNS, ["compiled", "parts"])):
         assert [kernel_of(build(s).system, runs)[0] for s in (few, many)] == kinds

@@ -1,4 +1,5 @@
-"""Bodies with inertia about one axis only: steady precession in closed form, and the tensor beside a body that has it."""
+"""Bodies with inertia about one axis only: steady precession in closed form, and refusals of rotations and numbers that are
+impossible."""
 
 from __future__ import annotations
 
@@ -58,7 +59,7 @@ def test_a_rotation_about_another_axis_without_inertia_is_refused_by_name() -> N
 
 
 @pytest.mark.parametrize(("inertia", "where"), [({"axial": -1}, "axial"), ({"axial": 1, "axis": [0, 0, 0]}, "axis")])
-def test_impossible_axial_inertias_are_told(inertia: dict[str, Any], where: str) -> None:
+def test_impossible_axial_inertias_are_reported(inertia: dict[str, Any], where: str) -> None:
     scene = top(1.0, 0.2, 0.05, 0.3, (1.0, 10.0))
     scene["bodies"]["rotor"]["inertia"] = inertia
     with pytest.raises(SceneError, match=rf"bodies\.rotor\.inertia\.{where}"):

@@ -121,7 +121,7 @@ def compared(case: Case) -> dict[str, float]:
     assert row["audit.complement"] <= 1e-12  # Newton's last step squares an error of 1e-7: only round-off is left
     for name, friction in result.friction.items():
         mine = results(model, row)[name, "friction"]
-        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # the rounding error of the sum
+        floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # round-off of the sum
         assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it takes energy out
         assert friction @ state.qd[name] >= floor, name
     return row
@@ -135,7 +135,7 @@ def test_recursion_is_the_dense_solve_on_trees(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
-def test_so_it_is_where_points_are_kept_on_lines_and_planes(seed: int) -> None:
+def test_joints_that_keep_points_on_lines_and_planes_equal_the_dense_reference(seed: int) -> None:
     compared(random_tree(f"points{seed}", t=TIME, types=(*LATER, "revolute")))
 
 

@@ -82,14 +82,14 @@ def test_results_do_not_depend_on(way: str, which: str) -> None:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].nv < 6])
-def test_results_do_not_depend_on_the_side_a_joint_is_told_from(kind: str) -> None:
+def test_results_do_not_depend_on_the_side_a_joint_is_described_from(kind: str) -> None:
     devices = 0.6 if of(kind).coaxial else 0.0  # devices of other types have no description from the other side
     case = random_tree(11, 2, types=(kind,), friction=1.0, devices=devices, drives=0.0, t=TIME)
     gap, where = difference(case, reversed_joint(case, "j2"))
     assert gap <= TOLERANCE, where
 
 
-def test_results_do_not_depend_on_the_side_a_free_body_is_told_from() -> None:
+def test_results_do_not_depend_on_the_side_a_free_body_is_described_from() -> None:
     case = random_tree(11, 2, types=("free",), devices=0.0, drives=0.0, t=TIME)
     gap, where = difference(case, reversed_joint(case, "j1"))
     assert gap <= TOLERANCE, where
@@ -103,7 +103,7 @@ def cut_at(case: Case, name: str) -> Case:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].cuttable and REGISTRY[k].nv < 6])
-def test_results_do_not_depend_on_the_side_a_cut_joint_is_told_from(kind: str) -> None:
+def test_results_do_not_depend_on_the_side_a_cut_joint_is_described_from(kind: str) -> None:
     devices = 0.6 if of(kind).coaxial else 0.0
     case = random_loop(kind, bodies=2, t=TIME, closing=(kind,), cut=True, friction=1.0, devices=devices)
     (name,) = span(case.scene).cut
@@ -137,12 +137,12 @@ def test_other_units_are_other_parameters_of_the_same_structure() -> None:
     case = first(what, lambda c: holds(c) and "FromInput" not in repr(c.scene), lambda s: random_loop(s, loops=loops, t=TIME))
     base, moved = build(case.scene), build(rescaled(case, 1000.0, 1e-3, 2.0).case.scene)
     assert base.system == moved.system
-    assert repr(base.system) == repr(moved.system)  # the text from which the kernel's key is made
+    assert repr(base.system) == repr(moved.system)  # the key of the kernel is made from this text
     assert not np.allclose(base.parameters.values, moved.parameters.values)
 
 
 @pytest.mark.parametrize("fast", ["prismatic", "revolute"])
-def test_what_tolerances_are_relative_to_is_in_the_units_of_the_scene(fast: str) -> None:
+def test_scales_of_tolerances_follow_the_units_of_the_scene(fast: str) -> None:
     """A start rate of a travel or an angle that is so large that it determines the scale of rates."""
     case = random_tree(1, 2, types=(fast,), friction=0.0, devices=0.0, drives=0.0)
     scene = replace(case.scene, joints={n: _started(j, case.q[n], 1e3 * case.qd[n]) for n, j in case.scene.joints.items()})

@@ -34,7 +34,7 @@ def operands() -> list[tuple]:
 
 
 @pytest.mark.parametrize("operation", OPERATIONS)
-def test_what_is_written_directly_is_what_the_library_writes(operation: Callable) -> None:
+def test_direct_operators_build_the_same_expressions_as_the_library(operation: Callable) -> None:
     pairs = operands()
     usual = [str(operation(x, y)) for x, y in pairs]
     with direct_operators():

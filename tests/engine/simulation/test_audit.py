@@ -63,7 +63,7 @@ def disturbed(model: Model, until: float, at: float, change: Callable[[Block], N
 @pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider", "simple_pendulum"])
-def test_right_runs_are_within(name: str, method: str, outputs: str) -> None:
+def test_the_audit_of_correct_runs_is_within_its_bounds(name: str, method: str, outputs: str) -> None:
     for rtol in (1e-4, 1e-8):
         r = simulate(name, rtol=rtol, method=method, outputs=outputs, every=0)
         assert r.outcome.ok
@@ -99,7 +99,7 @@ def test_events_inside_stiff_steps_lose_no_energy(seed: int, rtol: float) -> Non
 
 @pytest.mark.parametrize("name", ["simple_pendulum", "crank_slider_free", "spatial_slider_crank"])
 def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
-    """Measured: the loss is at most 15 × rtol of the energy converted, in twelve bundled models at 1e-3 … 1e-6."""
+    """The loss is at most 15 × rtol of the energy converted. This was measured in twelve bundled models at 1e-3 … 1e-6."""
     for rtol in (1e-4, 1e-6):
         r = simulate(name, until=1.0, rtol=rtol, method="moreau", outputs="*.q[*]", every=1.0)
         assert (r.outcome.ok, r.audit.verdict, r.audit.tolerance) == (True, "within", rtol)
@@ -107,7 +107,7 @@ def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
 
 
 def test_a_driven_joint_that_starts_from_rest_is_no_error() -> None:
-    """Its motion is prescribed, so that friction does not hold the joint and there is no imbalance to find."""
+    """The motion of the joint is prescribed. Friction therefore does not hold the joint, and there is no imbalance to find."""
     assert simulate("robot_arm", until=0.01).audit.notes == ()
 
 
@@ -143,9 +143,9 @@ def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dic
 
 
 @pytest.mark.parametrize(("method", "outputs"), [("auto", "*"), ("rosenbrock", " ".join(f"*.{what}[*]" for what, _ in BODY))])
-def test_energy_that_appears_at_once_is_told_with_its_time(method: str, outputs: str) -> None:
-    """At 3 s the test multiplies all rates by 1.2: 0.44 of the kinetic energy appears. Where no column needs works, Simpson's rule
-    audits the stiff method's steps."""
+def test_energy_that_appears_at_once_is_reported_with_its_time(method: str, outputs: str) -> None:
+    """At 3 s the test multiplies all rates by 1.2, so that 0.44 of the kinetic energy appears. If no column needs works, Simpson's
+    rule audits the stiff method's steps."""
     model = Model(load_scene("crank_slider_free"), outputs.split())
 
     def push(block: Block) -> None:
@@ -160,8 +160,8 @@ def test_energy_that_appears_at_once_is_told_with_its_time(method: str, outputs:
     assert 3.0 <= r.outcome.time <= 3.2
 
 
-def test_energy_that_steps_of_impulses_gain_is_told_at_their_tolerance() -> None:
-    """At 0.5 s the test multiplies all rates by 1.02: 4 % of the kinetic energy is 40,000 × rtol."""
+def test_energy_that_steps_of_impulses_gain_is_reported_at_their_tolerance() -> None:
+    """At 0.5 s the test multiplies all rates by 1.02. The added 4 % of the kinetic energy are 40,000 × rtol."""
     model = Model(load_scene("crank_slider_free"), ["*.q[*]"])
 
     def push(block: Block) -> None:
@@ -173,7 +173,7 @@ def test_energy_that_steps_of_impulses_gain_is_told_at_their_tolerance() -> None
     assert 0.5 <= r.outcome.time <= 0.6
 
 
-def test_friction_that_drives_is_told_with_its_joint() -> None:
+def test_friction_that_drives_is_reported_with_its_joint() -> None:
     """At 0.1 s the test makes the coefficient of friction negative."""
     model = Model(load_scene("spherical_pendulum"), ["*.q[*]"])
     place = int(np.flatnonzero(model.block.parameters == 0.6)[0])

@@ -40,7 +40,7 @@ def started(stop: int) -> tuple[int, int]:
     return status, work(model)
 
 
-def test_a_start_gives_up_as_soon_as_it_is_told() -> None:
+def test_a_start_ends_as_soon_as_it_is_cancelled() -> None:
     status, first = started(1)
     assert status == Status.CANCELLED
     status, third = started(3)
@@ -65,7 +65,7 @@ def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
+def test_a_block_that_moves_in_memory_during_a_request_is_found_again() -> None:
     """The Jacobian unit is attached in a larger block. When the work is done, the old block's memory has another owner."""
     told: list[tuple[int, bool]] = []
 
@@ -82,7 +82,7 @@ def test_a_block_that_moves_meanwhile_is_told_where_it_is_then() -> None:
     assert told == [(1, True), (2, False)]
 
 
-def test_loops_that_are_closed_for_long_ask_too() -> None:
+def test_a_long_search_for_a_closed_loop_asks_whether_it_is_cancelled() -> None:
     """A bar of a scissor is far too long: no position closes it, and the search tries many."""
     given = scissor(3)
     free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}

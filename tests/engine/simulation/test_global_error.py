@@ -141,7 +141,7 @@ def test_an_event_that_one_run_has_alone_is_found_where_it_is() -> None:
     assert math.isinf(pair_events(told, [], math.inf).alone)
 
 
-def test_a_fixed_step_has_its_error_too() -> None:
+def test_a_run_with_fixed_steps_states_its_error() -> None:
     r = simulate("simple_pendulum", until=2.0, every=0.05, step=0.05, method="rk5", outputs="bob.position*", certify=True)
     angle = 2 * np.arcsin(math.sqrt(0.5) * ellipj(ellipk(0.5) - math.sqrt(G) * r.time, 0.5)[0])
     true, stated = so_far(r["bob.position[1]"] + np.sin(angle)), certain(r)["bob.position[1]"]
@@ -149,7 +149,7 @@ def test_a_fixed_step_has_its_error_too() -> None:
     assert stated[-1] < HIGH * true[-1]
 
 
-def test_to_certify_changes_nothing_of_the_run_and_shows_only_what_was_asked_for() -> None:
+def test_certification_does_not_change_the_run_and_shows_only_requested_columns() -> None:
     given = {"until": 2.0, "every": 0.01, "outputs": ["ball.friction*", "energy.kinetic"]}
     plain, r = simulate("spherical_pendulum", **given), simulate("spherical_pendulum", certify=True, **given)  # type: ignore[arg-type]
     assert plain.certainty is None
@@ -247,7 +247,7 @@ def test_an_accuracy_that_cannot_be_met_is_named() -> None:
         ({"certify": True, "every": 0}, ["every"]),
     ],
 )
-def test_what_cannot_be_certified_is_refused_with_all_reasons(given: dict, told: list[str]) -> None:
+def test_settings_that_prevent_certification_are_refused_with_all_reasons(given: dict, told: list[str]) -> None:
     with pytest.raises(SceneError) as e:
         simulate("spherical_pendulum", **given)
     assert [p.where for p in e.value.problems] == told

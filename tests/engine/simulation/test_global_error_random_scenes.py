@@ -17,7 +17,7 @@ def test_the_stated_error_is_the_true_one_within_a_factor_that_is_small() -> Non
     ratios = np.concatenate([r for t in found for r in t.ratios])
     assert len(ratios) > 100_000
     assert np.mean((ratios >= 0.5) & (ratios <= 5.0)) >= 0.95
-    assert np.mean(ratios < 0.2) <= 0.002  # errors that do not follow the tolerance: theory, "Global error"
+    assert np.mean(ratios < 0.2) <= 0.002  # some errors do not follow the tolerance (theory, "Global error")
     assert np.percentile([c for t in found for c in t.costs], 95) <= 2.5
     assert np.mean([s for t in found for s in t.shares]) >= 0.9
     assert covered([t.events for t in found]) >= 0.97

@@ -10,8 +10,8 @@ from trunnion.runtime.integrators import REGISTRY, Impulses
 from trunnion.scene import scene_from_text
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.execution.runnable_model import Model
+from trunnion.simulation.global_error.additional_step_ends import offset_step_ends
 from trunnion.simulation.global_error.cost_control import CountedRun, PacedRun
-from trunnion.simulation.global_error.step_end_offsets import offset_step_ends
 from trunnion.simulation.global_error.tighter_run_settings import APART_AT_LEAST, DEARER, FINER, USUAL, companion, higher
 from trunnion.simulation.run import simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
@@ -48,7 +48,7 @@ def test_a_run_by_the_stiff_method_is_compared_with_a_far_tighter_one_where_the_
     stiff = sm.Joint("prismatic", "ground", "block", axis="x", damping=1e6, spring=sm.Spring(1e6), start=sm.Start(q=0.1))
     scene = sm.Scene({"block": sm.Body(mass=1.0, inertia=(0.1, 0.1, 0.1))}, {"slide": stiff}, gravity=(0.0, 0.0, 0.0))
     held = simulate(scene, until=2.0, every=0.1, rtol=1e-8, method="rosenbrock", certify=True)
-    assert certain(held).method in ("auto", "rosenbrock")  # auto changes to rosenbrock
+    assert certain(held).method in ("auto", "rosenbrock")  # method auto changes to rosenbrock in this scene
     assert certain(held).cost < 3.0
     fast, slow = np.roots([1.0, 1e6, 1e6])
     true = so_far(held["slide.q[1]"] - 0.1 * (fast * np.exp(slow * held.time) - slow * np.exp(fast * held.time)) / (fast - slow))
@@ -63,14 +63,14 @@ def test_the_tighter_run_ends_steps_elsewhere_between_kinks_that_are_few_steps_a
     mine, theirs = (m.built.numbers.break_times(1.0) for m in (model, other))
     assert set(mine) < set(theirs)
     added = set(theirs) - set(mine)
-    assert all(np.abs(first.times() - t).min() > 1e-9 for t in added)  # inside steps of the first run
+    assert all(np.abs(first.times() - t).min() > 1e-9 for t in added)  # the added ends are inside steps of the first run
     assert len(added) <= max(1, 0.3 * run.stats.steps)
 
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
-def test_a_run_whose_tolerance_follows_its_cost_takes_what_it_may_and_stays_tighter(method: str, rtol: float) -> None:
+def test_a_run_whose_tolerance_follows_its_cost_uses_its_budget_and_stays_tighter(method: str, rtol: float) -> None:
     model = Model(simulate("crank_slider_free", until=0.01).scene, ("*.q*",))
     first = CountedRun(model, 10.0, 0.1, Settings(rtol, method), None)
     run = first.result()

@@ -11,7 +11,7 @@ from trunnion.scene import load_scene
 from trunnion.simulation.run import Model, simulate
 
 
-def test_every_wrong_setting_is_said_at_once() -> None:
+def test_every_wrong_setting_is_reported_at_once() -> None:
     with pytest.raises(SceneError) as caught:
         simulate("simple_pendulum", until=-1.0, every=-0.1, rtol=1.0, method="euler", step=-1e-3)
     assert [p.where for p in caught.value.problems] == ["until", "every", "rtol", "step", "method"]
@@ -34,7 +34,7 @@ def test_settings_that_are_no_numbers_are_refused(name: str, value: float) -> No
         simulate("simple_pendulum", **({"until": 0.1, "max_steps": 20} | {name: value}))
 
 
-def test_a_state_that_cannot_be_evaluated_says_so() -> None:
+def test_a_state_that_cannot_be_evaluated_is_an_error() -> None:
     model = Model(load_scene("simple_pendulum"), ("pivot*",))
     with pytest.raises(SimulationError):
         evaluate(model, {"pivot": [np.nan]}, {})

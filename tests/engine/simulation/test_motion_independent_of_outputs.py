@@ -56,7 +56,7 @@ def runs(scene: Scene | str, *more: list[str], **how) -> list[Result]:
 @pytest.mark.parametrize("name", ["double_pendulum", "governor", "crank_slider", "bricard"])
 def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
     if method == "moreau" and name in ("governor", "bricard"):
-        pytest.skip("no set-valued friction there")
+        pytest.skip("the model has no set-valued friction")
     first, *others = runs(name, ["*"], until=min(3.0, float(load_scene(name).simulation.until)), method=method)
     for other in others:
         same(first, other)
@@ -64,7 +64,7 @@ def test_models_move_the_same_whatever_is_asked(name: str, method: str) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("scene", [chain(5), random_tree(20, laws=LAWS).scene], ids=["chain", "balls"])
-def test_friction_along_the_recursion_too(scene: Scene) -> None:
+def test_motion_with_friction_along_the_recursion_does_not_depend_on_outputs(scene: Scene) -> None:
     first, *others = runs(scene, ["*"], until=0.5, every=0.01, kernel="parts")
     for other in others:
         same(first, other)
@@ -75,7 +75,7 @@ def test_friction_along_the_recursion_too(scene: Scene) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
-def test_random_trees_too(seed: int) -> None:
+def test_motion_of_random_trees_does_not_depend_on_outputs(seed: int) -> None:
     for method in ("auto", "rosenbrock"):
         first, *others = runs(random_tree(seed, laws=LAWS).scene, until=0.5, every=0.01, method=method)
         for other in others:
@@ -84,14 +84,14 @@ def test_random_trees_too(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", LOOPS)
-def test_random_loops_too(seed: int) -> None:
+def test_motion_of_random_loops_does_not_depend_on_outputs(seed: int) -> None:
     for method in ("auto", "rosenbrock"):
         first, *others = runs(random_loop(seed, laws=LAWS).scene, until=0.5, every=0.01, method=method)
         for other in others:
             same(first, other)
 
 
-def test_contacts_that_turn_where_loads_jump_are_not_told_from_stale_accelerations() -> None:
+def test_contact_jumps_are_not_computed_from_old_accelerations() -> None:
     first, *others = runs(random_loop(TURNED, laws=("coulomb",), friction=0.9).scene, until=0.5, every=0.01)
     for other in others:
         same(first, other)
@@ -111,7 +111,7 @@ def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("every", [0.0, 0.25])
-def test_nor_does_it_depend_on_where_rows_are_asked_for(every: float) -> None:
+def test_the_motion_does_not_depend_on_the_spacing_of_rows(every: float) -> None:
     scene = random_tree(22, laws=LAWS).scene
     one, other = (simulate(scene, until=0.5, every=e or None, outputs=["j2.q[1]"]) for e in (0.01, every))
     assert told(other) == told(one)

@@ -35,7 +35,7 @@ def pushed(force: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize("bounds", [{}, {"evaluations": 1, "iterations": 1, "events": 0}], ids=["exact", "relaxed"])
 @pytest.mark.parametrize("force", [1e100, 1e200])
-def test_so_do_bounded_steps_and_a_row_that_is_none_is_not_kept(force: float, bounds: dict[str, int]) -> None:
+def test_bounded_steps_end_at_an_overflow_and_keep_only_finite_rows(force: float, bounds: dict[str, int]) -> None:
     """This holds for exact steps and for steps whose friction comes from sweeps. A run within the range of numbers continues."""
     asked = {"simulation.realtime": {"step": 1e-3, **bounds}}
     r = trunnion.simulate(pushed(force), until=0.1, every=0.001, overrides=asked, kernel="parts")
@@ -44,7 +44,7 @@ def test_so_do_bounded_steps_and_a_row_that_is_none_is_not_kept(force: float, bo
     assert np.isfinite(r.data).all()
 
 
-def test_what_was_computed_before_numbers_run_out_is_kept() -> None:
+def test_rows_before_an_overflow_are_kept() -> None:
     scene = pushed(1e200)
     r = trunnion.simulate(scene, until=0.1, every=0.001, outputs=["j.contact*", "j.q*"], max_steps=20_000)
     assert not r.outcome.ok
@@ -52,7 +52,7 @@ def test_what_was_computed_before_numbers_run_out_is_kept() -> None:
     assert np.isfinite(r.data).all()
 
 
-def test_a_case_of_a_sweep_is_told_so_too() -> None:
+def test_an_overflow_is_the_outcome_of_its_case_in_a_sweep() -> None:
     over = {"bodies.b.mass": [1.0, 1e300]}
     table = trunnion.sweep(swing(1.0), vary=over, until="10 ms", reductions="max:j.contact[1].normal_force").table
     assert table.column("outcome").to_pylist() == ["done", "not_finite"]

@@ -37,7 +37,7 @@ def turned_over(r: Result) -> float:
 
 
 @pytest.mark.parametrize(("t", "degrees"), [(2.0, 57.5007026), (7.0, 19.2749251)])
-def test_pendulum_angles(t: float, degrees: float) -> None:
+def test_the_pendulum_has_the_known_angles(t: float, degrees: float) -> None:
     row = round(t / 0.01)
     assert pendulum().time[row] == pytest.approx(t, abs=1e-12)
     assert angle(pendulum())[row] == pytest.approx(degrees, abs=1e-6)
@@ -50,7 +50,7 @@ def test_pendulum_is_the_one_freedom_it_is_in_its_plane(normal_force: str) -> No
     r = pendulum(normal_force)
     expected = np.degrees([truth(float(t)) for t in r.time])
     assert np.abs(angle(r) - expected).max() <= 3e-6  # errors of steps at rtol add up to fifty times rtol
-    assert np.abs(r["pendulum.position[2]"]).max() <= 1e-15  # never out of its plane
+    assert np.abs(r["pendulum.position[2]"]).max() <= 1e-15  # the pendulum never leaves its plane
 
 
 def test_pendulum_accounts_for_its_energy() -> None:
@@ -83,7 +83,7 @@ def test_adams_torque_is_larger_by_the_cosine_of_the_friction_angle() -> None:
     assert (torque["exact"] / force["exact"])[sliding] == pytest.approx(0.05 * 0.6 / np.sqrt(1.36), rel=1e-12)
     stops = [e.time for e in pendulum("adams").events if e.kind == "reversal"]
     assert stops[8] == pytest.approx(7.719892376511769, abs=1e-6)  # the paper reads 7.7 s
-    assert len(stops) == 9  # one less, because it comes to rest earlier
+    assert len(stops) == 9  # one stop less than with exact contacts, because the pendulum comes to rest earlier
     assert pendulum("adams")["energy.dissipated"][200] > pendulum("exact")["energy.dissipated"][200]
 
 
@@ -100,7 +100,7 @@ def test_slider_follows_the_closed_form() -> None:
 
 @pytest.mark.parametrize("normal_force", ["exact", "adams"])
 def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
-    """At random crank angles, slow and fast, in the linear zone of the law and beyond it."""
+    """The crank angles are random, and the crank is slow or fast: the law is in its linear zone or beyond it."""
     rng = np.random.default_rng(8)
     changes = PAPER | {"friction.normal_force": normal_force, "friction.v_eps": 0.01}
     model = Model(apply(load_scene("crank_slider"), changes), ("*",))
@@ -114,7 +114,8 @@ def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
         assert force == pytest.approx(list(s.force), abs=1e-9 * size)
         assert -row["slider_pin.friction.torque[1]"] == pytest.approx(s.torque, rel=1e-9, abs=1e-12 * size)
         pressed = [row[f"slider_pin.contact[{i}].normal_force"] for i in (1, 2)]
-        expected = s.normal_force if normal_force == "exact" else pressed[0]  # else contacts are those of the exact forms
+        # with Adams' normal force, the contacts are still those of the exact forms
+        expected = s.normal_force if normal_force == "exact" else pressed[0]
         assert pressed == pytest.approx([expected, expected], rel=1e-9)
     assert 3 <= slow <= 39
 
@@ -130,11 +131,11 @@ def test_pivot_slides_as_computed_by_two_other_formulations() -> None:
 def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
     r = simulate("double_pendulum", until=60.0, every=0.5, overrides=PAPER)
     assert r.outcome.ok
-    assert r["guide.q[1]"][9] == pytest.approx(13.75, abs=0.02)  # at 4.5 s; the motion is sensitive after the first second
+    assert r["guide.q[1]"][9] == pytest.approx(13.75, abs=0.02)  # row at 4.5 s; the motion is sensitive after the first second
     assert r["guide.q[1]"][-1] == pytest.approx(13.75, abs=0.03)
     late = r.time > 20.0
-    assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-4  # v_eps: only the creep of the regularised law remains
-    assert np.abs(r["energy.residual"]).max() <= 1e-4 * turned_over(r)  # rtol is 1e-6
+    assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-4  # only the creep of the regularised law, at most v_eps, remains
+    assert np.abs(r["energy.residual"]).max() <= 1e-4 * turned_over(r)  # the run has rtol 1e-6
 
 
 def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
@@ -147,7 +148,7 @@ def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
 
 
 @pytest.mark.parametrize("half_length", [0.16, 0.17])
-def test_so_does_any_guide_below_the_threshold(half_length: float) -> None:
+def test_a_guide_shorter_than_the_threshold_jams_too(half_length: float) -> None:
     r = simulate("double_pendulum", until=0.01, overrides=PAPER | {"joints.guide.friction.half_length": half_length})
     assert r.outcome.name == "no_solution"
 

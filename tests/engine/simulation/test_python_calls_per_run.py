@@ -41,9 +41,9 @@ def calls_while_stepping(monkeypatch: pytest.MonkeyPatch, until: float) -> tuple
 
 
 def test_events_cost_no_python_while_a_run_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    calls_while_stepping(monkeypatch, 0.1)  # work done once only
+    calls_while_stepping(monkeypatch, 0.1)  # this call does the work that is done only once
     few, short = calls_while_stepping(monkeypatch, 1.0)
     many, long = calls_while_stepping(monkeypatch, 5.0)
     assert 0 < len(short.events) < len(long.events)
-    assert short.stats.steps < long.stats.steps < FIRST_STEPS  # both in one call into C
+    assert short.stats.steps < long.stats.steps < FIRST_STEPS  # both runs take one call into C
     assert few == many

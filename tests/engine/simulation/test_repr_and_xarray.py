@@ -1,4 +1,4 @@
-"""The representation of a large object at a prompt is one line."""
+"""Large objects are represented by one line at a prompt, and by labelled data sets with units in xarray and pandas."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import trunnion
 MU = "joints.ball.friction.mu"
 
 
-def test_sweeps_and_sensitivities_are_told_in_a_line() -> None:
+def test_sweeps_and_sensitivities_are_represented_in_a_line() -> None:
     swept = trunnion.sweep("spherical_pendulum", vary={MU: "0.1:0.6:3"}, reductions=["max:ball.qd[1]"], until=0.05)
     assert repr(swept).startswith("<Sweep of spherical_pendulum: 3 cases")
     assert "3 done" in repr(swept)

@@ -93,7 +93,8 @@ def test_the_columns_asked_for_do_not_change_the_motion() -> None:
     one, most = (simulate("spherical_pendulum", until=1.0, every=0.3, outputs=o, overrides=PAPER) for o in columns)
     assert one["ball.qd[2]"] == pytest.approx(most["ball.qd[2]"], abs=1e-13)
     assert one.stats.steps == most.stats.steps
-    assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)  # rtol times the largest rate
+    # ten times rtol times the largest rate
+    assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)
 
 
 def test_a_pattern_that_matches_nothing_is_a_mistake() -> None:
@@ -110,14 +111,14 @@ def test_rows_lie_on_the_grid_and_the_last_at_the_end() -> None:
     assert pendulum().time == pytest.approx([0.0, 0.3, 0.6, 0.9, 1.0], abs=1e-15)
     assert len(pendulum()) == 5
     r = simulate("simple_pendulum", until=1.0, every=0.1)
-    assert r.time == pytest.approx(np.arange(11) / 10, abs=1e-15)  # no row twice where the grid meets the end
+    assert r.time == pytest.approx(np.arange(11) / 10, abs=1e-15)  # where the grid meets the end, there is one row
     every_step = simulate("simple_pendulum", until=1.0, every=0.0)
     assert len(every_step) == every_step.stats.steps + 1
     assert np.all(np.diff(every_step.time) > 0)
     assert every_step.time[-1] == 1.0
 
 
-def test_thousand_rows_where_nothing_is_said() -> None:
+def test_a_run_without_a_spacing_has_a_thousand_rows() -> None:
     scene = load_scene("simple_pendulum")
     r = simulate(replace(scene, simulation=replace(scene.simulation, every=None)), until=2.0)
     assert len(r) == 1001
@@ -168,7 +169,7 @@ def test_a_model_can_be_run_again_and_is_the_same_bits(name: str) -> None:
     assert one.events == two.events
 
 
-def test_a_model_that_is_run_again_counts_turns_from_anew() -> None:
+def test_a_second_run_of_a_model_counts_turns_from_its_own_start() -> None:
     model = Model(load_scene("n_four_bar"), ("right*.q*",))
     one, two = (running.run(model, 4.0, 0.05, bl.Settings()) for _ in range(2))
     assert np.ptp(one["right2.q[1]"]) > np.pi
@@ -186,7 +187,7 @@ def test_a_step_budget_ends_a_run_and_keeps_its_rows() -> None:
     assert np.array_equal(part.data, whole.data[: len(part)])
 
 
-def test_a_mechanism_at_the_end_of_its_reach_keeps_what_it_did() -> None:
+def test_a_run_to_the_end_of_reach_keeps_its_rows() -> None:
     r = simulate(out_of_reach(), until=1.0, every=0.001)
     assert not r.outcome.ok
     assert r.outcome.name == "open_loop"
@@ -197,7 +198,7 @@ def test_a_mechanism_at_the_end_of_its_reach_keeps_what_it_did() -> None:
     assert r["slider.position[1]"] == pytest.approx(x, abs=1e-9)
 
 
-def test_and_is_told_that_it_cannot_move_on() -> None:
+def test_the_end_of_reach_is_the_outcome_of_the_run() -> None:
     assert simulate(out_of_reach(), until=1.0).outcome.name in ("open_loop", "step_underflow")
 
 
@@ -217,7 +218,7 @@ def test_a_freedom_without_inertia_is_named() -> None:
     assert (r.outcome.name, r.outcome.time, r.outcome.joint) == ("no_inertia", 0.0, "spin")
 
 
-def test_an_interrupt_in_the_progress_callback_keeps_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_in_the_progress_callback_keeps_the_rows_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(float(t) for t in range(100000))
     monkeypatch.setattr("time.perf_counter", lambda: next(clock))
     told: list[tuple[float, float]] = []

@@ -63,7 +63,7 @@ def test_an_fmu_takes_a_scene_in_every_form_and_times_with_units(forms: list, tm
 
 
 @pytest.mark.parametrize("scene", [3, None, ["simple_pendulum"], b"simple_pendulum", {"bodies": 3}, Path("no.yaml")])
-def test_what_is_no_scene_is_a_problem(scene: object, tmp_path: Path) -> None:
+def test_an_argument_that_is_not_a_scene_is_a_problem(scene: object, tmp_path: Path) -> None:
     for ask in (
         lambda: trunnion.simulate(scene),
         lambda: trunnion.sweep(scene, vary={"gravity[2]": [1]}),
@@ -81,7 +81,7 @@ def test_a_scene_made_in_python_is_checked_before_it_runs() -> None:
         trunnion.simulate(scene)
 
 
-def test_times_that_are_none_are_told_together(tmp_path: Path) -> None:
+def test_times_that_are_none_are_reported_together(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as e:
         trunnion.simulate(NAME, until="10 m", every="soon", rtol=[1], step="1 kg")
     assert [p.where for p in e.value.problems] == ["until", "every", "rtol", "step"]

@@ -145,7 +145,7 @@ def test_a_stewart_platform_moves_until_it_rests_on_any_legs(legs: int) -> None:
     stands(legs, 2.0)
 
 
-def test_a_leg_that_is_let_go_sets_off_where_the_stiff_methods_dense_output_has_it_go_back() -> None:
+def test_a_released_leg_moves_off_though_dense_output_of_a_long_step_has_it_go_back() -> None:
     """From rest, the speed grows with the square of time. At first it is less than the error of a long step's dense output. A false
     stop then ended every step, and the run took 44,000 steps of 1e-9 s."""
     r = simulate(stewart(4), until=0.3, every=0.3, method="rosenbrock", rtol=1e-5, outputs=["energy.kinetic"])

@@ -123,7 +123,7 @@ that the error falls as the square root of the compliance: levels differ by 5.7,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_the_engine_agrees_with_the_judge(case: str) -> None:
+def test_the_engine_agrees_with_the_compliant_model(case: str) -> None:
     data, until = CASES[case]
     slow = case in SLOW_CONVERGENCE
     found = compared(scene_from_dict({"schema": 1} | data), until, levels=5 if slow else LEVELS)

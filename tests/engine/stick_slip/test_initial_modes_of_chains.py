@@ -77,7 +77,7 @@ def test_a_chain_of_balls_starts_as_dense_equations_ask(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("seed", "grip"), [*((k, 1.0) for k in range(4)), *((k, 1.3) for k in range(3))])
 def test_a_chain_of_all_joints_starts_as_dense_equations_ask(seed: int, grip: float) -> None:
-    """Also where static friction exceeds sliding friction."""
+    """Static friction may exceed sliding friction."""
     found = obeys(mixed(12, seed, grip))
     assert STICKS in found.values()
     assert set(found.values()) > {STICKS}

@@ -54,7 +54,7 @@ def platform(seed: int) -> sm.Scene:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [2, 3, 4])
-def test_what_rests_because_others_all_but_do_moves_with_them(seed: int) -> None:
+def test_all_settings_find_the_same_events_on_a_nearly_stuck_platform(seed: int) -> None:
     lists = []
     for method, rtol in WAYS:
         r = simulate(platform(seed), until=0.05, every=0, method=method, rtol=rtol, outputs=("energy.*",), max_steps=MOST_STEPS)

@@ -1,6 +1,6 @@
 """Planets in parallel load the sun's bearing by a share that statics does not determine. The sun sticks, begins to slip and
-continues to slip. At rest as in sliding, its bearing's loads are those of stiff contacts, so that no load jumps and every start of
-sliding has a mode."""
+continues to slip. The loads of its bearing are those of stiff contacts, at rest and in sliding. Therefore no load jumps, and every
+start of sliding has a mode."""
 
 from __future__ import annotations
 
@@ -56,7 +56,8 @@ def test_loads_do_not_jump_where_the_sun_begins_to_slip(planets: int) -> None:
                 for t in (event.time - NEAR, event.time + NEAR)
             )
             for name in (c.name for c in before.columns if c.name.startswith("rsun")):
-                assert after[name][-1] == pytest.approx(before[name][-1], rel=1e-4), (seed, name)  # a jump was 1 to 5 %
+                # earlier, loads jumped by 1 to 5 %
+                assert after[name][-1] == pytest.approx(before[name][-1], rel=1e-4), (seed, name)
                 found += 1
     assert found >= 4
 
@@ -108,7 +109,7 @@ def test_a_braked_train_starts_from_no_acceleration_at_one_instant_whatever_the_
     for method in ("rk5", "rosenbrock"):
         r = simulate(scene, until=until, every=until, method=method, outputs=outputs)
         assert r.outcome.ok
-        assert r.stats.events < 60  # including decisions that only share loads again
+        assert r.stats.events < 60  # this number includes decisions that only share loads again
         starts.append(next(e.time for e in r.events if (e.kind, e.joint) == ("slip", "rring")))
     assert starts[1] == pytest.approx(starts[0], abs=5e-6)
     ends = (starts[0] + 1e-5, starts[0] + 2e-3)

@@ -46,10 +46,11 @@ def stiff(*case: object) -> object:
         stiff("tree", 199, ("auto", 1e-6)),  # the case above, by the default method
         # a ball that closes a loop is slow for a moment, at its own dead centre, but does not stop
         ("loop", 19, ("auto", 1e-4)),
-        ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: a sleeve slips there
-        ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: balls reach their cones there
+        ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: in this row, a sleeve slips
+        ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: in this row, balls reach their cones
         ("loop", 3, ("rk8", 1e-8)),  # in the row of its stop, a ball that stops with others has no direction of sliding
-        ("loop", 116, ("rk5", 1e-5)),  # a ball that turns about its contact at the start; only random starts find its friction
+        # a ball turns about its contact at the start; only random starts of the search find its friction
+        ("loop", 116, ("rk5", 1e-5)),
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of both components of friction counts
         ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction of sliding before the stop, not that of round-off
         stiff("loop", 121, ("rosenbrock", 1e-6)),  # the case above, for a pair that was slow for a long time before
@@ -97,13 +98,13 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
     """The shaft that closes loop 26 comes to rest and reverses. Friction accelerates it a thousand times as much along its axis as
     about it, so that every method's steps shrink with the remaining time. It reverses at 0.2447825447 s (the stiff method at rtol
-    1e-10)."""
+    1e-10), with an error of up to 7 rtol × the time scale in every method."""
     case = rubbing("loop", 26)
     method, rtol = setting
     r = simulate(case.scene, until=1.5 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])
     (turns,) = [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "loop1")]
     assert r.outcome.ok
-    assert abs(turns - 0.2447825447) < 1e-5 * time_scale(case)
+    assert abs(turns - 0.2447825447) < 10.0 * rtol * time_scale(case)
     near = r.time[np.abs(r.time - turns) < 1e-5 * time_scale(case)]
     assert len(near) <= 20  # hundreds if steps shrink with the speed; at 1e-8 the reversal itself takes 15
     assert np.diff(near).min(initial=np.inf) > 1e-8 * time_scale(case)
@@ -124,7 +125,7 @@ def test_a_pair_that_is_slow_for_long_stops_when_it_does(setting: tuple[str, flo
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), ("rosenbrock", 1e-6)])
-def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tuple[str, float]) -> None:
+def test_loop_closure_gives_a_resting_joint_no_speed(setting: tuple[str, float]) -> None:
     """The light cross of loop 247 rests from 0.24 to 0.97 of the time, while all other bodies move fast. Loop closure after a step
     moved light bodies, and stopping the cross opened the loop again. The cross moved at up to 0.03 rad/s for half of that time."""
     case = rubbing("loop", 247)
@@ -136,7 +137,8 @@ def test_what_rests_on_a_loop_has_no_speed_when_the_loop_is_closed(setting: tupl
     assert r.outcome.ok
     assert 0.23 * span < stopped < 0.25 * span
     assert not any(e.kind == "slip" for e in r.events if e.joint == "j3" and e.time > stopped)
-    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8  # rad/s: round-off of motion at 130
+    # rad/s; other bodies move at 130 rad/s, and this is their round-off
+    assert max(np.abs(r[f"j3.qd[{k}]"][rests]).max() for k in (1, 2)) < 1e-8
     assert np.abs(r["energy.residual"]).max() < 10.0 * rtol * (np.ptp(r["energy.kinetic"]) + r["energy.dissipated"][-1])
 
 
@@ -151,9 +153,9 @@ def test_a_point_of_a_step_without_an_answer_is_no_event() -> None:
 
 @pytest.mark.parametrize(("seed", "method", "rtol"), [stiff(147, "auto", 1e-4), (23, "rk5", 1e-5)])
 def test_a_failure_that_is_passed_in_vain_ends_the_run(seed: int, method: str, rtol: float) -> None:
-    """Friction of loop 147 has no solution from 0.76 of its time on. The engine releases a slow pair that stops there, and it fails
-    again at once. In loop 23 a pair can neither hold nor reverse where its sliding ends; another friction solution left it sliding,
-    and the sliding ended at once."""
+    """Friction of loop 147 has no solution from 0.76 of its time on. The engine releases a slow pair that stops there, and at once
+    there is no solution again. In loop 23 a pair can neither hold nor reverse where its sliding ends; another friction solution
+    left it sliding, and the sliding ended at once."""
     case, told = rubbing("loop", seed), Counter()
 
     def progress(time: float, until: float) -> None:

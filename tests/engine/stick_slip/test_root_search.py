@@ -1,4 +1,4 @@
-"""A run ends because friction has no solution only after a search from all starting points. An independent search confirms that
+"""A run ends for lack of a solution of friction only after a search from all starting points. An independent search confirms that
 there is none."""
 
 from __future__ import annotations

@@ -49,9 +49,10 @@ def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(se
     runs = [simulate(scene, method=m, rtol=rtol) for m, rtol in (("auto", 1e-6), ("rk5", 1e-6), ("auto", 1e-9))]
     times = [release(r) for r in runs]
     assert times == pytest.approx([times[0]] * len(times), abs=1e-9)
-    # One freedom moves all pairs: it starts where sliding friction of all of them balances the torque, from no acceleration.
+    # One freedom moves all pairs: it starts where the sliding friction of all pairs balances the torque, with zero acceleration.
     after = simulate(scene, until=times[0] + 1e-5, every=times[0] + 1e-5, rtol=1e-9, outputs=["turn.qdd[1]"])
-    assert abs(after["turn.qdd[1]"][-1]) < 1e-3 * 4.0 * times[0] / 5e-4  # against that of the torque without friction
+    # this is small relative to the acceleration by the torque without friction
+    assert abs(after["turn.qdd[1]"][-1]) < 1e-3 * 4.0 * times[0] / 5e-4
 
 
 def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
@@ -72,7 +73,7 @@ def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
         "nut": {"mass": 0.3, "inertia": [1e-4] * 3, "position": nut},
         "spindle": {"mass": 1, "inertia": [1e-4] * 3, "position": nut},
     }  # fmt: skip
-    # A thin bearing: lateral loads on it have little effect.
+    # The bearing is thin, so that lateral loads on it have little effect.
     bearing = {"mu": 0.2, "radius": 1e-5, "half_length": 0.05, "thrust_radius": back * arm / 0.2}
     places = (("turn", "revolute", "ground", "crank", [0, 0, 0], "z"), ("a", "revolute", "crank", "rod", [*pin.tolist(), 0], "z"),
               ("b", "revolute", "rod", "nut", nut, "z"), ("guide", "prismatic", "ground", "nut", nut, "x"),
@@ -90,17 +91,17 @@ def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
 def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_driven_back(seed: int, back: float) -> None:
     r = simulate(scene_from_dict(crank_and_screw(seed, back)))
     assert r.outcome.name == ("done" if back < 1 else "jammed")
-    if back > 1:  # the spindle would come to rest at the end of the stroke; the remaining deceleration follows the last row
+    if back > 1:  # the spindle comes to rest at the end of the stroke, within less than one more row
         rates = r["guide.qd[1]"]
         assert abs(rates[-1]) < 1.1 * abs(rates[-1] - rates[-2])
 
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [71, 66, 69])
-def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_goes_on_after_the_impact(seed: int) -> None:
-    """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle by its
-    thrust bearing more than it drives it by the thread, and its own torque acts against this acceleration. Then no modes obey the
-    laws."""
+def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_continues_after_the_impact(seed: int) -> None:
+    """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle more by
+    the thrust bearing than it drives the spindle by the thread. The spindle's own torque acts against this acceleration. Then no
+    modes obey the laws."""
     data = crossed_dict("screw_levers", seed)
     r = simulate(scene_from_dict(data), outputs=["turn.*"])
     thread, bearing = data["joints"]["thread"], data["joints"]["turn"]["friction"]
@@ -108,7 +109,8 @@ def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_goes_on_after_th
     lead = math.atan(thread["pitch"] / (2 * math.pi * rub["radius"])) - math.atan(rub["mu"] / math.cos(rub["flank_angle"]))
     assert rub["radius"] * math.tan(lead) < bearing["mu"] * bearing["thrust_radius"]
     assert r["turn.effort[1]"][-1] * r["turn.qdd[1]"][-1] < 0.0
-    assert abs(r["turn.qd[1]"][-1]) < 1.1 * abs(r["turn.qdd[1]"][-1]) * (r.time[-1] - r.time[-2])  # at rest within one row
+    # the spindle comes to rest within one row
+    assert abs(r["turn.qd[1]"][-1]) < 1.1 * abs(r["turn.qdd[1]"][-1]) * (r.time[-1] - r.time[-2])
     assert (r.outcome.name, r.outcome.joint) in {("jammed", "n"), ("jammed", "p")}
     data["simulation"]["jams"] = "impact"
     ends = [simulate(scene_from_dict(data), method=m, outputs=["turn.q[1]"]) for m in ("rk5", "rosenbrock")]

@@ -20,7 +20,7 @@ from trunnion.system.construction.start_values_and_scales import length_scale, r
 
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 LIMIT = 1e-7
-"""m/s. With so small a v_eps the regularised law differs from Coulomb's by 1e-7 of the motion at 1 m/s."""
+"""Value of v_eps, m/s, with which the regularised law differs from Coulomb's by 1e-7 of the motion at 1 m/s."""
 
 
 def energy_error(r: Result) -> float:
@@ -125,7 +125,7 @@ def slips_in_every_period(duty: float, seed: int, method: str, rtol: float, peri
     """Once in each period the load exceeds the friction that holds the block."""
     r = simulate(ratchet(duty, seed), until=float(periods), every=float(periods), method=method, rtol=rtol)
     slips = [e.time for e in r.events if e.kind == "slip"]
-    assert len(slips) in (periods - 1, periods), (method, rtol)  # the period that the run begins or ends in may hold none
+    assert len(slips) in (periods - 1, periods), (method, rtol)  # the first and the last period of the run may contain no slip
     assert np.diff(slips) == pytest.approx(np.ones(len(slips) - 1), abs=1e-9 + 100 * rtol * duty)
 
 
@@ -161,7 +161,7 @@ def test_a_block_that_rests_for_an_instant_only_slips_in_every_one_of_1000_perio
 
 
 @pytest.mark.slow
-def test_a_pair_held_at_a_dead_centre_is_not_what_ends_a_run() -> None:
+def test_a_pair_held_at_a_dead_centre_does_not_end_a_run() -> None:
     """A driven crank, a rod on a ball joint and a universal joint, and a slider on a cylindrical guide. At both dead centres the
     universal joint's second axis is held and does not move. Every method finds the reversals of each half turn."""
     steel = {"density": 7801.0}
@@ -206,7 +206,7 @@ def obeys(kind: str, seed: int) -> None:
         r = simulate(scene, until=span, every=span / 20, method=method, rtol=rtol, max_steps=40000, outputs=["energy.*"])
         ends.append(r.outcome.name)
         if r.outcome.ok and len(r.time):
-            assert energy_error(r) <= 1e-3, (method, rtol)  # the bound for correct runs; the errors of most runs are about rtol
+            assert energy_error(r) <= 1e-3, (method, rtol)  # the bound of correct runs; the errors of most runs are about rtol
     assert len(set(ends)) == 1, ends
 
 
@@ -237,4 +237,4 @@ def test_a_pair_of_several_components_that_reverses_along_a_line_stays_on_it_at_
     assert r.outcome.ok
     late = r.time > 30.0
     assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-9 * np.abs(r["guide.qd[2]"][late]).max()
-    assert np.abs(np.diff(r["guide.reaction.torque[3]"][late])).max() <= 1.0  # N m; earlier 390 in the rows after a reversal
+    assert np.abs(np.diff(r["guide.reaction.torque[3]"][late])).max() <= 1.0  # N m; earlier, 390 in the rows after a reversal

@@ -74,7 +74,7 @@ def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, brok
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["spherical_pendulum", "double_pendulum", "crank_slider"])
-def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: str) -> None:
+def test_laws_and_limits_at_rest_are_the_same_without_their_derivatives(name: str) -> None:
     block = begun(load_scene(name), kernel="compiled")
     unit, sizes = block.kernel.libraries["kernel"], block.kernel.sizes
     rng = stream(name, "alone")
@@ -100,7 +100,7 @@ def test_laws_and_what_rest_holds_are_the_same_without_their_derivatives(name: s
 def test_a_block_that_is_called_held_while_it_moves_is_not() -> None:
     block = begun(block_on_table(speed=1.0))
     modes(block)["flag"][0] = PairState.STUCK
-    solution(block)[-1] = 0.0  # no force along the table, so that it does not accelerate
+    solution(block)[-1] = 0.0  # without a force along the table, the block does not accelerate
     assert block.broken() == {Breaks.REST}
 
 
@@ -110,7 +110,7 @@ def test_a_held_block_that_carries_more_than_it_can_breaks_its_cone() -> None:
     assert block.broken() == set()
     where = [i for i, p in enumerate(block.parameters) if p == 0.5]
     for i in where:
-        block.parameters[i] = 0.4  # below tan(0.4)
+        block.parameters[i] = 0.4  # this coefficient is below tan(0.4)
     block.prepare()
     assert block.broken() == {Breaks.CONE}
 
@@ -149,7 +149,7 @@ def test_a_stop_that_presses_with_nothing_in_it_is_seen() -> None:
     slide = sm.Joint("prismatic", "ground", "block", axis="x", end_stops=sm.EndStops(upper=0.1, stiffness=1e4))
     block = begun(sm.Scene({"block": sm.Body(mass=2.0, inertia=(0.1, 0.1, 0.1))}, {"slide": slide}))
     assert block.broken() == set()
-    block.x[len(block.x) - 1] = 1.0  # no pair: the last number is the stop's flag
+    block.x[len(block.x) - 1] = 1.0  # the scene has no pair, so that the last number is the stop's flag
     assert block.broken() == {Breaks.STOP}
 
 
@@ -171,8 +171,8 @@ def test_loops_that_do_not_stay_closed_are_seen(seed: int) -> None:
 @pytest.mark.parametrize(
     ("kind", "seed"), [("tree", 0), ("tree", 1), ("tree", 2), ("tree", 3), ("loop", 0), ("loop", 1), ("loop", 6)]
 )
-def test_what_a_random_mechanism_comes_to_is_an_answer_and_no_neighbour_of_it_is(kind: str, seed: int) -> None:
-    """In any size of the mechanism. A friction that is wrong by a hundredth violates a law: its own, or that of rest."""
+def test_the_check_accepts_a_random_mechanisms_solution_and_refuses_its_neighbours(kind: str, seed: int) -> None:
+    """The mechanism may have any size. A friction that is wrong by a hundredth violates its own law, or that of rest."""
     scene = rubbing(kind, seed).scene
     block = block_after(scene, 1.0 / rate_scale(scene, np.zeros(1), length_scale(scene)), 1e-6)
     block.evaluate()
@@ -190,7 +190,7 @@ def test_what_a_random_mechanism_comes_to_is_an_answer_and_no_neighbour_of_it_is
 
 
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
-def test_a_run_that_is_told_a_sliding_block_were_held_goes_on_sliding(method: str) -> None:
+def test_a_run_with_a_wrong_stick_mode_continues_to_slide(method: str) -> None:
     ends = []
     for wrong in (False, True):
         block = begun(block_on_table(speed=1.0, push=2.0), method=method)

@@ -1,4 +1,4 @@
-"""Bodies on feet that touch a plane at points: friction in two directions, and more feet than statics can tell apart."""
+"""Bodies on feet that touch a plane at points: friction in two directions, and feet whose loads statics does not determine."""
 
 from __future__ import annotations
 
@@ -66,7 +66,8 @@ def test_a_block_that_is_pushed_obliquely_slides_on_a_curved_path_sticks_and_sli
     r = simulate(made, until=until, rtol=1e-11, kernel="parts", method=("auto", "rk5", "rosenbrock")[seed % 3])
     assert r.outcome.ok, r.outcome
     assert [e.kind for e in r.events] == [k for k, _ in events]
-    assert [e.time for e in r.events][:1] == pytest.approx([t for _, t in events][:1], abs=1e-9)  # its direction turns as it stops
+    # the direction of the reference turns as it stops
+    assert [e.time for e in r.events][:1] == pytest.approx([t for _, t in events][:1], abs=1e-9)
     assert [e.time for e in r.events][1:] == pytest.approx([t for _, t in events][1:], abs=1e-9)
     assert [r[f"fly.q[{k}]"][-1] for k in (1, 2)] == pytest.approx(y[:2], abs=1e-8)
     assert r.audit.verdict == "within"
@@ -178,7 +179,7 @@ def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
-def test_a_body_on_more_feet_than_statics_can_tell_apart_slides_and_spins_with_the_loads_of_equal_stiff_feet(seed: int) -> None:
+def test_a_body_on_statically_indeterminate_feet_slides_and_spins_with_the_loads_of_equally_stiff_feet(seed: int) -> None:
     """Feet lose their load and get it again without an event: their gap stays 0. Open contacts with gap 0 close at the start. With
     seeds 70 and 76, friction of all feet has no solution; the body slides on three."""
     for again in range(99):

@@ -1,12 +1,13 @@
-"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts."""
+"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts, sweeps over them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+import trunnion
 from tests.default_case_selection import crossed
-from tests.engine.unilateral.unilateral_scenes import G, body, corner, in_plane, rim, scene
+from tests.engine.unilateral.unilateral_scenes import G, body, box, corner, in_plane, rim, scene
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import simulate
 
@@ -71,8 +72,8 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
     mass, inertia, length, angle = rng.uniform(0.5, 3), rng.uniform(0.01, 0.3), rng.uniform(0.2, 1), rng.uniform(-1.2, 1.2)
     mu, e, law = rng.uniform(0, 0.4), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
     point = (0.0, -length)
-    lever = np.array([-length * np.sin(angle), -length * np.cos(angle)])  # x, z of the point from the mass centre
-    v = np.array([-rng.uniform(0.5, 3), rng.uniform(-3, 3), rng.uniform(-1, 1)])  # z, x, angle about y
+    lever = np.array([-length * np.sin(angle), -length * np.cos(angle)])  # x and z of the point, from the mass centre
+    v = np.array([-rng.uniform(0.5, 3), rng.uniform(-3, 3), rng.uniform(-1, 1)])  # rates of z, x and the angle about y
     J = np.array([[1.0, 0.0, -lever[0]], [0.0, 1.0, lever[1]]])
     if (J @ v)[0] >= -0.1:
         v[0] -= (J @ v)[0] + 0.5
@@ -88,7 +89,7 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
         p = p + impulses(W, u + W @ p, mu, 0.0, e * p[0])
     after = v + Mi @ J.T @ p
     got = np.array([r[f"fly.qd[{k + 1}]"][-1] for k in range(3)])
-    assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # 1e-9 s of gravity follow the impact
+    assert got == pytest.approx(after, abs=1e-7 * np.abs(after).max())  # gravity acts for 1e-9 s after the impact
     assert r.audit.verdict == "within"
 
 
@@ -140,3 +141,14 @@ def test_a_block_on_a_rail_bounces_between_two_hard_walls() -> None:
     assert len(hits) >= 4
     assert [x.joint for x in r.events[:3]] == ["far", "near", "far"]
     assert r["rail.qd[1]"][-1] == pytest.approx((-e) ** len(hits) * v, abs=CLOSE)
+
+
+def test_a_sweep_over_restitution_counts_the_impacts_of_single_runs() -> None:
+    made = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.9, 0.0, 0.0), (0.0, 1.0, 0.0), restitution=0.5, starts="open")
+    path, values = "joints.left.unilateral.restitution", (0.3, 0.6)
+    reductions = ["final:fly.q[1]", "count:contact_closed"]
+    table = trunnion.sweep(made, {path: list(values)}, until=0.7, reductions=reductions).table
+    for k, value in enumerate(values):
+        r = trunnion.simulate(made, until=0.7, overrides={path: value})
+        assert table["final:fly.q[1]"][k].as_py() == pytest.approx(r["fly.q[1]"][-1], abs=1e-9)
+        assert table["count:contact_closed"][k].as_py() == sum(e.kind == "contact_closed" for e in r.events)

@@ -29,8 +29,8 @@ def first_root(functions: list[Function], start: float, end: float, points: int 
 
 
 def flights(p: np.ndarray, v: np.ndarray, half: float, play: float, restitution: float, mouth: bool) -> Iterator[tuple[float, str]]:
-    """Impacts of a point that flies straight inside a slot |x| ≤ half with round ends, then the time at which it leaves by the
-    mouth at +half. Each impact reverses ``restitution`` times the normal rate."""
+    """Impacts of a point that flies straight inside a slot |x| ≤ half with round ends. The last entry is the time at which the
+    point leaves by the mouth at +half. Each impact reverses ``restitution`` times the normal rate."""
     t = 0.0
     while True:
         hits = []

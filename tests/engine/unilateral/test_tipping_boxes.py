@@ -22,7 +22,7 @@ def standing(mu: float, effort: object = RAMP):
 
 @pytest.mark.parametrize(("kernel", "method"), crossed(("parts", "compiled"), ("rk5", "rosenbrock", "auto")))
 def test_a_pushed_box_tips_where_friction_holds_it_and_slides_where_it_does_not(kernel: str, method: str) -> None:
-    """It tips about its corner where F h = m g b, and slides where F = μ m g, whichever is first."""
+    """The box tips about its corner where F h = m g b, and slides where F = μ m g, whichever is first."""
     r = simulate(standing(0.8), until=1.1, rtol=1e-10, kernel=kernel, method=method)
     tips = MASS * G * HALF / HEIGHT / 10.0
     assert [(e.kind, e.joint) for e in r.events] == [("contact_opened", "left")]
@@ -45,8 +45,8 @@ def test_a_pushed_box_tips_where_friction_holds_it_and_slides_where_it_does_not(
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_rocking_box_keeps_the_share_of_speed_that_angular_momentum_leaves(kernel: str) -> None:
-    """A box that stands on its right corner falls back. At the impact of the left corner the right one opens, and the box turns
-    about the left corner with (I + m (h² − b²))/(I + m (h² + b²)) of its speed (Housner)."""
+    """A box that stands on its right corner falls back. At the impact of the left corner, the right corner opens. The box then
+    turns about the left corner with (I + m (h² − b²))/(I + m (h² + b²)) of its speed (Housner)."""
     reach, low, tilt = np.hypot(HALF, HEIGHT), np.arctan2(HALF, HEIGHT), 0.1
     at = (reach * np.cos(low - tilt), HALF - reach * np.sin(low - tilt), tilt)
     made = box(0.9, HALF, HEIGHT, MASS, INERTIA, at, (0.0, 0.0, 0.0), starts="open")
@@ -72,3 +72,13 @@ def test_a_box_that_falls_flat_lands_on_both_corners_at_once_and_comes_to_rest(r
     assert r["fly.q[1]"][-1] == pytest.approx(HEIGHT, abs=1e-12)
     assert np.abs([r[f"fly.qd[{k}]"][-1] for k in (1, 2, 3)]).max() < 1e-12
     assert r.audit.verdict == "within"
+
+
+@pytest.mark.parametrize("kernel", ["parts", "compiled"])
+def test_a_falling_box_has_a_gap_until_it_lands_and_a_force_afterwards(kernel: str) -> None:
+    made = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.9, 0.0, 0.0), (0.0, 0.0, 0.0), starts="open")
+    r = simulate(made, until=0.6, every=0.01, kernel=kernel)
+    fall = np.sqrt(0.8 / G)
+    assert r["left.gap"] == pytest.approx(np.where(r.time < fall, 0.4 - G * r.time**2 / 2, 0.0), abs=1e-12)
+    force = np.abs(r["left.reaction.force[2]"])
+    assert force == pytest.approx(np.where(r.time < fall, 0.0, 0.5 * G), rel=1e-9, abs=1e-12)

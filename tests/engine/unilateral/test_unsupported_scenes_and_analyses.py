@@ -1,14 +1,13 @@
-"""What contacts that begin and end do not support is refused by name. What they do support runs in sweeps and has columns."""
+"""Scenes and analyses that contacts which begin and end do not support are refused by name."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 import trunnion
-from tests.engine.unilateral.unilateral_scenes import G, body, box, corner, in_plane, scene
+from tests.engine.unilateral.unilateral_scenes import body, box, corner, in_plane, scene
 from trunnion.fmu.variables.model_exchange_states import refusals
 from trunnion.simulation.run import Model
 
@@ -50,7 +49,7 @@ def test_one_impact_law_holds_for_a_scene() -> None:
         lambda s: trunnion.inverse(s, [0.0, 1.0], {"fly.q[1]": [0.5, 0.5]}),
     ],
 )
-def test_analyses_without_impacts_say_so(analysis: Any) -> None:
+def test_analyses_without_impacts_are_refused(analysis: Any) -> None:
     with pytest.raises(trunnion.SceneError, match="begin and end are not supported"):
         analysis(box(0.3, 0.2, 0.5, 1.0, 0.1, *RESTS))
 
@@ -68,24 +67,3 @@ def test_a_start_inside_the_other_part_names_the_contact_its_depth_and_the_remed
     for of_rest in (trunnion.hold, trunnion.equilibrium):
         with pytest.raises(trunnion.SimulationError, match="leave out starts: open"):
             of_rest(scene)
-
-
-@pytest.mark.parametrize("kernel", ["parts", "compiled"])
-def test_the_gap_is_a_column_and_a_force_has_no_gap(kernel: str) -> None:
-    made = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.9, 0.0, 0.0), (0.0, 0.0, 0.0), starts="open")
-    r = trunnion.simulate(made, until=0.6, every=0.01, kernel=kernel)
-    fall = np.sqrt(0.8 / G)
-    assert r["left.gap"] == pytest.approx(np.where(r.time < fall, 0.4 - G * r.time**2 / 2, 0.0), abs=1e-12)
-    force = np.abs(r["left.reaction.force[2]"])
-    assert force == pytest.approx(np.where(r.time < fall, 0.0, 0.5 * G), rel=1e-9, abs=1e-12)
-
-
-def test_a_sweep_over_restitution_counts_the_impacts_of_single_runs() -> None:
-    made = box(0.3, 0.2, 0.5, 1.0, 0.1, (0.9, 0.0, 0.0), (0.0, 1.0, 0.0), restitution=0.5, starts="open")
-    path, values = "joints.left.unilateral.restitution", (0.3, 0.6)
-    reductions = ["final:fly.q[1]", "count:contact_closed"]
-    table = trunnion.sweep(made, {path: list(values)}, until=0.7, reductions=reductions).table
-    for k, value in enumerate(values):
-        r = trunnion.simulate(made, until=0.7, overrides={path: value})
-        assert table["final:fly.q[1]"][k].as_py() == pytest.approx(r["fly.q[1]"][-1], abs=1e-9)
-        assert table["count:contact_closed"][k].as_py() == sum(e.kind == "contact_closed" for e in r.events)

@@ -27,7 +27,7 @@ def test_energy_that_is_lost_is_warned_of_once_with_its_time(flavour: str) -> No
 
 
 @BOTH
-def test_a_right_run_is_not_warned_of(flavour: str) -> None:
+def test_a_correct_run_gives_no_warning(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour))
     host.run(0.0, 100, 0.02)
     assert told(host) == []

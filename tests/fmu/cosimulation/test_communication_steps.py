@@ -153,7 +153,7 @@ def test_a_fixed_parameter_set_too_late_and_values_out_of_range_are_refused_with
 
 
 @BOTH
-def test_a_run_goes_on_when_a_refused_value_is_followed_by_a_good_one(flavour: str) -> None:
+def test_a_run_continues_when_a_refused_value_is_followed_by_a_good_one(flavour: str) -> None:
     host, same = (Host(exported("spherical_pendulum", flavour)) for _ in range(2))
     mu = "joints.ball.friction.mu"
     for h in (host, same):
@@ -168,7 +168,7 @@ def test_a_run_goes_on_when_a_refused_value_is_followed_by_a_good_one(flavour: s
 
 
 @BOTH
-def test_steps_of_no_length_are_refused_and_the_run_goes_on(flavour: str) -> None:
+def test_steps_of_no_length_are_refused_and_the_run_continues(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour))
     host.run(0.0, 1, 0.01)
     for h in (0.0, -0.01):
@@ -196,7 +196,7 @@ def jamming() -> trunnion.Scene:
 
 @pytest.mark.default_cases(1)
 @BOTH
-def test_a_run_that_cannot_go_on_is_discarded_with_its_time_and_reason(flavour: str) -> None:
+def test_a_run_that_cannot_continue_is_discarded_with_its_time_and_reason(flavour: str) -> None:
     file = FOLDER / f"jamming-{flavour}.fmu"
     if not file.exists():
         export(jamming(), file, flavour=flavour, outputs=["guide.*"])

@@ -37,7 +37,7 @@ def run(file: Path, errors: int, rtol: float) -> np.ndarray:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
-def test_errors_told_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> None:
+def test_errors_that_an_fmu_states_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> None:
     file = certified(fmi)
     plain, told, exact = run(file, 0, rtol), run(file, 1, rtol), run(file, 0, 1e-13)
     names = [n for n in plain.dtype.names[1:] if n.partition(".")[2] and plain[n].dtype.kind == "f" and ".events." not in n]
@@ -54,7 +54,7 @@ def test_errors_told_are_those_from_a_far_tighter_run(fmi: int, rtol: float) -> 
     assert np.mean(np.array(ratios) < 5.0) > 0.95
 
 
-def test_where_decisions_fall_otherwise_no_error_is_told(tmp_path: Path) -> None:
+def test_where_decisions_fall_otherwise_no_error_is_reported(tmp_path: Path) -> None:
     """A block at the limit of rest: one run releases it, the other does not, or errors have grown."""
     file = tmp_path / "chaos.fmu"
     export(models_dir() / "stability" / "11_bifurcation.yaml", file, certify=True, outputs=["*.qd[*]"])
@@ -64,7 +64,7 @@ def test_where_decisions_fall_otherwise_no_error_is_told(tmp_path: Path) -> None
     lost = np.isnan(values).any(axis=0)
     assert lost[-1]
     assert not lost[:5].any()
-    assert np.all(np.diff(lost.astype(int)) >= 0)  # after a loss, no error is promised again
+    assert np.all(np.diff(lost.astype(int)) >= 0)  # once an error is no longer promised, none is promised later
 
 
 def test_without_the_parameter_the_numbers_are_those_of_an_fmu_that_has_none(tmp_path: Path) -> None:
@@ -111,11 +111,11 @@ def test_errors_follow_inputs_that_the_host_changes() -> None:
 
 
 @pytest.mark.parametrize("how", [{"flavour": "python"}, {"kind": "me"}])
-def test_what_tells_no_errors_is_refused_by_name(tmp_path: Path, how: dict) -> None:
+def test_kinds_of_fmu_that_cannot_report_errors_are_refused(tmp_path: Path, how: dict) -> None:
     with pytest.raises(SceneError, match="only native FMUs for co-simulation can report errors"):
         export("spherical_pendulum", tmp_path / "x.fmu", certify=True, **how)
 
 
-def test_bounded_steps_tell_none(tmp_path: Path) -> None:
+def test_bounded_steps_report_no_errors(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="errors need a second run"):
         export("spherical_pendulum", tmp_path / "x.fmu", certify=True, overrides={"simulation.realtime": {"step": 1e-3}})

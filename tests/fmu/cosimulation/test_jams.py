@@ -36,8 +36,8 @@ def jamming(half_length: float, flavour: str) -> Path:
 @pytest.mark.parametrize("half_length", [0.22, 0.15], ids=["jams on its way", "jams at its start"])
 def test_a_scene_that_goes_through_its_jams_does_so_in_its_fmu(half_length: float, flavour: str) -> None:
     """The engine passes the same jams. Its rounding differs from an FMU's, and errors of rtol 1e-6 grow at each of up to six
-    impacts. The travel of 6 m is compared to a hundred times that, 1e-4 m. (After 4.94 s the guide jams as it reverses. The number
-    of these jams depends on the tolerance: three times or not at all at 1e-9.)"""
+    impacts. Travels of 6 m are therefore compared to 1e-4 m. (After 4.94 s the guide jams as it reverses. The number of these jams
+    depends on the tolerance: at 1e-9, three or none.)"""
     until, steps, names = 4.9, 49, ["events.count", "guide.q[1]"]
     asked = {"every": until / steps, "overrides": through(half_length), "outputs": names}
     expected = trunnion.simulate("double_pendulum", until=1.1 * until, **asked)  # an FMU does not know where its host stops
@@ -58,7 +58,7 @@ ENDS: dict[str, tuple[str, dict[str, object], str]] = {
 @pytest.mark.default_cases(1)
 @BOTH
 @pytest.mark.parametrize("how", ENDS)
-def test_a_run_that_cannot_go_on_is_told_in_the_words_of_the_engine(how: str, flavour: str) -> None:
+def test_a_run_that_cannot_continue_is_reported_in_the_words_of_the_engine(how: str, flavour: str) -> None:
     model, changes, begin = ENDS[how]
     ended = trunnion.simulate(model, overrides=changes).outcome
     assert not ended.ok

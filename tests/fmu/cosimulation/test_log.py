@@ -17,7 +17,7 @@ STEPS, H = 40, 0.1
 
 
 @BOTH
-def test_every_event_is_told_with_its_joint_at_its_own_time(flavour: str) -> None:
+def test_every_event_is_reported_with_its_joint_at_its_own_time(flavour: str) -> None:
     """The events are those of the engine, to a hundredth of a microsecond."""
     events = trunnion.simulate("spherical_pendulum", until=1.1 * STEPS * H, every=H).events
     host = Host(exported("spherical_pendulum", flavour), logging=True)
@@ -31,7 +31,7 @@ def test_every_event_is_told_with_its_joint_at_its_own_time(flavour: str) -> Non
 
 
 @BOTH
-def test_the_run_tells_how_it_proceeds(flavour: str) -> None:
+def test_the_run_reports_how_it_proceeds(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour), stop=STEPS * H, logging=True)
     host.run(0.0, STEPS, H)
     host.fmu.terminate()
@@ -42,7 +42,7 @@ def test_the_run_tells_how_it_proceeds(flavour: str) -> None:
 
 
 @BOTH
-def test_categories_are_heeded(flavour: str) -> None:
+def test_the_log_has_the_categories_that_the_host_asked_for(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour))
     host.run(0.0, 5, H)
     assert host.log == []

@@ -30,7 +30,7 @@ def test_both_flavours_are_the_engine(model: str) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", [m for m in model_names() if m not in OPEN])
-def test_it_refuses_what_the_scene_refuses(model: str) -> None:
+def test_the_fmu_refuses_values_that_the_scene_refuses(model: str) -> None:
     claim_refuses_what_the_scene_refuses(model)
 
 

@@ -23,7 +23,7 @@ def test_both_flavours_are_the_engine(model: str) -> None:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("model", ["simple_pendulum", "cart_pole", "governor", "spherical_pendulum", "double_pendulum"])
-def test_it_refuses_what_the_scene_refuses(model: str) -> None:
+def test_the_fmu_refuses_values_that_the_scene_refuses(model: str) -> None:
     claim_refuses_what_the_scene_refuses(model)
 
 
@@ -49,7 +49,7 @@ def test_numbers_that_no_bundled_model_has_are_bounded_as_in_a_scene() -> None:
     assert {("joints.hip.effort.harmonic.frequency", -1.0), ("joints.turn.friction.thrust_radius", 0.0)} <= refused
 
 
-def test_numbers_that_do_not_go_together_are_refused_when_they_take_effect_and_the_run_goes_on() -> None:
+def test_numbers_that_do_not_go_together_are_refused_when_they_take_effect_and_the_run_continues() -> None:
     """Hosts set parameters one after the other, so that intermediate values may be in the wrong order."""
     host, same = (Host(exported("spherical_pendulum:stribeck")) for _ in range(2))
     mu, static = "joints.ball.friction.mu", "joints.ball.friction.mu_static"
@@ -80,5 +80,5 @@ def test_a_quaternion_of_zeros_is_refused_until_it_is_a_rotation() -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("law", ["lugre", "stribeck", "regularized"])
-def test_with_other_laws_too(law: str) -> None:
+def test_an_fmu_with_another_friction_law_is_the_engine(law: str) -> None:
     claim_equal_to_engine(f"spherical_pendulum:{law}")

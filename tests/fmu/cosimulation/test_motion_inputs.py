@@ -58,7 +58,7 @@ def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(ban
     assert (errors[1:] / errors[:-1] < 0.55).all()
 
 
-def test_without_derivatives_or_with_the_rate_alone_it_is_about_as_good_as_with_both() -> None:
+def test_a_coupled_run_without_derivatives_or_with_the_rate_alone_is_about_as_accurate_as_with_both() -> None:
     plain, rate, both = (abs(coupled(0.005, derivatives=n) - whole()) for n in range(3))
     assert max(plain, rate) < 2.0 * both
 
@@ -75,7 +75,7 @@ def test_the_log_names_the_bandwidth_that_the_samples_carry() -> None:
 
 
 @BOTH
-def test_rate_and_acceleration_as_inputs_are_what_derivatives_of_the_input_are(flavour: str) -> None:
+def test_rate_and_acceleration_as_inputs_act_as_derivatives_of_the_input(flavour: str) -> None:
     """Rate and acceleration are set before or after the value. The motion follows a parabola exactly."""
     told, before, after = (Host(exported("arm", flavour), angle=0.2) for _ in range(3))
     at = told.reference["angle"]
@@ -119,7 +119,7 @@ def test_derivatives_with_rate_and_acceleration_are_those_of_differences() -> No
         assert exact == pytest.approx((found[0] - found[1]) / (2 * size), rel=1e-7)
 
 
-def test_only_motions_have_them() -> None:
+def test_only_inputs_of_motions_have_rate_and_acceleration() -> None:
     names = Host(exported("arm")).reference
     assert {RATE, ACCELERATION} <= set(names)
     assert not [n for n in names if n.startswith("inputs.motor.")]

@@ -32,7 +32,7 @@ def of_parts(model: str, flavour: str = "native") -> Path:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", MODELS)
-def test_it_is_the_engines_run_on_parts_to_the_last_bit(model: str) -> None:
+def test_an_fmu_of_parts_equals_the_engines_run_to_the_last_bit(model: str) -> None:
     expected = engine_run(model, UNTIL, kernel="parts")
     names = [n for n in expected if n != "time"]
     for flavour in ("native", "python"):
@@ -49,19 +49,19 @@ def test_parts_compiled_without_optimisation_move_alike_up_to_round_off() -> Non
 
 
 @pytest.mark.slow
-def test_a_kept_state_goes_on_in_a_library_that_lies_elsewhere() -> None:
+def test_a_stored_state_continues_in_a_library_at_another_address() -> None:
     here, there = Host(of_parts("arm")), Host(of_parts("arm"))
     assert here.unzipped != there.unzipped
     columns = here.all_outputs()
     here.run(0.0, 20, 0.01)
     kept = here.fmu.serializeFMUState(here.fmu.getFMUState())
     expected = here.run(0.2, 20, 0.01, *columns)
-    here.fmu.freeInstance()  # also unloads the library with the tables
+    here.fmu.freeInstance()  # this also unloads the library with the tables
     there.fmu.setFMUState(there.fmu.deSerializeFMUstate(kept))
     assert there.run(0.2, 20, 0.01, *columns) == expected
 
 
-def test_of_fmi_3_it_stops_at_the_same_events_and_goes_on_as_in_fmi_2(tmp_path: Path) -> None:
+def test_an_fmu_of_fmi_3_stops_at_the_same_events_as_one_of_fmi_2(tmp_path: Path) -> None:
     file = tmp_path / "three.fmu"
     export("spherical_pendulum", file, kernel="parts", fmi=3)
     three, two = Host3(file), Host(of_parts("spherical_pendulum"))
@@ -84,7 +84,7 @@ def test_directional_derivatives_are_those_of_compiled_code() -> None:
         names = ["knee.qdd[1]", "hip.drive.effort[1]", "two.acceleration[1]"]
         known = [host.reference[n] for n in ("motor", "angle")]
         both.append([host.fmu.getDirectionalDerivative([host.reference[n] for n in names], [k], [1.0]) for k in known])
-    np.testing.assert_allclose(*both, rtol=1e-6)  # both at the end of runs of rtol 1e-6
+    np.testing.assert_allclose(*both, rtol=1e-6)  # both runs end with errors of rtol 1e-6
     assert np.abs(both[0]).max() > 0.1
 
 
@@ -102,12 +102,12 @@ def test_for_another_structure_of_the_same_kinds_only_tables_are_compiled(monkey
     assert {Path(name).stem for name in compiled} <= {"kernel", "outputs", "jacobian", "model", "-lc"}
 
 
-def test_the_default_is_what_steps_fastest_for_long_runs(tmp_path: Path) -> None:
+def test_the_default_kernel_is_the_fastest_for_long_runs(tmp_path: Path) -> None:
     export("spherical_pendulum", tmp_path / "usual.fmu")
     assert (tmp_path / "usual.fmu").read_bytes() == exported("spherical_pendulum").read_bytes()
 
 
-def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_kernel_that_is_none_and_a_compiler_that_is_missing_are_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'quick' is not a kernel \(one of auto, compiled, parts\)"):
         export("spherical_pendulum", tmp_path / "a.fmu", kernel="quick")
     with pytest.raises(SceneError, match="'lanes' is not a kernel"):  # an FMU runs one case, so it has no SIMD lanes

@@ -58,7 +58,7 @@ def test_the_fmu_and_the_c_library_step_as_the_engine_does(made: tuple[Path, Exp
     assert plain.overruns == 0
 
 
-def test_bounds_are_parameters_and_what_is_over_them_is_seen(made: tuple[Path, Export]) -> None:
+def test_bounds_of_steps_are_parameters_and_steps_beyond_them_are_reported(made: tuple[Path, Export]) -> None:
     """With a bound of one iteration, the fallback makes all steps. Each such step is counted, and named in an output and in the
     log. Without this bound there are no such steps."""
     host = Host(made[0], stop=1.0, logging=True)

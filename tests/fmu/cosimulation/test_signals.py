@@ -1,5 +1,5 @@
-"""An FMU has the corners and jumps of its signals, for hosts that make the steps too; an input that begins late keeps its start
-value until then."""
+"""An FMU has the corners and jumps of its signals, also for hosts that make the steps themselves. An input that begins late keeps
+its start value until then."""
 
 from __future__ import annotations
 

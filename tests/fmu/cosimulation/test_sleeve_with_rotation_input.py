@@ -38,6 +38,6 @@ def test_a_sleeve_that_follows_an_input_starts_and_rests_with_it(share: float) -
         rows.append([(k + 1) * STEP, *host.get("shaft.q[1]", "shaft.qd[1]", "events.count")])
     time, q, v, count = np.array(rows).T
     assert q == pytest.approx(alone(rate, 0.2, share, 0.3, time)[0], abs=20 * 1e-6 * LONG)
-    assert count[BEGIN - 1] == 1.0  # it has stopped
-    assert count[-1] in (2.0, 3.0)  # it slips; the decay may be reported as a stop
+    assert count[BEGIN - 1] == 1.0  # the sleeve has stopped
+    assert count[-1] in (2.0, 3.0)  # the sleeve slips; the decay of its motion may be reported as a stop
     assert abs(v[-1]) < 1e-20

@@ -69,7 +69,7 @@ def refusal(host: Host, state: bytes) -> str:
     return host.log[-1][1]
 
 
-def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_goes_on() -> None:
+def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_continues() -> None:
     host, state = midway(exported("arm"))
     chance = random.Random(8)
     for bit in [8 * (SEAL + places(host, state) + 3) + 5, *(chance.randrange(8 * len(state)) for _ in range(10_000))]:
@@ -97,8 +97,8 @@ def test_states_of_other_lengths_and_of_another_version_are_refused(tmp_path: Pa
     assert refusal(host, state) == ""
 
 
-def test_of_what_a_state_says_places_are_found_anew_and_numbers_are_looked_at() -> None:
-    """This holds even if the state's checksum is correct."""
+def test_places_of_a_state_are_computed_again_and_its_numbers_are_checked() -> None:
+    """A forged state has a correct checksum. The FMU ignores its places of arrays, and refuses numbers out of range."""
     host, state = midway(exported("arm"))
     expected = host.run(0.1, 20, 0.01, *KNEE)
     assert forged(state, MODE, state[SEAL + MODE : SEAL + MODE + 4]) == state

@@ -30,7 +30,7 @@ def test_the_user_decides_whether_the_hosts_counts(flavour: str) -> None:
 
 
 @BOTH
-def test_the_log_says_which_counts(flavour: str) -> None:
+def test_the_log_names_the_tolerance_that_counts(flavour: str) -> None:
     host = Host(exported("spherical_pendulum", flavour), tolerance=LOOSE, logging=True)
     said = [text for status, text in host.log if "the run uses the tolerance" in text and status == 0]
     assert len(said) == 1

@@ -11,7 +11,7 @@ from trunnion.fmu.model_description import documentation_and_picture
 from trunnion.simulation.results.result import Result
 
 
-def test_a_mechanism_is_drawn_once_and_another_start_anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_mechanism_is_drawn_once_and_again_for_another_start(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     drawn: list[Result] = []
     monkeypatch.setattr(documentation_and_picture, "draw", lambda result: drawn.append(result) or f"picture {len(drawn)}".encode())

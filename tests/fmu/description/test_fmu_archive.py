@@ -78,7 +78,7 @@ def test_python_files_have_names_of_their_own(tmp_path: Path) -> None:
     assert not names[0] & names[1]
 
 
-def test_the_command_tells_all_problems_at_once(tmp_path: Path) -> None:
+def test_the_command_reports_all_problems_at_once(tmp_path: Path) -> None:
     words = ["crank_slide", "-o", str(tmp_path / "a.zip"), "--flavour", "rust", "--platform", "amiga"]
     with pytest.raises(SceneError) as refused:
         COMMAND.main(["fmu", *words, "--set", "mu", "--step", "-1"], standalone_mode=False)
@@ -86,7 +86,7 @@ def test_the_command_tells_all_problems_at_once(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command_writes_and_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_the_fmu_and_reports_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "small.fmu"
     words = ["simple_pendulum", "-o", str(file), "--outputs", "bob.*", "--set", "simulation.rtol=1e-8", "--json"]
     assert main(["fmu", *words]) == 0
@@ -138,7 +138,7 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
     assert b"fmi2DoStep" in made
 
 
-def test_what_is_compiled_side_by_side_is_all_that_a_library_is_linked_of(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_parallel_compilation_covers_all_units_but_the_model_tables(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """``prepare`` compiles the units of a model side by side. ``library`` then compiles only the tables of the model."""
     compiled: list[str] = []
     run = c_compiler.run
@@ -177,5 +177,5 @@ def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(
         monkeypatch.setenv("TRUNNION_QUICK_BUILD", switch)
         made[switch] = library(chosen(["host"])[0], tmp_path.name, sources)
     assert made["1"] == made["0"]
-    assert len(calls) == 2  # its code, and the link
+    assert len(calls) == 2  # one call compiles the code of the model, the other links
     assert not any(flag in call for call in calls for flag in c_compiler.QUICK)

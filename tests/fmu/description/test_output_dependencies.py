@@ -1,4 +1,4 @@
-"""Declared dependencies of outputs: they include all actual dependencies, as differences show, and few others."""
+"""Declared dependencies of outputs include all actual dependencies, which the test finds by differences, and few others."""
 
 from __future__ import annotations
 
@@ -83,11 +83,12 @@ def test_events_audit_and_structural_zeros_depend_on_no_input() -> None:
     assert not [o for o in now if o.startswith(("events.", "audit.")) and now[o]]
     assert now["crank.acceleration[3]"] == now["crank.angular_velocity[1]"] == set()
     said = {o for o, inputs in declared(made("motor"), at_start=False).items() if inputs}
-    efforts = {"shaft.effort[1]", "shaft.effort.power[1]", "shaft.reaction.torque[1]"}  # the last is about the axis of the effort
+    # the reaction torque is about the axis of the effort
+    efforts = {"shaft.effort[1]", "shaft.effort.power[1]", "shaft.reaction.torque[1]"}
     assert said == {"shaft.qdd[1]", *efforts}
 
 
-def test_there_is_no_algebraic_loop_where_none_is() -> None:
+def test_declared_dependencies_of_motor_and_crank_form_no_algebraic_loop() -> None:
     """A motor whose angle the crank follows; the torque of the crank's drive acts on the motor. There is no algebraic loop, neither
     at the start nor at communication points."""
     links = {"angle": "shaft.q[1]", "load": motor_and_crank.LOAD}

@@ -23,7 +23,7 @@ TEXT = ARM.replace("mu: 0.12,", 'mu: 0.12, ratio: 2, spread: "{ratio*pin - 1 mm 
 CHANGES = {"parameters.mu": 0.31, "parameters.pin": 0.009, "parameters.ratio": 1.7, "parameters.lift": 0.7}
 
 
-def test_those_that_act_on_shapes_are_left_out_and_what_follows_them_is_offered_by_itself() -> None:
+def test_parameters_of_shapes_are_left_out_and_numbers_that_follow_parameters_are_none() -> None:
     scene = scene_from_text(TEXT)
     found = arranged(scene, variables(Model(scene), 0.0, 1e-6))
     names = {v.name: v for v in found.listed}
@@ -40,7 +40,7 @@ def test_those_that_act_on_shapes_are_left_out_and_what_follows_them_is_offered_
     assert "--set parameters.a=" in note
 
 
-def test_a_scene_without_parameters_has_the_variables_it_had() -> None:
+def test_a_scene_without_parameters_gets_no_further_variables() -> None:
     listed = variables(Model(load_scene("crank_slider")), 0.0, 1e-6)
     found = arranged(load_scene("crank_slider"), listed)
     assert (found.listed, found.followers, left_out(found)) == (listed, [], ())
@@ -53,7 +53,7 @@ def test_c_knows_every_operation_by_name() -> None:
     assert len(BINARY) == 8
 
 
-def test_an_fmu_whose_parameters_are_set_is_the_fmu_of_the_scene_set_so() -> None:
+def test_an_fmu_with_changed_parameters_equals_the_fmu_of_the_changed_scene() -> None:
     scene = scene_from_text(TEXT)
     files = FOLDER / "own.fmu", FOLDER / "set.fmu"
     export(scene, files[0], kernel="parts")

@@ -16,7 +16,7 @@ from lxml import etree
 import trunnion
 from tests.fmu.exported_fmus import arm
 from tests.fmu.sources.c_library_build import DESIGNS
-from trunnion.fmu.scene_export import Made, started
+from trunnion.fmu.scene_export import ExportedScene, started
 from trunnion.fmu.variables.model_exchange_states import KINDS
 from trunnion.scene import model_names
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 TERMINALS = Path(str(fmpy.__file__)).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
 
 
-def forms(made: Made, with_sources: bool) -> Iterator[tuple[str, dict[str, bytes]]]:
+def forms(made: ExportedScene, with_sources: bool) -> Iterator[tuple[str, dict[str, bytes]]]:
     """(description of the form, its files without compiled ones) of a model in one standard and for one kind of use."""
     for flavour in ("native", "python") if made.standard == "2.0" and made.kind == "cs" else ("native",):
         for sources in (False, True) if with_sources and flavour == "native" else (False,):
@@ -59,7 +59,7 @@ def test_no_form_of_any_model_has_a_problem(name: str) -> None:
     found = {}
     for standard in ("2.0", "3.0"):
         for kind in ("cs",) if name == "arm" else KINDS:  # a motion of the arm follows an input, which excludes model exchange
-            made = Made(model, first, 0.0, True, standard, kind)
+            made = ExportedScene(model, first, 0.0, True, standard, kind)
             found |= {what: problems(files) for what, files in forms(made, True)}
     assert len(found) == (5 if name == "arm" else 13)
     assert {what: wrong for what, wrong in found.items() if wrong} == {}

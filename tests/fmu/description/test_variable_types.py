@@ -78,7 +78,7 @@ def test_real_variables_have_the_quantity_of_their_unit() -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", ["double_pendulum", "spherical_pendulum", "crank_slider"])
-def test_what_is_said_to_be_a_derivative_is_one(model: str) -> None:
+def test_declared_derivatives_equal_differences(model: str) -> None:
     """The test uses differences of half a microsecond on both sides, which are as precise as round-off over this time."""
     host, h = Host(exported(model)), 1e-6
     pairs = [(v.name, v.derivative.name) for v in host.md.modelVariables if v.derivative is not None]

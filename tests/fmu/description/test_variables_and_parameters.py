@@ -36,7 +36,7 @@ def test_states_of_contacts_are_discrete() -> None:
     assert {v.variability for v in states} == {"discrete"}
 
 
-def test_one_number_for_several_is_one_parameter() -> None:
+def test_a_number_that_stands_for_two_axes_is_one_parameter() -> None:
     """Radius and half length of a universal joint apply to both its axes, as with --set."""
     paths = ["joints.cross.friction.radius", "joints.cross.friction.half_length"]
     names = {v.name for v in read_model_description(exported("double_pendulum")).modelVariables}
@@ -49,7 +49,7 @@ def test_one_number_for_several_is_one_parameter() -> None:
     assert host.run(0.0, 20, 0.01, "cross.q[1]", "cross.q[2]") == Host(file).run(0.0, 20, 0.01, "cross.q[1]", "cross.q[2]")
 
 
-def test_two_numbers_for_several_stay_two() -> None:
+def test_two_numbers_for_two_axes_are_two_parameters() -> None:
     listed = variables(Model(apply_radii()), 0.0, 1e-6)
     names = {v.name: v.start for v in listed}
     assert (names["joints.cross.friction.radius[1]"], names["joints.cross.friction.radius[2]"]) == (0.01, 0.02)
@@ -89,7 +89,8 @@ def test_vectors_are_whole_where_that_is_asked_for() -> None:
     turned = trunnion.simulate("spherical_pendulum", overrides={"gravity": [2.0, -3.0, -9.81]}, until=1.0, every=0.1)
     found = np.array(host.run(0.0, 5, 0.1, "pendulum.position[1]", "pendulum.position[2]"))
     for k in (1, 2):
-        assert found[:, k - 1] == pytest.approx(turned[f"pendulum.position[{k}]"][1:6], abs=1e-5)  # ten times the tolerance
+        # ten times the tolerance of the run
+        assert found[:, k - 1] == pytest.approx(turned[f"pendulum.position[{k}]"][1:6], abs=1e-5)
 
 
 def test_numbers_of_a_brake_whose_torque_is_a_signal_are_parameters() -> None:

@@ -34,7 +34,7 @@ def logged(model: str, until: float, h: float, skip: int = 0) -> list[tuple[floa
 
 
 def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> None:
-    """In fmpy's own event mode, which makes two rows at each event."""
+    """The run is in fmpy's own event mode, which makes two rows at each event."""
     expected = [e.time for e in trunnion.simulate("spherical_pendulum").events]
     assert len(expected) == 11
     got = simulate_fmu(str(exported("spherical_pendulum", fmi=3)), stop_time=10, output_interval=0.01, use_event_mode=True,
@@ -45,7 +45,7 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", LAWS)
-def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
+def test_each_event_is_reported_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
     """The test includes reversals inside a proportional zone, which the FMU records only when the motion leaves the zone."""
     until, h = 5.0, 0.1
     due = logged(model, until, h, skip=10)
@@ -53,7 +53,7 @@ def test_each_event_is_told_once_at_its_instant_by_the_clock_of_its_joint_and_ki
     told = sorted((time, name) for time, clocks, *_ in events for name in clocks)
     assert len(told) >= 5
     assert [name for _, name in told] == [name for _, name in due]
-    assert [t for t, _ in told] == pytest.approx([t for t, _ in due], abs=1e-11)  # the digits of the log
+    assert [t for t, _ in told] == pytest.approx([t for t, _ in due], abs=1e-11)  # the log prints times with these digits
 
 
 def at_points(got: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -82,7 +82,7 @@ def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: s
         assert compared == len(two)
 
 
-def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_after_it() -> None:
+def test_outputs_are_those_up_to_an_event_until_the_event_is_handled_and_then_those_just_after() -> None:
     """The acceleration jumps at a reversal. It is compared with accelerations of the FMI 2.0 FMU slightly before and after."""
     (time, clocks, before, after), *_ = Host3(exported("spherical_pendulum", fmi=3)).run(1.0, 0.1, *BALL)[0]
     assert clocks == ["ball.events.reversal"]
@@ -92,12 +92,13 @@ def test_before_it_is_handled_outputs_are_as_up_to_the_event_and_then_as_just_af
     earlier = host.get(*names)
     host.fmu.doStep(time - apart, 2 * apart)
     later = host.get(*names)
-    assert before[3:] == pytest.approx(earlier[3:], rel=1e-4, abs=1e-4)  # its change in a millionth of a second
+    # within a microsecond, accelerations change by less than this
+    assert before[3:] == pytest.approx(earlier[3:], rel=1e-4, abs=1e-4)
     assert after[3:] == pytest.approx(later[3:], rel=1e-4, abs=1e-4)
     assert abs(before[4] - after[4]) > 0.1
 
 
-def test_a_clock_that_was_asked_for_ticks_no_more_and_what_goes_with_it_stays() -> None:
+def test_a_clock_ticks_once_when_it_is_read_and_its_variables_stay() -> None:
     host = Host3(exported("spherical_pendulum", fmi=3))
     due, _, early, reached = host.step(2.0)
     assert (due, early) == (True, True)
@@ -113,7 +114,7 @@ def test_a_clock_that_was_asked_for_ticks_no_more_and_what_goes_with_it_stays() 
     assert host.get("ball.events.reversal.count", "ball.events.stick.count") == [2, 0]
 
 
-def test_where_the_host_lets_no_step_return_early_it_is_told_at_the_communication_point() -> None:
+def test_where_the_host_lets_no_step_return_early_it_is_reported_at_the_communication_point() -> None:
     at = trunnion.simulate("spherical_pendulum", until=2.5).events
     host = Host3(exported("spherical_pendulum", fmi=3), early=False)
     due, ended, early, reached = host.step(2.5)
@@ -123,7 +124,7 @@ def test_where_the_host_lets_no_step_return_early_it_is_told_at_the_communicatio
     assert host.get(f"{name}.count", f"{name}.time") == pytest.approx([len(at), at[-1].time], abs=SAME_TIME)
 
 
-def test_a_host_without_event_mode_is_told_of_none() -> None:
+def test_a_host_without_event_mode_gets_no_events() -> None:
     host = Host3(exported("spherical_pendulum", fmi=3), events=False)
     assert host.step(2.5) == (False, False, False, 2.5)
     assert host.get("events.count") == [2]
@@ -139,7 +140,7 @@ def test_an_impact_is_an_event_before_which_the_joint_moves_and_after_which_it_r
     assert all(abs(before) > 1e3 * abs(after) for before, after in hit)
 
 
-def test_a_state_kept_at_an_event_goes_on_from_there() -> None:
+def test_a_state_kept_at_an_event_continues_from_there() -> None:
     host = Host3(exported("spherical_pendulum", fmi=3))
     host.step(2.0)
     kept, time = host.fmu.getFMUState(), host.time
@@ -152,7 +153,7 @@ def test_a_state_kept_at_an_event_goes_on_from_there() -> None:
 
 @pytest.mark.parametrize("early", [True, False])
 def test_inputs_that_are_set_at_every_point_act_as_in_fmi_2(early: bool) -> None:
-    """This holds whether steps end at events or not."""
+    """Steps may or may not end at events."""
 
     def motor(t: float) -> float:
         return 40.0 * np.sin(7.0 * t)

@@ -23,7 +23,7 @@ from trunnion.fmu.binaries.platform_builds import chosen
 from trunnion.fmu.scene_export import export
 
 
-def test_refused_values_are_discarded_with_the_words_of_the_scene_and_the_run_goes_on() -> None:
+def test_refused_values_are_discarded_with_the_words_of_the_scene_and_the_run_continues() -> None:
     host, same = Host3(exported("spherical_pendulum", fmi=3)), Host3(exported("spherical_pendulum", fmi=3))
     with pytest.raises(FMICallException) as refused:
         host.put("joints.ball.friction.mu", -0.1)
@@ -32,7 +32,7 @@ def test_refused_values_are_discarded_with_the_words_of_the_scene_and_the_run_go
     assert host.run(0.5, 0.1, "ball.q") == same.run(0.5, 0.1, "ball.q")
 
 
-def test_a_run_that_cannot_go_on_is_discarded_with_its_time_and_asks_to_be_ended() -> None:
+def test_a_run_that_cannot_continue_is_discarded_with_its_time_and_asks_to_be_ended() -> None:
     model, changes, begin = ENDS["a loop ends its reach"]
     file = FOLDER / "ends-3.fmu"
     export(model, file, overrides=changes, outputs=["events.*"], fmi=3)
@@ -86,7 +86,7 @@ def _renamed() -> Path:
 
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("what", OUT_OF_PLACE)
-def test_what_is_out_of_place_is_an_error_with_words_and_not_more(what: str) -> None:
+def test_an_invalid_call_returns_an_error_with_a_message(what: str) -> None:
     host = Host3(exported("arm", fmi=3))
     with pytest.raises(Exception, match=r"status 3|Failed to instantiate"):
         OUT_OF_PLACE[what](host)
@@ -94,7 +94,7 @@ def test_what_is_out_of_place_is_an_error_with_words_and_not_more(what: str) -> 
     assert len(host.log[-1][1]) > 10
 
 
-def test_the_command_writes_fmi_3_and_tells_what_does_not_go_with_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_fmi_3_and_reports_what_does_not_go_with_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "three.fmu"
     assert main(["fmu", "simple_pendulum", "--fmi", "3", "-o", str(file), "--outputs", "bob.*", "--step", "1ms"]) == 0
     assert "FMI 3.0, flavour native" in capsys.readouterr().out

@@ -58,7 +58,7 @@ def test_fmpy_finds_no_problem_in_any_bundled_model_and_terminals_follow_their_s
     assert {f"terminalsAndIcons/{g.get('iconBaseName')}.png" for g in found.iter("TerminalGraphicalRepresentation")} <= names
 
 
-def test_without_arrays_it_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path: Path) -> None:
+def test_an_fmu_without_arrays_has_the_variables_of_fmi_2_and_the_same_bits(tmp_path: Path) -> None:
     file = tmp_path / "scalars.fmu"
     export("spherical_pendulum", file, fmi=3, scalars=True)
     assert validated(str(file)) == []
@@ -230,7 +230,8 @@ def test_between_communication_points_inputs_can_be_set_and_parameters_cannot() 
     plain.step(0.4)
     assert set(said) == {ERROR}
     assert host.get("motor") == [5.0]
-    assert host.get("knee.q[1]") == pytest.approx(plain.get("knee.q[1]"), abs=1e-2)  # it follows one of its own steps later
+    # the FMU gets the input one of its own steps later
+    assert host.get("knee.q[1]") == pytest.approx(plain.get("knee.q[1]"), abs=1e-2)
     assert host.get("knee.q[1]") != plain.get("knee.q[1]")
 
 
@@ -246,7 +247,7 @@ def test_a_host_can_end_a_step_where_it_wants() -> None:
     assert host.get("knee.q[1]") == plain.get("knee.q[1]")
 
 
-def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_goes_on() -> None:
+def test_no_bit_of_a_state_can_be_turned_unseen_and_the_run_continues() -> None:
     host = Host3(exported("arm", fmi=3))
     host.run(0.1, 0.01)
     state = host.fmu.serializeFMUState(host.fmu.getFMUState())

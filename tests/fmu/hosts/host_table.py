@@ -2,8 +2,8 @@
 fmu/README.md summarises.
 
 FOLDER keeps the FMUs and an environment for each tool. Tools in C are used if they are on the path. A cell is the largest
-difference of a final value from that in fmpy, relative to 1 or the value, whichever is larger; or the last line of the tool's
-refusal."""
+difference of a final value from that in fmpy, relative to 1 or the value, whichever is larger. If the tool refuses the file, the
+cell is the last line of its refusal."""
 
 from __future__ import annotations
 

@@ -207,7 +207,7 @@ def run_scipy(host: Importer, until: float, tolerance: float, columns: list[str]
         t = part.t[-1]
         out += [part.sol(g) for g in grid[len(out) :] if g <= t]
         if part.status == 1:
-            host.place(t + AFTER, part.y[:, -1] + AFTER * rates(t, part.y[:, -1]))  # its roots may be slightly early
+            host.place(t + AFTER, part.y[:, -1] + AFTER * rates(t, part.y[:, -1]))  # SciPy's roots may be slightly early
             host.fmu.completedIntegratorStep()
             host.handle()
             t, x = t + AFTER, host.states()

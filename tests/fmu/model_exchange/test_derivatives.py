@@ -52,9 +52,9 @@ def at(host: Importer, t: float, x: np.ndarray, u: np.ndarray, unknowns: list[in
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
-def test_they_are_what_differences_say(name: str) -> None:
+def test_directional_derivatives_equal_differences(name: str) -> None:
     host = Importer(exchange(name))
-    t = host.euler(0.0, 1e-6 if name == "bristles" else 1e-4, 300)  # bristles are stiff
+    t = host.euler(0.0, 1e-6 if name == "bristles" else 1e-4, 300)  # the equations of bristles are stiff
     unknowns, knowns = asked(host)
     x, n = host.states(), host.md.numberOfContinuousStates
     inputs = knowns[n:]
@@ -72,8 +72,8 @@ def test_they_are_what_differences_say(name: str) -> None:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", MODELS)
-def test_they_are_the_engines_exact_matrices(name: str) -> None:
-    """At the start: derivatives of states with respect to states and inputs."""
+def test_directional_derivatives_equal_the_engines_matrices(name: str) -> None:
+    """The matrices at the start are the derivatives of states with respect to states and inputs."""
     host, linear = Importer(exchange(name)), trunnion.linearize(scene_of(name))
     n, ny = host.md.numberOfContinuousStates, len(linear.x)
     unknowns, knowns = asked(host)
@@ -95,13 +95,13 @@ def test_casadi_evaluates_the_model_at_any_state_and_gets_the_engines_matrices(f
     rest = np.zeros(ode.size1_in(0) - n)
     for shift in (0.3, 0.0):
         rates = np.array(ode(np.append(linear.x + shift, rest), u)).ravel()
-        assert rates[: n // 2] == pytest.approx(linear.x[n // 2 :] + shift, abs=1e-15)  # q̇, from the rates among the states
+        assert rates[: n // 2] == pytest.approx(linear.x[n // 2 :] + shift, abs=1e-15)  # the rates q̇ are themselves states
     A, B = (np.array(x)[:n] for x in matrices(np.append(linear.x, rest), u))
     assert np.abs(A[:, :n] - linear.A).max() <= EXACT * np.abs(linear.A).max()
     assert np.abs(B - linear.B).max() <= EXACT * np.abs(linear.B).max()
 
 
-def test_adjoint_ones_are_the_same_from_the_other_side() -> None:
+def test_adjoint_derivatives_are_the_transposed_directional_ones() -> None:
     """FMI 3.0, in event mode. Indicators have no derivatives, and the FMU reports this."""
     file = exchange("swing", 3)
     md, folder, log = read_model_description(file), extract(file), []

@@ -19,7 +19,7 @@ from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_validation import validated
 from tests.fmu.model_exchange.model_exchange_host import EVERY, Importer, engine_run, exchange, run_me, run_scipy, scene_of
 from trunnion.basics.problems import SceneError
-from trunnion.fmu.scene_export import Made, export, started
+from trunnion.fmu.scene_export import ExportedScene, export, started
 from trunnion.scene import model_names, scene_from_dict
 
 MOTION = 1e-6
@@ -93,8 +93,8 @@ def three_balls() -> trunnion.Scene:
 
 @pytest.mark.slow
 def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
-    """At 0.505 s in CVode at 1e-8, at 0.869 s at 1e-10: earlier, the indicator was negative at the point from which the run
-    continued."""
+    """The indicator was once negative at the point from which the run continued: at 0.505 s in CVode at 1e-8, and at 0.869 s at
+    1e-10."""
     scene, file = three_balls(), FOLDER / "three-balls.fmu"
     export(scene, file, kind="me", kernel="parts")
     made = trunnion.simulate(scene, until=1.0, every=EVERY, rtol=1e-11, kernel="parts")
@@ -126,7 +126,7 @@ def described(name: str) -> list[tuple[bytes, bytes]]:
     for standard in ("2.0", "3.0"):
         box = io.BytesIO()
         with zipfile.ZipFile(box, "w") as z:
-            z.writestr("modelDescription.xml", Made(model, first, 0.0, True, standard, "both").described("{}", "native"))
+            z.writestr("modelDescription.xml", ExportedScene(model, first, 0.0, True, standard, "both").described("{}", "native"))
         out.append(box.getvalue())
     return out
 
@@ -164,7 +164,7 @@ def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:
     assert host.indicators() == pytest.approx(told[1], rel=1e-12, abs=1e-12)
 
 
-def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
+def test_a_state_that_is_restored_continues_with_the_same_bits() -> None:
     host = Importer(exchange("double_pendulum"))
     t = host.euler(0.0, 1e-3, 420)
     kept = host.fmu.getFMUstate()
@@ -176,7 +176,7 @@ def test_a_state_that_is_restored_goes_on_with_the_same_bits() -> None:
 
 
 def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
-    """With Euler's method the first events are those of the engine, each at the end of a step."""
+    """By Euler's method the first events are those of the engine, each at the end of a step."""
     host, h = Importer(exchange("double_pendulum")), 1e-4
     _, events = engine_run(scene_of("double_pendulum"), 1.0)
     for k in range(int(0.9 / h)):
@@ -198,7 +198,7 @@ def test_a_jam_is_an_error_in_the_words_of_the_engine() -> None:
     assert "jammed in joint guide" in its
 
 
-def test_what_is_for_one_use_refuses_the_other() -> None:
+def test_a_model_exchange_fmu_refuses_co_simulation_and_calls_out_of_their_mode() -> None:
     host = Importer(exchange("double_pendulum"))
     slave = FMU2Slave(guid=host.md.guid, unzipDirectory=host.folder, instanceName="i", modelIdentifier="double_pendulum")
     with contextlib.suppress(Exception):
@@ -228,7 +228,7 @@ def test_states_can_be_read_in_co_simulation_where_an_fmu_is_for_both() -> None:
         (arm, {"kind": "model"}, {"--type"}),
     ],
 )  # fmt: skip
-def test_what_is_not_a_function_of_time_and_state_is_refused_with_remedies(scene: Any, how: dict, places: set[str]) -> None:
+def test_options_that_model_exchange_cannot_follow_are_refused_with_remedies(scene: Any, how: dict, places: set[str]) -> None:
     with pytest.raises(SceneError) as refused:
         export(scene(), FOLDER / "never.fmu", **{"kind": "me", **how})
     assert {p.where for p in refused.value.problems} == places

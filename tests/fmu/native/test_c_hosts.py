@@ -53,7 +53,7 @@ def library(fmu: Path, place: str, folder: Path) -> tuple[Path, str]:
 
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the linux64 library")
 @pytest.mark.parametrize("model", ["spherical_pendulum", "crank_slider"])
-def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_behind(model: str, tmp_path: Path) -> None:
+def test_a_plain_host_can_misuse_an_fmu_and_ten_thousand_instances_leave_nothing_behind(model: str, tmp_path: Path) -> None:
     host = built("x86_64-linux-gnu.2.17", tmp_path / "host")
     file, guid = library(exported(model), "linux64", tmp_path)
     done = subprocess.run([host, file, guid, "10000"], capture_output=True, text=True, check=False)
@@ -70,7 +70,7 @@ def test_a_plain_host_can_misuse_it_and_ten_thousand_instances_leave_nothing_beh
 
 
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the x86_64-linux library")
-def test_a_plain_host_of_fmi_3_is_told_of_every_event_and_a_thousand_instances_leave_nothing_behind(tmp_path: Path) -> None:
+def test_a_plain_host_of_fmi_3_gets_every_event_and_a_thousand_instances_leave_nothing_behind(tmp_path: Path) -> None:
     host = built("x86_64-linux-gnu.2.17", tmp_path / "host3", HOST.with_name("fmi3_host.c"))
     file, _ = library(exported("spherical_pendulum", fmi=3), "x86_64-linux", tmp_path)
     token = read_model_description(exported("spherical_pendulum", fmi=3)).instantiationToken
@@ -138,7 +138,7 @@ def under_qemu(standard: str, folder: Path, *more: str) -> list[float]:
 
 @pytest.mark.slow
 def test_the_library_for_64_bit_arm_finds_the_same_events(tmp_path: Path) -> None:
-    """To 1e-9 s, because other processors round differently."""
+    """Event times agree to 1e-9 s, because other processors round differently."""
     events, _ = Host3(exported("spherical_pendulum", fmi=3)).run(10.0, 0.5)
     assert under_qemu("3", tmp_path, "2", "10")[1:] == pytest.approx([e[0] for e in events], abs=1e-9)
 

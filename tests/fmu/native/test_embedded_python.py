@@ -30,7 +30,8 @@ def pythons() -> list[tuple[str, Path]]:
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the linux64 library")
 @pytest.mark.skipif(not pythons(), reason="no Python here has a shared library")
 def test_a_host_that_is_not_python_ends_when_it_is_done(tmp_path: Path) -> None:
-    """With every available libpython: at their end, some wait for the thread in which the module ``threading`` was imported."""
+    """The test uses every available libpython. At their end, some of them wait for the thread in which the module ``threading`` was
+    imported."""
     file = exported("spherical_pendulum", "python")
     folder = Path(extract(str(file), str(tmp_path / "fmu")))
     host = built("x86_64-linux-gnu.2.17", tmp_path / "host", SOURCE)

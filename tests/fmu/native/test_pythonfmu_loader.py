@@ -33,7 +33,7 @@ def status_of(call, *arguments) -> int:
 
 
 @BOTH
-def test_what_is_wrong_is_returned_by_the_call_that_is_wrong_and_the_run_goes_on(flavour: str) -> None:
+def test_an_invalid_call_returns_its_error_and_the_run_continues(flavour: str) -> None:
     host, same = (Host(exported("spherical_pendulum", flavour)) for _ in range(2))
     mu, tip = "joints.ball.friction.mu", "pendulum.tip.position[3]"
     host.run(0.0, 3, 0.01)
@@ -81,8 +81,8 @@ def test_states_are_looked_at_as_by_the_native_flavour() -> None:
     assert refusal(host, state) == ""
 
 
-def test_what_pythonfmu_does_not_pass_on_goes_to_the_model() -> None:
-    """Derivatives of inputs, and with them of outputs: the same numbers as from the native flavour."""
+def test_calls_that_pythonfmu_does_not_pass_on_reach_the_model() -> None:
+    """Derivatives of inputs, and with them derivatives of outputs, have the same numbers as in the native flavour."""
     found = []
     for flavour in ("native", "python"):
         host = Host(exported("arm", flavour), angle=0.2)
@@ -103,7 +103,7 @@ RUN = "import sys; from fmpy import simulate_fmu; simulate_fmu(sys.argv[1], vali
 
 @pytest.mark.default_cases(1)
 @BOTH
-def test_it_runs_wherever_it_is_unpacked(flavour: str, tmp_path: Path) -> None:
+def test_an_fmu_runs_in_any_folder(flavour: str, tmp_path: Path) -> None:
     """Each run has a process of its own, because a bad path may end it. pythonfmu itself replaces %20 by a blank; such a path is
     refused."""
     plain = tmp_path / flavour

@@ -1,8 +1,9 @@
 """A host with an unusual floating-point environment: it traps exceptions, rounds upward, and flushes subnormal numbers to zero.
 
-``python unusual_environment_host.py FORM LIBRARY GUID ENVIRONMENT`` runs a model for x86-64 Linux, sets the environment (MXCSR,
-hexadecimal) around each call, checks that the call leaves it as it was, and prints the bits of the first three outputs, which are a
-vector. FORM is 2 or 3 (co-simulation by this version of FMI), or the name of a C library. A trapped exception ends the process."""
+``python unusual_environment_host.py FORM LIBRARY GUID ENVIRONMENT`` runs a model for x86-64 Linux. It sets the environment (MXCSR,
+hexadecimal) around each call, and checks that the call leaves it unchanged. It prints the bits of the first three outputs, which
+are a vector. FORM is 2 or 3 (co-simulation by this version of FMI), or the name of a C library. A trapped exception ends the
+process."""
 
 import ctypes
 import sys

@@ -20,9 +20,9 @@ LACKED = {
 }
 """Features of C that Microsoft's compiler lacks and others have, as patterns of code without comments and strings."""
 LONGEST = 16_380
-"""Longest string in bytes that it accepts (C2026)."""
+"""Longest string, in bytes, that Microsoft's compiler accepts (C2026)."""
 PLAIN = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
-CONSTANT = re.compile(r"\bsizeof\b.*|\bTR_DOUBLES\(\w+\)")  # TR_DOUBLES is a sizeof in doubles
+CONSTANT = re.compile(r"\bsizeof\b.*|\bTR_DOUBLES\(\w+\)")  # TR_DOUBLES is a sizeof, counted in doubles
 SIZED = re.compile(r"^ +(?:const )?(?:double|int|char|long|tr_\w+|fmu_\w+) [^;=()]*?\w\[([^\]]*[a-z][^\]]*)\]", re.MULTILINE)
 
 

@@ -79,14 +79,14 @@ def test_a_program_that_traps_exceptions_and_rounds_upward_gets_the_same_bits(lo
 
 
 @pytest.mark.slow
-def test_a_parameter_counts_and_a_copy_of_the_struct_goes_on_alone(loaded: Loaded) -> None:
+def test_a_parameter_counts_and_a_copy_of_the_struct_continues_alone(loaded: Loaded) -> None:
     called = list(loaded.made.called.values())
     mu = next(i for i, v in enumerate(called) if v.name.endswith("friction.mu"))
     angle = next(i for i, v in enumerate(called) if v.name.endswith(".qd[1]"))
     assert loaded.call("init") == 0
-    assert loaded.call("set", mu, -1.0) == 2  # refused
+    assert loaded.call("set", mu, -1.0) == 2  # the value is refused
     assert loaded.call("set", mu, 0.3) == 0
-    assert loaded.call("step", EVERY) == 3  # before the start
+    assert loaded.call("step", EVERY) == 3  # a step before the start is refused
     assert loaded.call("start", 0.0) == 0
     kept = bytes(loaded.block)
     assert loaded.call("step", EVERY) == 0
@@ -121,11 +121,11 @@ def test_sources_keep_microsofts_rules_and_need_neither_heap_nor_files(made: Lib
     "int f(int n) {\n  double x[n];\n}", "int a = b ?: c;", "int a = ({ 1; });", "double x[0];", "int i = __builtin_ctz(3);",
     "struct s t = {};", "double y = M_PI;", "/* ü */", "switch (a) { case 1 ... 3: b(); }", f'char *s = "{"a" * 20_000}";',
 ])  # fmt: skip
-def test_what_microsofts_compiler_lacks_is_refused(text: str) -> None:
+def test_extensions_that_microsofts_compiler_lacks_are_refused(text: str) -> None:
     assert refused(text)
 
 
-def test_what_other_files_see_begins_with_the_models_name(made: Library) -> None:
+def test_external_names_begin_with_the_models_name(made: Library) -> None:
     for name, text in made.files.items():
         if name.endswith(".c") and name != "main.c":
             seen = [d.name for d in definitions(text) if not d.static] + re.findall(r"^const \w+ (\w+)=", text, re.MULTILINE)
@@ -148,7 +148,7 @@ def test_an_array_of_which_nobody_says_how_long_it_becomes_is_refused() -> None:
     assert "g((sizeof x[0] * (size_t)(n)))" in fixed(known)
 
 
-def test_what_nothing_calls_is_left_out() -> None:
+def test_functions_without_a_caller_are_left_out() -> None:
     used = "static void g(void);\nint f(void) { return 1; }\nstatic int h(void) { return g(); }\nstatic void g(void) {\n}\n"
     assert used_only(used) == "int f(void) { return 1; }\n"
 
@@ -163,7 +163,7 @@ def test_an_fmu_names_its_sources(fmi: int, plain: Path, tmp_path: Path) -> None
         there = {n.removeprefix("sources/") for n in z.namelist() if n.startswith("sources/") and n.endswith(".c")}
         assert not any(n.startswith("sources/") for n in other.namelist())
         library_of = [n for n in z.namelist() if n.startswith("binaries/")]
-        assert fmi == 3 or all(z.read(n) == other.read(n) for n in library_of)  # the same model with or without sources
+        assert fmi == 3 or all(z.read(n) == other.read(n) for n in library_of)  # the libraries of both FMUs have the same bytes
         texts = {n: z.read(f"sources/{n}").decode() for n in there}
         root = ElementTree.fromstring(z.read("modelDescription.xml"))
         z.extractall(tmp_path / "x")
@@ -180,7 +180,7 @@ def test_an_fmu_names_its_sources(fmi: int, plain: Path, tmp_path: Path) -> None
         assert done.returncode == 0, done.stderr
 
 
-def test_what_has_no_sources_says_so(tmp_path: Path) -> None:
+def test_exports_without_sources_are_refused_with_the_option_to_use(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="--flavour native"):
         export(SCENE, tmp_path / "a.fmu", flavour="python", sources=True)
     with pytest.raises(SceneError, match="--kernel compiled"):

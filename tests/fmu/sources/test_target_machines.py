@@ -80,13 +80,13 @@ def test_webassembly_computes_the_same_without_a_warning(made: Library, there: n
     _same(made, printed(done.stdout), there)
 
 
-def test_a_controller_without_an_operating_system_takes_it_without_a_warning(made: Library, tmp_path: Path) -> None:
+def test_the_compiler_of_a_controller_takes_the_library_without_a_warning(made: Library, tmp_path: Path) -> None:
     for file in write(tmp_path, made):
         assert foreign(CORTEX, ["-Os", "-c", str(file), "-o", str(tmp_path / "part.o")]) == "", file.name
 
 
 @pytest.mark.parametrize("level", ["-O0", "-O2", "-O3"])
-def test_gcc_takes_it_without_a_warning_at_every_level(level: str, made: Library, tmp_path: Path) -> None:
+def test_gcc_takes_the_library_without_a_warning_at_every_level(level: str, made: Library, tmp_path: Path) -> None:
     if not shutil.which("gcc"):
         pytest.skip("gcc is not installed")
     for file in write(tmp_path, made):

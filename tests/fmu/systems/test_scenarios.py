@@ -12,7 +12,7 @@ import trunnion
 from tests.fmu.systems.scenarios import force_step, motor_and_crank, parameter_study
 
 
-def test_more_friction_reaches_less_far(tmp_path: Path) -> None:
+def test_a_scenario_with_more_friction_reaches_less_far(tmp_path: Path) -> None:
     reach = [r for r, _ in parameter_study.study(tmp_path).values()]
     assert all(a < b for a, b in pairwise(reach))
     assert -1.0 < reach[0] < -0.99

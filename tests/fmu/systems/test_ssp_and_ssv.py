@@ -61,7 +61,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("system")
     (made / "rotor.yaml").write_text(ROTOR)
     (made / "system.yaml").write_text(SYSTEM)
-    with zipfile.ZipFile(exported("arm")) as given, zipfile.ZipFile(made / "arm.fmu", "w") as z:  # given in another unit
+    # the copy of the FMU gives a variable in another unit
+    with zipfile.ZipFile(exported("arm")) as given, zipfile.ZipFile(made / "arm.fmu", "w") as z:
         for name in given.namelist():
             data = given.read(name)
             if name == "modelDescription.xml":
@@ -124,7 +125,7 @@ def test_an_input_with_sources_is_their_sum_in_values_derivatives_and_states(fol
     assert row == pytest.approx([-2.0 / 2.0, 4.0 / 2.0])
     host.fmu.setRealInputDerivatives([of[f"{load}[1]"], of[f"{load}[2]"]], [1, 1], [1.0, 1.0])
     host.fmu.doStep(0.0, 0.1)
-    host.put("joints.shaft.damping", 0.0)  # ends the internal step here
+    host.put("joints.shaft.damping", 0.0)  # a changed parameter ends the internal step here
     rate = host.get("shaft.qd[1]")[0]
     exact = solve_ivp(lambda t, w: (14.0 + 2.0 * t - 0.5 * w) / 2.0, (0, 0.1), [0.0], rtol=1e-10, atol=1e-12).y[0, -1]
     assert rate == pytest.approx(exact, abs=1e-6)
@@ -153,7 +154,7 @@ def test_every_documented_system_is_among_them() -> None:
 
 def test_the_structure_follows_its_schema_and_connectors_have_the_units_of_their_variables(folder: Path) -> None:
     made = export_system(folder / "system.yaml", folder / "again.ssp")
-    told = read_ssd(str(made.file))  # which validates
+    told = read_ssd(str(made.file))  # ``read_ssd`` also validates the file
     assert [c.name for c in told.system.elements] == ["rotor", "arm"]
     with zipfile.ZipFile(made.file) as z:
         root = ElementTree.fromstring(z.read("SystemStructure.ssd"))
@@ -183,7 +184,7 @@ connections:
 """
 
 
-def test_everything_wrong_with_a_system_is_told_at_once_with_its_line(folder: Path) -> None:
+def test_everything_wrong_with_a_system_is_reported_at_once_with_its_line(folder: Path) -> None:
     file = folder / "wrong.yaml"
     file.write_text(WRONG)
     with pytest.raises(SceneError) as refused:
@@ -261,14 +262,14 @@ def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     assert links == [
         ("start rate", "rotor.joints.shaft.start.qd[1]", (-1.5, 0.5)), ("loss", "arm.joints.knee.friction.mu", None),
         ("loss", "rotor.joints.shaft.damping", (2.0, 0.0)), ("torque", "arm.motor", None)]  # fmt: skip
-    of, last = read_ssd(str(made)).system.parameterBindings  # the last value counts
+    of, last = read_ssd(str(made)).system.parameterBindings  # of two bindings of a value, the last one counts
     assert [len(b.parameterMapping) for b in (of, last)] == [0, 1]
     for name in ("system_parameters.ssv", "parameter_mapping.ssm"):
         (folder / name).write_bytes((resources / name).read_bytes())
     assert mapped(folder, "system_parameters.ssv", "parameter_mapping.ssm").read_bytes() == made.read_bytes()
 
 
-def test_wrong_parameters_of_a_system_and_transformations_that_cannot_be_applied_are_told(folder: Path) -> None:
+def test_wrong_parameters_of_a_system_and_transformations_that_cannot_be_applied_are_reported(folder: Path) -> None:
     wrong = ["los -> arm.joints.knee.friction.mu", "loss -> leg.x", "loss -> rotor.joints.shaft.dampin", "torque -> rotor.load",
              "torque -> rotor.joints.shaft.damping", "torque -> rotor.load", "torque -> rotor"]  # fmt: skip
     with pytest.raises(SceneError) as refused:
@@ -308,7 +309,7 @@ simulation: {until: -1 s, step: 2 kg}
 """
 
 
-def test_a_file_that_makes_no_sense_is_told_key_by_key(folder: Path) -> None:
+def test_a_file_that_makes_no_sense_is_reported_key_by_key(folder: Path) -> None:
     file = folder / "odd.yaml"
     file.write_text(UNREADABLE)
     with pytest.raises(SceneError) as refused:
@@ -331,7 +332,8 @@ def test_the_parameters_of_a_scene_are_written_beside_its_fmu(tmp_path: Path) ->
     scene.write_text(scene_to_yaml(arm()))
     words = [str(scene), "-o", str(file), "--parameters-file", str(values), "--set", "joints.knee.friction.mu=0.15"]
     assert main(["fmu", *words]) == 0
-    told = {p.name: (p.type, float(p.value), p.unit) for p in read_ssv(str(values)).parameters}  # which validates
+    # ``read_ssv`` also validates the file
+    told = {p.name: (p.type, float(p.value), p.unit) for p in read_ssv(str(values)).parameters}
     variables = {v.name: v for v in read_model_description(file).modelVariables if v.causality == "parameter"}
     assert set(variables) - set(told) == {"solver.host_tolerance"}
     assert told["joints.knee.friction.mu"] == ("Real", 0.15, "1")

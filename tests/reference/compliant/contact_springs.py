@@ -1,8 +1,9 @@
 """Contacts of joints as springs with friction, for many states and joints at once: forces on the pin, in its frame.
 
-A contact presses with k u, u the displacement of the bearing against the pin there and a share of its rate. Friction at a contact
-is the law's slope times normal force times velocity of the bearing on the pin's surface. The definitions are those of
-``contact_and_friction.contact_roots``; here the normal force is known from the springs, so that nothing has to be solved.
+A contact presses with the force k u. The number u is the displacement of the bearing against the pin at the contact, plus a share
+of its rate. Friction at a contact is the law's slope times normal force times velocity of the bearing on the pin's surface. The
+definitions are those of ``contact_and_friction.contact_roots``; here the normal force is known from the springs, so that nothing
+has to be solved.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ SHARP = 1e-300
 
 
 @dataclass
-class Seen:
-    """Bearings against pins, in the pins' frames. x, turn: displacements with their share of rate; slide, spin: rates;
-    ends: place of the ends' point along the axis, from the bearing's point."""
+class RelativeMotion:
+    """Motion of bearings relative to pins, in the pins' frames. x, turn: displacements, plus a share of their rates; slide, spin:
+    rates; ends: place of the ends' point along the axis, from the bearing's point."""
 
     t: np.ndarray
     x: np.ndarray
@@ -31,18 +32,18 @@ class Seen:
 
 @dataclass
 class Wrench:
-    """Force and torque on pins, about the bearing's point, and what friction takes, W."""
+    """Force and torque on pins, about the bearing's point, and the power that friction takes, W."""
 
     force: np.ndarray
     torque: np.ndarray
     taken: np.ndarray
 
 
-def _zeros(s: Seen) -> Wrench:
+def _zeros(s: RelativeMotion) -> Wrench:
     return Wrench(np.zeros_like(s.x), np.zeros_like(s.x), np.zeros(s.x.shape[:-1]))
 
 
-def shaft(s: Seen, k, size, slope) -> Wrench:
+def shaft(s: RelativeMotion, k, size, slope) -> Wrench:
     """Two lateral contacts at the ends. ``slope(speed)``; size: radius, half length, preload; thrust radius of a journal."""
     out, r = _zeros(s), size["radius"]
     way, rate = s.slide[..., 0] * size["slides"], s.spin[..., 0]
@@ -69,7 +70,7 @@ def shaft(s: Seen, k, size, slope) -> Wrench:
     return out
 
 
-def sleeve(s: Seen, k, size, slope) -> Wrench:
+def sleeve(s: RelativeMotion, k, size, slope) -> Wrench:
     """A rectangular sleeve: ends press along e2 and e3, torsion is a couple at the longer arm."""
     out, way = _zeros(s), s.slide[..., 0]
     grip = slope(np.abs(way)) * way
@@ -91,7 +92,7 @@ def sleeve(s: Seen, k, size, slope) -> Wrench:
     return out
 
 
-def ball(s: Seen, k, size, slope) -> Wrench:
+def ball(s: RelativeMotion, k, size, slope) -> Wrench:
     """One contact; ``slope`` of the speed at it."""
     out, r = _zeros(s), size["radius"]
     N = k[..., None] * s.x
@@ -105,8 +106,8 @@ def ball(s: Seen, k, size, slope) -> Wrench:
     return out
 
 
-def given(s: Seen, size, slope_turn, slope_way, forward) -> Wrench:
-    """Friction that is given, about and along the axis; ``forward``: +1 where the pin is inboard, else -1."""
+def given(s: RelativeMotion, size, slope_turn, slope_way, forward) -> Wrench:
+    """Friction of a given size, about and along the axis; ``forward``: +1 where the pin is inboard, else -1."""
     out, way, rate = _zeros(s), s.slide[..., 0], s.spin[..., 0]
     T = np.where(rate * forward >= 0, size["torque"](s.t), size["back_torque"](s.t))
     F = np.where(way * forward >= 0, size["force"](s.t), size["back_force"](s.t))

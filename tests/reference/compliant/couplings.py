@@ -72,8 +72,9 @@ class Wheels:
         self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints]) / soft
 
     def rows(self, m: Motion) -> tuple:
-        """(rate, direction, inner point, torque per force on the inner wheel, outer point, the same, axis of sliding, apart)."""
-        s = self.sides.seen(m)
+        """(rate, direction, inner point, torque per force on the inner wheel, outer point, torque per force on the outer wheel,
+        axis of sliding, direction in which the wheels are pushed apart, relative rate about the axis of sliding)."""
+        s = self.sides.pairs(m)
         a, b = s.A[..., 0], s.B[..., 0]
         across = s.q - s.p
         # Wheels about parallel axes, and belts.
@@ -106,8 +107,8 @@ class Wheels:
         v1 = m.v[:, one] + cross(m.w[:, one], inner - m.c[:, one])
         v2 = m.v[:, two] + cross(m.w[:, two], outer - m.c[:, two])
         rate = dot(k, v2 - v1) + dot(t2, m.w[:, two]) + dot(t1, m.w[:, one])
-        # due to the distance of the apexes along k, which turns with the axes: meshing teeth depend on angles and positions, not on
-        # paths
+        # The apexes of cones are a distance apart along k, which turns with the axes. The rate includes this turning, because
+        # meshing teeth depend on angles and positions, not on paths.
         if bevel.any():
             turns = cross(cross(m.w[:, one], a), b) + cross(a, cross(m.w[:, two], b))
             rate = rate + np.where(bevel, dot(turns - dot(k, turns)[..., None] * k, across) / sine[..., 0], 0.0)
@@ -157,7 +158,7 @@ class Rods:
 
     def stretch(self, m: Motion) -> tuple[np.ndarray, np.ndarray]:
         """The stretches of the rods, m, and their rates."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         across = s.q - s.p
         far = np.sqrt(dot(across, across))
         one, two = self.sides.one, self.sides.two
@@ -187,12 +188,12 @@ class Screws:
 
     def rate(self, m: Motion) -> np.ndarray:
         """The rates of the rows."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         return dot(s.slide, s.A[..., 0]) - self.lead * dot(s.turn, s.A[..., 0])
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
         """Add the forces; the rates of the rows."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         a = s.A[..., 0]
         spin = dot(s.turn, a)
         rate = dot(s.slide, a) - self.lead * spin

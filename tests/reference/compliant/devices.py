@@ -38,9 +38,9 @@ class Freedoms:
         """The index of a freedom."""
         return self.labels.index((name, k))
 
-    def seen(self, m: Motion) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def coordinates(self, m: Motion) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Coordinates (n x freedoms), rates, axes in the world, and the outboard points."""
-        s = self.sides.seen(m)
+        s = self.sides.pairs(m)
         axes = np.where(self.second[:, None], s.B[..., 1], s.A[:, self.each, :, self.axis].swapaxes(0, 1))
         R = s.A.swapaxes(-1, -2) @ s.B
         angle = np.where(self.second, np.arctan2(R[..., 0, 2], R[..., 0, 0]), np.arctan2(R[..., 2, 1], R[..., 1, 1]))
@@ -124,7 +124,7 @@ class Devices:
 
     def total_efforts(self, m: Motion) -> tuple[np.ndarray, ...]:
         """(efforts along the freedoms, coordinates, rates, axes, outboard points)."""
-        q, qd, axes, at = self.free.seen(m)
+        q, qd, axes, at = self.free.coordinates(m)
         effort = -self.spring * (q - self.rest) - self.damping * qd
         for values, entries in ((self.effort, self.efforts), (self.signal, self.motors)):
             now = values(m.t)
@@ -167,7 +167,7 @@ class Devices:
 
     def hook_functions(self, m: Motion) -> np.ndarray:
         """For every latch a function whose sign changes when its state does: positive in the present state (n x latches)."""
-        q = self.free.seen(m)[0]
+        q = self.free.coordinates(m)[0]
         lift = LIFTED - self.release(m.t)
         out = np.ones((len(m.t), len(self.latches)))
         for j, (i, e) in enumerate(self.latches):
@@ -190,7 +190,7 @@ class Devices:
         """The state of a latch after its function has changed its sign."""
         i, e = self.latches[j]
         side = 1.0 if e.keeps == "above" else -1.0
-        passed = float(side * (self.free.seen(m)[0][0, i] - e.at))
+        passed = float(side * (self.free.coordinates(m)[0][0, i] - e.at))
         free = float(self.release(m.t)[0, j]) <= LIFTED
         if not self.down[j]:
             self.down[j] = True

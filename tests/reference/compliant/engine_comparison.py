@@ -20,8 +20,8 @@ SURE = 3.0
 
 @dataclass(frozen=True)
 class Comparison:
-    """Both answers. apart: {coordinate: largest difference, at the judge's instants}; beyond: what remains of it above the judge's
-    own errors; outcome: the engine's."""
+    """The answers of the engine and of the judge. apart: {coordinate: largest difference, at the judge's instants}; beyond: the
+    part of it above the judge's own errors; outcome: that of the engine."""
 
     judge: Judged
     apart: dict[str, float]

@@ -16,7 +16,7 @@ from tests.reference.compliant.pin_bearing_fits import Level
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
 
 LOCKED = 1e-9
-"""Least 1 - ratio x loss of a unit that the output drives: it moves below its speed of rest when it is locked."""
+"""Least value of 1 - ratio x loss of a unit that its output drives. A locked unit moves below its speed of rest."""
 STIFFER = 30.0
 """Stiffness of a unit relative to that of a joint's drive. It is large because fast shafts turn through large angles, and errors
 are measured in these angles."""
@@ -108,12 +108,12 @@ class Units:
 
     def rate(self, m: Motion) -> np.ndarray:
         """The rates of the rows."""
-        qd = self.free.seen(m)[1]
+        qd = self.free.coordinates(m)[1]
         return self.ratio * qd[:, self.two] - qd[:, self.one]
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
         """Add the forces; the rates of the rows."""
-        _, qd, axes, at = self.free.seen(m)
+        _, qd, axes, at = self.free.coordinates(m)
         rate = self.ratio * qd[:, self.two] - qd[:, self.one]
         push = -self.k * (rolled + self.level.delay * rate)
         given, effort = self.ratio * push, np.zeros_like(qd)
@@ -178,9 +178,9 @@ class Worms:
         self.law = Laws(scene, f, self.r1[self.at] * level.rate)
 
     def _touch(self, m: Motion) -> tuple[np.ndarray, ...]:
-        """(normal of the flanks, thread, direction to the wheel, point on the worm, on the wheel, velocity of the latter seen from
-        the former)."""
-        s = self.sides.seen(m)
+        """(normal of the flanks, thread, direction to the wheel, point on the worm, point on the wheel, velocity of the point on
+        the wheel relative to the worm)."""
+        s = self.sides.pairs(m)
         a, b, across = s.A[..., 0], s.B[..., 0], s.q - s.p
         u = cross(a, b)
         u = u / np.sqrt(dot(u, u))[..., None]

@@ -22,7 +22,7 @@ class Spot:
         middle = frames.center[self.body]
         self.x = (middle if centre else np.zeros(3)) - middle if local is None else local - middle
 
-    def seen(self, m: Motion) -> tuple[np.ndarray, np.ndarray]:
+    def place_and_velocity(self, m: Motion) -> tuple[np.ndarray, np.ndarray]:
         """Place and velocity."""
         arm = m.R[:, self.body] @ self.x
         return m.c[:, self.body] + arm, m.v[:, self.body] + cross(m.w[:, self.body], arm)
@@ -50,12 +50,12 @@ class MotionLoads:
     def act(self, m: Motion, out: Forces) -> None:
         """Add the forces."""
         if self.curves:
-            q, qd, axes, at = self.free.seen(m)
+            q, qd, axes, at = self.free.coordinates(m)
             effort, taken = self.efforts(q, qd)
             out.taken += taken
             self.free.act(effort, axes, at, out)
         for group, (one, two) in self.struts:
-            (p, v), (q, w) = one.seen(m), two.seen(m)
+            (p, v), (q, w) = one.place_and_velocity(m), two.place_and_velocity(m)
             length = np.sqrt(dot(q - p, q - p))
             along = (q - p) / length[:, None]
             pull, power, _ = nonlinear(group, length, dot(along, w - v))
@@ -75,19 +75,19 @@ class MotionLoads:
         return effort, taken
 
     def _drag(self, load, spot: Spot, m: Motion, out: Forces) -> None:
-        v = spot.seen(m)[1]
+        v = spot.place_and_velocity(m)[1]
         force = -load.density * load.coefficient * load.area / 2 * np.sqrt(dot(v, v))[:, None] * v
         spot.push(m, force, out)
         out.taken -= dot(force, v)
 
     def _field(self, load, spot: Spot, m: Motion, out: Forces) -> None:
-        at = dict(zip("xyz", spot.seen(m)[0].T, strict=True))
+        at = dict(zip("xyz", spot.place_and_velocity(m)[0].T, strict=True))
         parts = [np.zeros(len(m.t)) if x is None else formula_value(x.formula, at) for x in (load.fx, load.fy, load.fz)]
         spot.push(m, np.stack(np.broadcast_arrays(*parts), axis=-1), out)
 
     def _point_gravity(self, load, spot: Spot, m: Motion, out: Forces) -> None:
         sun = self.suns[id(load)]
-        to = sun.seen(m)[0] - spot.seen(m)[0]
+        to = sun.place_and_velocity(m)[0] - spot.place_and_velocity(m)[0]
         force = load.gm * self.mass[spot.body] * to / dot(to, to)[:, None] ** 1.5
         spot.push(m, force, out)
         sun.push(m, -force, out)

@@ -140,19 +140,19 @@ class Fits:
 
     # -- what acts -------------------------------------------------------------------------------------------------------
 
-    def seen(self, m: Motion) -> tuple[Pairs, contact_springs.Seen]:
+    def relative_motion(self, m: Motion) -> tuple[Pairs, contact_springs.RelativeMotion]:
         """Bearings against pins: in the world and in the pins' frames."""
-        pairs = self.sides.seen(m)
+        pairs = self.sides.pairs(m)
         x, slide, spin = back(pairs.A, pairs.q - pairs.p), back(pairs.A, pairs.slide), back(pairs.A, pairs.turn)
         R = pairs.A.swapaxes(-1, -2) @ pairs.B
         tilt = np.stack([np.where(self.loose, R[..., 2, 1], 0.0), -R[..., 2, 0], R[..., 1, 0]], axis=-1)
         tau = self.level.delay
         turn = tilt + tau * spin
-        return pairs, contact_springs.Seen(m.t, x * self.held + tau * slide * self.held, turn, slide, spin, -x[..., 0])
+        return pairs, contact_springs.RelativeMotion(m.t, x * self.held + tau * slide * self.held, turn, slide, spin, -x[..., 0])
 
     def violations(self, m: Motion) -> np.ndarray:
         """Displacements against the constraints (delay 0) or, with rates alone, their rates: n x joints x 6, of those held."""
-        pairs, s = self.seen(m)
+        pairs, s = self.relative_motion(m)
         out = np.concatenate([s.x, s.turn], axis=-1)
         third = cross(pairs.A[..., 0], pairs.B[..., 1])
         skewed = -dot(pairs.A[..., 0], pairs.B[..., 1]) + self.level.delay * dot(pairs.turn, third)
@@ -173,8 +173,9 @@ class Fits:
         """Add the forces of all joints."""
         if not self.names:
             return
-        pairs, s = self.seen(m)
-        at = np.where(self.crossed, 0.0, s.ends * self.ended)  # the springs' place along the axis, as of contacts
+        pairs, s = self.relative_motion(m)
+        # position of the springs along the axis, as for contacts with friction
+        at = np.where(self.crossed, 0.0, s.ends * self.ended)
         force, torque = self.k * s.x, self.kr * s.turn
         force[..., 1] += self.k[:, 1] * at * s.turn[..., 2]
         force[..., 2] -= self.k[:, 2] * at * s.turn[..., 1]
@@ -182,14 +183,14 @@ class Fits:
         torque[..., 1] -= at * force[..., 2]
         taken = np.zeros(len(m.t))
         for solve, at, size, law, ends, _ in self.rubbing:
-            part = contact_springs.Seen(m.t, *(a[:, at] for a in (s.x, s.turn, s.slide, s.spin)), s.ends[:, at] * ends)
+            part = contact_springs.RelativeMotion(m.t, *(a[:, at] for a in (s.x, s.turn, s.slide, s.spin)), s.ends[:, at] * ends)
             w = solve(part, self.each[at], size, lambda v, law=law: law.slope(m.t, v))
             force[:, at] += w.force
             torque[:, at] += w.torque
             taken += w.taken.sum(-1)
         if self.given is not None:
             at, size, turn, way = self.given
-            part = contact_springs.Seen(m.t, *(a[:, at] for a in (s.x, s.turn, s.slide, s.spin)), s.ends[:, at])
+            part = contact_springs.RelativeMotion(m.t, *(a[:, at] for a in (s.x, s.turn, s.slide, s.spin)), s.ends[:, at])
             w = contact_springs.given(part, size, lambda v: turn.slope(m.t, v), lambda v: way.slope(m.t, v), self.sign[at])
             force[:, at] += w.force
             torque[:, at] += w.torque

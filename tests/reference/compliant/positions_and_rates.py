@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames, parts
-from tests.reference.mechanics.loop_sizes import arms
+from tests.reference.mechanics.frictionless_contact_arms import arms
 
 AHEAD, BACK = [1, 2, 0], [2, 0, 1]
 
@@ -67,7 +67,7 @@ class Sides:
     x_two: np.ndarray
     F_two: np.ndarray
 
-    def seen(self, m: Motion) -> Pairs:
+    def pairs(self, m: Motion) -> Pairs:
         """Frames, points and relative rates of both sides."""
         one, two = self.one, self.two
         p, q = m.c[:, one] + times(m.R[:, one], self.x_one), m.c[:, two] + times(m.R[:, two], self.x_two)
@@ -123,7 +123,7 @@ class Frames:
         return Motion(t, matrices(q), c, v, w)
 
     def sides(self, names: list[str], turned: list[bool] | None = None) -> Sides:
-        """Both sides of joints: inboard, then outboard; of ``turned`` ones the other way round."""
+        """Both sides of joints, the inboard side first; in joints of ``turned``, the outboard side first."""
         out: list[list] = [[], [], [], [], [], []]
         for name, other in zip(names, turned or [False] * len(names), strict=True):
             f = self.frames[name]

@@ -28,7 +28,7 @@ NEWTON, RENEWED, MOST = 10, 1, 50_000
 SLOW, SOLVED = 0.3, 1e-3
 """Contraction above which the Jacobian is renewed; error of Newton's method, relative to the tolerance."""
 CAUTION = 4
-"""Steps after a failure that grow little."""
+"""Number of steps after a failure in which the step size grows little."""
 SMALLEST = 1e-14
 """Step, relative to the time, below which a run ends."""
 

@@ -26,7 +26,7 @@ static double slope(const Law *l, long s, long i, double speed) {
     return (l->viscous[i] ? 0 : (mu + (rest - mu) * held) / most(speed, l->eps[i])) + l->drag[i];
 }
 
-static void seen(const Sides *g, long i, const Body *b, Pair *o) {
+static void pair_of(const Sides *g, long i, const Body *b, Pair *o) {
     long one = g->one[i], two = g->two[i];
     double arm1[3], arm2[3], from1[3], a[3], c[3];
     times(b->R[one], g->x1 + 3 * i, arm1);
@@ -55,7 +55,7 @@ static void push(Body *b, long body, const double *at, const double *F, const do
 
 /* Contacts: forces and torques on the pin, in its frame. */
 
-static void shaft(const Model *M, Body *b, long i, Seen *s) {
+static void shaft(const Model *M, Body *b, long i, RelativeMotion *s) {
     double r = M->radius[i], way = s->slide[0] * M->slides[i], rate = s->spin[0], k = M->each[i];
     long nj = M->fits.n;
     double grip = slope(&M->shaft, b->s, M->slot[i], hypot(way, r * rate)), load = M->preload[b->s * nj + i];
@@ -73,7 +73,7 @@ static void shaft(const Model *M, Body *b, long i, Seen *s) {
     b->taken += grip * way * way * load + torque * rate;
 }
 
-static void sleeve(const Model *M, Body *b, long i, Seen *s) {
+static void sleeve(const Model *M, Body *b, long i, RelativeMotion *s) {
     double way = s->slide[0], k = M->each[i], load = M->preload[b->s * M->fits.n + i];
     double grip = slope(&M->sleeve, b->s, M->slot[i], fabs(way)) * way;
     for (int side = -1; side < 2; side += 2) {
@@ -90,7 +90,7 @@ static void sleeve(const Model *M, Body *b, long i, Seen *s) {
     b->taken += grip * way * load;
 }
 
-static void ball(const Model *M, Body *b, long i, Seen *s) {
+static void ball(const Model *M, Body *b, long i, RelativeMotion *s) {
     double r = M->radius[i], N[3], across[3], twice[3];
     for (int k = 0; k < 3; k++) N[k] = M->each[i] * s->x[k];
     double f = sqrt(dot(N, N) + 1e-300);
@@ -101,7 +101,7 @@ static void ball(const Model *M, Body *b, long i, Seen *s) {
     b->taken += grip * f * speed * speed;
 }
 
-static void given(const Model *M, Body *b, long i, Seen *s) {
+static void given(const Model *M, Body *b, long i, RelativeMotion *s) {
     long g = M->given[i], at = b->s * M->turn.n + g;
     double way = s->slide[0], rate = s->spin[0], sign = M->sign[i];
     double T = rate * sign >= 0 ? M->torque[at] : M->back_torque[at], F = way * sign >= 0 ? M->force[at] : M->back_force[at];
@@ -113,9 +113,9 @@ static void given(const Model *M, Body *b, long i, Seen *s) {
 static void fits(const Model *M, Body *b) {
     for (long i = 0; i < M->fits.n; i++) {
         Pair o;
-        Seen s = {0};
+        RelativeMotion s = {0};
         double way[3], F[3], T[3], x[3], a0[3], b0[3], b1[3], third[3], bx[3];
-        seen(&M->fits, i, b, &o);
+        pair_of(&M->fits, i, b, &o);
         for (int k = 0; k < 3; k++) way[k] = o.q[k] - o.p[k];
         back(o.A, way, x);
         back(o.A, o.slide, s.slide);
@@ -132,7 +132,7 @@ static void fits(const Model *M, Body *b) {
             s.T[k] = M->crossed[i] ? 0 : M->kr[3 * i + k] * s.turn[k];
         }
         s.ends = -x[0] * M->ends[i];
-        double at = M->crossed[i] ? 0 : s.ends; /* position of the springs along the axis, as for contacts */
+        double at = M->crossed[i] ? 0 : s.ends; /* position of the springs along the axis, as for contacts with friction */
         s.F[1] += M->k[3 * i + 1] * at * s.turn[2], s.F[2] -= M->k[3 * i + 2] * at * s.turn[1];
         s.T[2] += at * s.F[1], s.T[1] -= at * s.F[2];
         if (M->kind[i] == 1) shaft(M, b, i, &s);
@@ -213,7 +213,7 @@ static void wheels(const Model *M, Body *b, const double *rolled, double *rates)
         Pair o;
         Row r;
         long one = M->wheels.one[i], two = M->wheels.two[i], slot = M->tooth_slot[i];
-        seen(&M->wheels, i, b, &o);
+        pair_of(&M->wheels, i, b, &o);
         wheel_row(M, i, &o, &r);
         double rate = point_rate(b, two, r.outer, r.k) - point_rate(b, one, r.inner, r.k) + dot(r.t2, b->w[two]) + dot(r.t1, b->w[one]);
         if (M->wheel_kind[i] == 2) rate += turning_rate(&o, r.k, b->w[one], b->w[two]);
@@ -238,7 +238,7 @@ static void screws(const Model *M, Body *b, const double *rolled, double *rates)
     for (long i = 0; i < M->screws.n; i++) {
         Pair o;
         double a[3], F[3], T[3];
-        seen(&M->screws, i, b, &o);
+        pair_of(&M->screws, i, b, &o);
         column(o.A, 0, a);
         double spin = dot(o.turn, a), rate = dot(o.slide, a) - M->lead[i] * spin;
         double f = -M->screw_k[i] * (rolled[i] + M->delay * rate), force = f, torque = -M->lead[i] * f;
@@ -279,7 +279,7 @@ static void devices(const Model *M, Body *b) {
     for (long i = 0; i < n; i++) {
         Pair o;
         long j = b->s * n + i;
-        seen(&M->free, i, b, &o);
+        pair_of(&M->free, i, b, &o);
         q[i] = coordinate(M, i, &o, axis[i]);
         memcpy(at[i], o.q, sizeof o.q);
         qd[i] = dot(axis[i], M->turns[i] ? o.turn : o.slide);

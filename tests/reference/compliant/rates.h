@@ -46,6 +46,6 @@ typedef struct {
 
 typedef struct { double R[MOST][9], c[MOST][3], v[MOST][3], w[MOST][3], f[MOST][3], m[MOST][3], taken; long s; } Body;
 typedef struct { double A[9], B[9], p[3], q[3], slide[3], turn[3]; } Pair;
-typedef struct { double x[3], turn[3], slide[3], spin[3], ends, F[3], T[3]; } Seen;
+typedef struct { double x[3], turn[3], slide[3], spin[3], ends, F[3], T[3]; } RelativeMotion;
 
 #endif

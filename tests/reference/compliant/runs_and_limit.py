@@ -43,7 +43,7 @@ ENOUGH = 1e-6
 
 @dataclass(frozen=True)
 class Judged:
-    """The limit. time: instants; values: {column: value at each instant}; error: {column: how sure, at each instant}; seconds: of
+    """The limit. time: instants; values: {column: value at each instant}; error: {column: error at each instant}; seconds: of
     computing; levels: the runs themselves."""
 
     time: np.ndarray
@@ -137,7 +137,7 @@ def _labels(model: Model) -> list[str]:
 
 
 def _row(model: Model, y: np.ndarray) -> np.ndarray:
-    q, qd, _, _ = model.free.seen(model.frames.motion(np.zeros(1), y[None]))
+    q, qd, _, _ = model.free.coordinates(model.frames.motion(np.zeros(1), y[None]))
     return np.concatenate([q[0], qd[0], [y[model.frames.at["taken"]]]])
 
 
@@ -153,14 +153,16 @@ def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
         below = np.flatnonzero((seen[1:] < 0).any(axis=1))
         last = below[0] + 1 if len(below) else SAMPLES - 1
         if h > BEGUN and model.yields and (moving[last] & ~moving[: last + 1].all(axis=0)).any():
-            run.t, run.y, run.h = t0, y0, h / 4  # within a step the kink of a law is not where the polynomial has it
+            # the step is made again in shorter ones, because its polynomial does not place the kink of a law exactly
+            run.t, run.y, run.h = t0, y0, h / 4
             return
         _note(model, (t0, h, y0, stages), shares, moving[: last + 1], left)
         if len(below):
             share, k = _located(model, t0, h, y0, stages, shares[last - 1], shares[last])
             run.t, run.y = t0 + share * h, y0 + polynomial(stages, np.array([share]))[0]
             pair = model.switch(k, run.t, run.y)
-            if pair in left:  # back to where the last of those that began with it was at its largest friction
+            # go back to the instant at which the last of the pairs that began to move with it left its speed of rest
+            if pair in left:
                 run.t, run.y = max((x for x in left.values() if left[pair][0] <= x[0] <= run.t), key=lambda x: x[0])
             run.restart(1e-5)
     _tidy(model, run)
@@ -204,4 +206,4 @@ def _tidy(model: Model, run: Run) -> None:
     q = run.y[f.at["q"]].reshape(-1, 4)
     run.y = run.y.copy()
     run.y[f.at["q"]] = (q / np.linalg.norm(q, axis=1)[:, None]).reshape(-1)
-    model.free.near = model.free.seen(f.motion(np.array([run.t]), run.y[None]))[0][0]
+    model.free.near = model.free.coordinates(f.motion(np.array([run.t]), run.y[None]))[0][0]

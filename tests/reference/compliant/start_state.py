@@ -50,7 +50,7 @@ def start(model: Model, offered: dict | None = None) -> np.ndarray:
     y[f.at["q"]] = np.concatenate([quaternion_from_matrix(state.R[b]) for b in f.parts])
     model.free.near = np.array([_near(given[n], k) for n, k in model.free.labels])
     y = _closed(model, y, given)
-    model.free.near = model.free.seen(f.motion(np.zeros(1), y[None]))[0][0]
+    model.free.near = model.free.coordinates(f.motion(np.zeros(1), y[None]))[0][0]
     y = y.copy()
     y[f.at["v"].start : f.at["w"].stop] = _agreed(model, y, {n: _given(scene, n, "qd") for n in held}, offered)
     return y
@@ -109,7 +109,7 @@ def _rows(model: Model, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     for part in model.rolling:
         rows.append(part.rate(m))
     rows.append(model.rods.stretch(m)[1])
-    q, qd = model.free.seen(rest)[0][0], model.free.seen(m)[1]
+    q, qd = model.free.coordinates(rest)[0][0], model.free.coordinates(m)[1]
     rows += [(qd[:, i] - c.ratio * qd[:, k])[:, None] for i, k, c in model.devices.mimics]
     rows += [qd[:, [i]] for i, _ in model.devices.drives]
     return np.concatenate(rows, axis=1).T, qd.T, q, m.t
@@ -142,8 +142,8 @@ def _closed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
         want = np.array([given[model.free.labels[i][0]][model.free.labels[i][1]] - q[i] for i in keep])
         step = scale * _least(G * scale, -g, free[keep] * scale, want)
         y = _moved(model, y, step * min(1.0, 0.3 / max(np.abs(step).max(), 1e-30)))
-        model.free.near = model.free.seen(f.motion(np.zeros(1), y[None]))[0][0]
-    raise ValueError(f"the start cannot be closed: {np.abs(g).max():.3g} left")
+        model.free.near = model.free.coordinates(f.motion(np.zeros(1), y[None]))[0][0]
+    raise ValueError(f"the start cannot be closed: a residual of {np.abs(g).max():.3g} is left")
 
 
 def _moved(model: Model, y: np.ndarray, step: np.ndarray) -> np.ndarray:

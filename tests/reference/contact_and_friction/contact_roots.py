@@ -47,7 +47,7 @@ def pin_force(n: np.ndarray, arm: np.ndarray, omega: np.ndarray, sdot: np.ndarra
 def journal(fc, mc, omega, sdot, radius, half_length, law: Law, thrust_radius: float = 0.0) -> Outcome:
     """Shaft (115)-(126) and journal (129)-(138): two lateral contacts at -c and +c from the pin's point.
 
-    The lateral components of (122), (123) are linear in (f cos, f sin) of the contacts: solved numerically as they are.
+    The lateral components of (122), (123) are linear in (f cos, f sin) of the contacts, and are solved numerically.
     """
     slope = law.slope(np.hypot(sdot, radius * omega))
     places = [-half_length * E1, half_length * E1]

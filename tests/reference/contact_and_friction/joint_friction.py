@@ -162,7 +162,7 @@ class Rubbing:
 
 
 def reaction(state: State, name: str, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A joint's wrench, given about the outboard point in the world, about the point of the pin's part in the inboard joint
+    """Convert a joint's wrench from the outboard point and world axes to the point of the pin's part and the inboard joint
     frame."""
     pose, point = state.joint_pose(name), pin_of(state, name).point
     return pose.A_in.T @ wrench[:3], pose.A_in.T @ (wrench[3:] + cross(pose.p_out - point, wrench[:3]))

@@ -9,7 +9,7 @@ least squares and solved from many starts:
     +, - (one freedom)  η is the friction of sliding that way, and the pair accelerates that way
     slides (several)    η is the friction of sliding along the acceleration; a ball whose acceleration lies within its friction cone
                         turns about its contact then (``contact_roots.ball``)
-    moves               the pair is in motion: η is the friction of that
+    moves               the pair is in motion: η is the friction of this sliding
 
 Where sticking pairs are redundant, many values of friction solve a choice. The found solution then shows only that one exists. """
 
@@ -53,7 +53,7 @@ class Answer:
 
 
 class Decision:
-    """All choices at a state. ``rest``: names of the pairs that are at rest there; left out, those slower than STILL."""
+    """All choices at a state. ``rest``: names of the pairs that are at rest there; by default, those slower than STILL."""
 
     def __init__(self, state: State, rest: set[str] | None = None, starts: int = 6, seed: int = 0):
         self.state, self.eq = state, Equations(state)
@@ -130,7 +130,8 @@ class Decision:
                 if load > most * (1.0 + 10.0 * SLACK) + SLACK * self.unit[here[0]] / p.arms[0] * SOLVED:
                     return False
             elif mode == SLIDES:
-                least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])  # a ball in its cone takes no power
+                # a ball that turns about its contact takes no power
+                least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])
                 if not np.linalg.norm(acc[here] / self.scale[here]) > SLACK or eta[here] @ acc[here] < least:
                     return False
             elif not acc[here[0]] * (1.0 if mode == "+" else -1.0) > SLACK * self.scale[here[0]]:

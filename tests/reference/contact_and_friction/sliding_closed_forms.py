@@ -59,7 +59,7 @@ class Pair:
         total = _journal(load, along, around, *self.sizes[:2])
         out = [v * a * total for v, a in zip(k, self.arms, strict=True)]
         if len(k) == 1:
-            out[0] += k[0] * self.sizes[2] * abs(load[0])  # the axial force on its thrust face
+            out[0] += k[0] * self.sizes[2] * abs(load[0])  # the axial force presses on the thrust face
         return out
 
 

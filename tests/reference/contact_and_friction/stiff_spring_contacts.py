@@ -1,12 +1,12 @@
 """Rigid bodies connected by contacts that are stiff springs with friction. Where rigid joints do not determine their reactions, the
 reactions are the limit of these contact forces for large stiffness.
 
-Every body is given a small displacement (three translations of its mass centre, three turns). A contact is pressed with the
-stiffness times the displacement of the pin there against its bearing; its normal is the direction of that displacement, its
-friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
+Every body is given a small displacement (three translations of its mass centre, three turns). The normal force of a contact is its
+stiffness times the displacement of the pin against its bearing at the contact. The normal has the direction of this displacement,
+and friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
 Displacements do not change the geometry, so the solution is the limit itself. The unknowns are the displacements across the
 mechanism's possible motions, and the accelerations along these motions. A universal joint is two journals on a cross without mass,
-which has a displacement of its own. """
+which has a displacement of its own."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from tests.reference.contact_and_friction.contact_roots import E1, E2, E3, pin_f
 from tests.reference.contact_and_friction.friction_laws import Law, law_of
 from tests.reference.contact_and_friction.joint_friction import ends_of, pair, pin_of, rates_of
 from tests.reference.mechanics.bodies_and_joint_frames import GROUND, joint_frames
+from tests.reference.mechanics.frictionless_contact_arms import arms
 from tests.reference.mechanics.joint_constraints import directions
 from tests.reference.mechanics.kinematics import State
-from tests.reference.mechanics.loop_sizes import arms
 from tests.reference.mechanics.newton_euler_equations import Equations, typical_length
 from tests.reference.mechanics.rotation import cross
 from trunnion.scene.data_classes.scene import Friction
@@ -34,8 +34,8 @@ FEW, MOST = 1, 5
 
 @dataclass(frozen=True)
 class Site:
-    """A contact spring of a joint: its place (pin's frame, from the pin's point), the axes of that frame along which it is
-    pressed, the outward arm of its friction along the normal, and whether it is a face across the axis."""
+    """A contact spring of a joint. Its place is in the pin's frame, from the pin's point. It has the axes of that frame along which
+    it is pressed, and the outward arm of its friction along the normal. It may be a face across the axis."""
 
     place: np.ndarray
     axes: tuple[np.ndarray, ...]
@@ -124,7 +124,8 @@ class Compliant:
         out = np.zeros(self.size)
         for name, joint in self.state.scene.joints.items():
             law = law_of(self.state.scene, joint.friction) if joint.friction else Law("viscous")
-            loads: dict[bool, list[float]] = {False: [], True: []}  # the contacts that the engine reports, then faces and torsion
+            # the entry False holds contacts that the engine reports, the entry True faces and torsion
+            loads: dict[bool, list[float]] = {False: [], True: []}
             for fit in self.fits[name]:
                 for site in fit.sites:
                     loads[site.face].append(self._site(out, delta, fit, site, law, share))

@@ -1,9 +1,9 @@
 """Six directions of relative motion per joint: which are free, which constrained, with their rows and rates of change.
 
-Directions 0..2: translation of the outboard point seen from the inboard part, along e1, e2, e3 of the inboard frame.
-Directions 3..5: relative rotation about the same axes; with crossed axes (universal joint): about u1, u2, u1 x u2.
-A direction is a force F at the outboard point and a torque T, on the outboard part, opposite on the inboard part; its
-rate is the power of that pair at unit size.
+Directions 0..2: translation of the outboard point seen from the inboard part, along e1, e2, e3 of the inboard frame. Directions
+3..5: relative rotation about the same axes; with crossed axes (universal joint): about u1, u2, u1 x u2. A direction is a force F at
+the outboard point and a torque T, which act on the outboard part, and opposite on the inboard part. Its rate is the power of F and
+T at unit size.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from tests.reference.mechanics.rotation import cross, matrix_from_quaternion, qu
 class Reference:
     """The reference's declaration of a joint type, from which everything else in this file follows.
 
-    free       directions it is free along, in the order of its rates; travels come before turns.
+    free       directions along which it is free, in the order of its rates; travels come before turns.
     ball       its turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
     crossed    it turns about two axes at a right angle, the first fixed inboard, the second outboard.
     lead       its travel along e1 is tied to its angle by a pitch.
-    one_sided  it means something else when its two sides change places (a slot is in one part, the pin on the other).
+    one_sided  it is a different joint when its two sides change places (a slot is in one part, the pin on the other).
     line       it only keeps the distance of its two points, and carries no body: its one direction is the line between them.
     rubs       its contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
     """
@@ -175,7 +175,7 @@ def position_residual(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
         return np.r_[trans, R[2, 1], R[0, 2], R[1, 0]]
     if len(turns) == 3:
         return np.array(trans)
-    (k,) = turns  # the axis e_k of both sides is the same: its changes omega x e_k are the other two turns
+    (k,) = turns  # both sides share the axis e_k; its changes, omega x e_k, are the other two turns
     a, b = (k + 1) % 3, (k + 2) % 3
     across = {a: -R[b, k], b: R[a, k]}
     return np.r_[trans, across[min(a, b)], across[max(a, b)]]

@@ -109,7 +109,7 @@ def forward(scene, q: Mapping, qd: Mapping | None = None, t: float = 0.0) -> Sta
     while len(state.R) <= len(scene.bodies):
         ready = [n for n in listed + fixed if _one_end(state, n)]
         if not ready:
-            raise ValueError(f"not reached from the ground: {sorted(set(scene.bodies) - set(state.R))}")
+            raise ValueError(f"bodies not connected with the ground: {sorted(set(scene.bodies) - set(state.R))}")
         _walk(state, ready[0], q.get(ready[0], ()), qd.get(ready[0]))
     state.loops = tuple(n for n in scene.joints if n not in state.walked)
     for name in state.loops:

@@ -202,7 +202,7 @@ def near_window(r: np.random.Generator, edges: list[tuple[float, int]], i: int, 
 
 
 def hook_let_go(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
-    """A hook that carries a constant force, and a signal that lifts it shortly or not at all."""
+    """A hook that carries a constant force, and a signal that lifts the hook briefly or not at all."""
     up, far = bool(r.random() < 0.6), log_uniform(r, NEAREST, FARTHEST)
     s = shape(r, float(r.uniform(-1.0, 0.3)), 0.5 + far if up else 0.5 - far, span)
     mass, rate, push, side = float(r.uniform(0.5, 2.0)), log_uniform(r, 1.0, 2.0) / span, float(r.uniform(0.5, 3.0)), sign(r)
@@ -226,7 +226,7 @@ def loaded(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
 
 
 def braked(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
-    """A constant load on a brake whose capacity falls below the load shortly, or not at all."""
+    """A constant load on a brake whose capacity falls below the load briefly, or not at all."""
     load, far, up, side = float(r.uniform(0.5, 5.0)), log_uniform(r, NEAREST_LOAD, FARTHEST), bool(r.random() < 0.7), sign(r)
     s = upside_down(shape(r, -load * float(r.uniform(1.1, 3.0)), -load * (1 - far if up else 1 + far), span))
     joint = joint_of(r)

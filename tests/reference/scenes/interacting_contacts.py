@@ -28,8 +28,8 @@ def touch(d: Draft, name: str, body: str, at: np.ndarray, curve: dict[str, Any],
 
 
 def dropped_levers(rng: Generator) -> dict[str, Any]:
-    """A lever on a pin that rubs, or two in series, falls with its tip on a table; a brake, a freewheel, a spring, a stop or a
-    sudden torque acts at the pins."""
+    """A lever on a pin that rubs, or two levers in series, falls with its tip on a table. A brake, a freewheel, a spring, a stop or
+    a sudden torque acts at the pins."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     turn, long = d.of(-0.5, 0.9), d.of(0.12, 0.25)
     tip = long * point(math.cos(turn), math.sin(turn))

@@ -28,8 +28,8 @@ def shaft(d: Draft, until: float, size: float, at: list[float], axis: str = "z",
 
 
 def geared_linkages(rng: Generator) -> dict[str, Any]:
-    """A gear unit, which may lock itself, turns the crank of a rubbing four-bar or crank-slider. The last link has a stop, a spring
-    by a curve, or both; the crank's bearing may rub."""
+    """A gear unit, which may lock itself, turns the crank of a rubbing four-bar or crank-slider. The last link has a stop, a
+    nonlinear spring, or both; the crank's bearing may rub."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     more = [d.stops(500, 0.3, 0.3)] if d.chance(0.5) else []
     more += [d.curved(0.2, 3.0, 0.1)] if d.chance(0.5) else []
@@ -85,8 +85,8 @@ def winches(rng: Generator) -> dict[str, Any]:
 
 
 def worm_drives(rng: Generator) -> dict[str, Any]:
-    """A worm, which may lock itself, turns a wheel. On the wheel's shaft is the crank of a rubbing four-bar, a brake, a spring by a
-    curve with stops, or a freewheel with a flywheel."""
+    """A worm, which may lock itself, turns a wheel. On the wheel's shaft is the crank of a rubbing four-bar, a brake, a nonlinear
+    spring with stops, or a freewheel with a flywheel."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     lead = math.radians(d.of(2, 20)) * (1 if d.chance(0.7) else -1)
     threads, teeth, module = int(rng.integers(1, 4)), int(rng.integers(24, 44)), 2e-3
@@ -124,8 +124,8 @@ def worm_drives(rng: Generator) -> dict[str, Any]:
 
 
 def loaded_arms(rng: Generator) -> dict[str, Any]:
-    """An arm of two or three joints whose friction grows with what they transmit. Motors, efforts and springs move them; a ratchet,
-    a stop or a brake holds one of them, and a rod may tie the last link to a slider that rubs."""
+    """An arm of two or three joints whose friction grows with what they transmit. Motors, efforts and springs move them. A ratchet,
+    a stop or a brake holds one of them. A rod may tie the last link to a slider that rubs."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     count = int(rng.integers(2, 4))
     nodes, turn = [point(0, 0)], d.of(-3, 3)
@@ -162,8 +162,8 @@ def loaded_arms(rng: Generator) -> dict[str, Any]:
 
 
 def locked_feeds(rng: Generator) -> dict[str, Any]:
-    """A rate as a trapezoid, or a torque, through a gear unit that locks itself, against a slide that rubs: by a rack, by a thread
-    or by a rod. The slide has a stop, a spring by a curve, or another slide that it pushes by a spring."""
+    """A trapezoidal rate or a torque moves a rubbing slide through a gear unit that locks itself and a rack, a thread or a rod. The
+    slide has a stop, a nonlinear spring, or another slide that it pushes by a spring."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     ratio, radius = float(rng.choice([3.0, 10.0])), d.of(0.02, 0.04)
     way = int(rng.integers(3))

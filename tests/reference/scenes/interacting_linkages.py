@@ -157,8 +157,8 @@ def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
 
 def grippers(rng: Generator) -> dict[str, Any]:
     """A rod pushes two fingers by links, or fingers mimic each other. Stops represent the gripped object. The lower finger is
-    slightly shorter. (Where two mirrored links straighten at one instant, only infinite forces could keep fingers of different mass
-    and friction together, and rigid bodies have no solution.)"""
+    slightly shorter. (If two mirrored links straightened at one instant, rigid bodies would have no solution: only infinite forces
+    could keep fingers of different mass and friction together.)"""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.block("rod", ORIGIN)
     push = {"effort": d.load(12, until)}
@@ -283,8 +283,9 @@ def drives_that_die(rng: Generator) -> dict[str, Any]:
 
 
 def blocks_on_belts(rng: Generator) -> dict[str, Any]:
-    """Blocks connected by springs on a belt that is driven, pulled or stopped; each sticks to it and slips. Every second block has
-    a lane of its own, so that blocks pass each other and no spring shrinks to a point, where its force has no direction."""
+    """Blocks connected by springs on a belt that is driven, pulled or stopped. Each block sticks to the belt and slips. Every
+    second block has a lane of its own: blocks pass each other, and no spring shrinks to a point, where its force has no
+    direction."""
     d, until = Draft(rng), float(rng.uniform(0.6, 1.2))
     d.gravity = [0.0, 0.0, -9.81]
     d.block("belt", ORIGIN, mass=d.of(1, 4))

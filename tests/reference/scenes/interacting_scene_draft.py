@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 GRAVITIES = ([0.0, 0.0, 0.0], [0.0, -9.81, 0.0], [0.0, 0.0, -9.81], [3.0, -9.0, -2.0])
-"""Without weight, along and across the plane of most linkages, and oblique, m/s²."""
+"""Gravity, m/s²: none, along the plane of most linkages, across it, and oblique."""
 Numbers = list[float]
 
 
@@ -110,7 +110,7 @@ class Draft:
         often = {"period": 1.1 * (rise + hold + fall)} if self.chance(0.3) else {}
         return {"rise": rise, "hold": hold, "fall": fall, "begin": self.of(0.0, 0.25) * until, **often}
 
-    # -- springs and dampers by curves -----------------------------------------------------------------------------------
+    # -- nonlinear springs and dampers -----------------------------------------------------------------------------------
 
     def curved(self, reach: float, stiffness: float, damping: float, rest: float = 0.0) -> dict[str, Any]:
         """A spring that hardens, or snaps through within its reach about its rest, and a damper that is different each way, or
@@ -171,8 +171,8 @@ class Draft:
         return {"friction": dict(zip(names, (self.of(0.3, 1.5) * drag, self.of(0.5, 2.0) * grip), strict=True))}
 
     def unit(self, ratio: float, torque: float) -> dict[str, Any]:
-        """A gear unit: its ratio, and most times the losses of a catalogue; torque: size of the torque on its output shaft. A third
-        lock themselves."""
+        """A gear unit: its ratio, and in most cases the losses of a catalogue; torque: size of the torque on its output shaft. A
+        third of those with losses are self-locking."""
         out: dict[str, Any] = {"ratio": self.about(ratio)}
         if self.chance(0.1):
             return out

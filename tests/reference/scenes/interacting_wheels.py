@@ -145,7 +145,7 @@ def cams(rng: Generator) -> dict[str, Any]:
     lift, phase = d.of(0.003, 0.012), d.of(0, 6)
     radius = 0.05 + lift * np.cos(angles - phase) + 0.1 * lift * np.cos(2 * angles)
     radius[-1] = radius[0]
-    base = float(radius[3])  # towards y, where the follower stands
+    base = float(radius[3])  # radius of the cam towards y, where the follower stands
     roller = {"roller": d.of(0.005, 0.015)} if not flat and d.chance(0.7) else {}
     d.wheel("cam", 0.04, [0.0, 0.0, 0.0])
     way = int(rng.integers(3))

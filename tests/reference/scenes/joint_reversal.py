@@ -38,7 +38,7 @@ def reversed_joint(case: Case, name: str) -> Moved:
         raise ValueError(f"{name}: a {joint.type} joint means something else from the other side")
     devices = (joint.spring, joint.damping, joint.end_stops, joint.drive, joint.effort)
     if not of(joint.type).coaxial and any(x is not None for x in devices):
-        raise ValueError(f"{name}: devices of a {joint.type} joint cannot be said from the other side")
+        raise ValueError(f"{name}: devices of a {joint.type} joint cannot be described from the other side")
     how = _reversal(joint, case.q[name])
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]
     new = _started(_swapped(case.scene, joint), how.q, qd)
@@ -64,7 +64,7 @@ def _reversal(joint, q) -> Reversal:
 
 
 def _swapped(scene, joint: sm.Joint) -> sm.Joint:
-    """The same joint with sides, pin, devices and radii described from the other side."""
+    """The joint with sides, pin, devices and radii described from the other side."""
     f, universal = joint_frames(scene, joint), of(joint.type).crossed
     turn = SWAP if universal else np.eye(3)
     sides = {}

@@ -35,7 +35,7 @@ def damping_curve(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def group(rng: np.random.Generator, damped: bool = True, **span: float) -> sm.Nonlinear:
-    """A spring by a curve and, if ``damped``, both dampers."""
+    """A nonlinear spring and, if ``damped``, both dampers."""
     dampers = {"quadratic_damping": float(rng.uniform(0.0, 2.0)), "damping_curve": made(sm.DampingCurve, damping_curve(rng))}
     return sm.Nonlinear(spring_curve=made(sm.SpringCurve, spring_curve(rng, **span)), **(dampers if damped else {}))
 

@@ -133,7 +133,7 @@ def random_loop(
     **options,
 ) -> Case:
     """A random tree with ``loops`` more joints of the types ``closing``, closed at its state, with consistent rates and a freedom
-    left or more; ``cut``: the wish written into those joints.
+    left or more; ``cut``: value of the key ``cut`` of those joints.
 
     Rows of the loops are independent and well conditioned. Options as for ``random_tree``.
     """
@@ -211,7 +211,7 @@ def loop_matrix(case: Case) -> np.ndarray:
 
 
 def _projected(case: Case) -> Case:
-    """The case with rates moved to the nearest ones the loops allow; loop joints get theirs, start values follow."""
+    """The case with rates moved to the nearest ones that the loops allow, in tree joints, loop joints and start values."""
     G = loop_matrix(case)
     flat = np.concatenate([case.qd[n] for n in case.tree])
     flat = flat - np.linalg.pinv(G) @ (G @ flat)

@@ -21,8 +21,8 @@ def stream(*names) -> np.random.Generator:
 
 
 def chosen(options: Iterable[str], *names) -> str:
-    """One of the options, with the frequency at which it is listed. Every option draws a number of its own, and the largest wins.
-    A new option therefore replaces some choices, and changes no choice between the old options."""
+    """One of the options, each with the frequency at which it is listed. Every option draws a number of its own, and the largest
+    number wins. A new option therefore replaces some choices, and changes no choice between the old options."""
     return max(enumerate(options), key=lambda o: (_hashed(*names, o[1], list(options)[: o[0]].count(o[1])), o[0]))[1]
 
 

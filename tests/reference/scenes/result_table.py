@@ -17,7 +17,7 @@ Table = dict[tuple[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Moved:
-    """A case that differs only in its description; ``back`` turns a table of its results into one of the original's."""
+    """A case that differs only in its description; ``back`` maps a table of its results to one of the original's."""
 
     case: Case
     back: Callable[[Table], Table]

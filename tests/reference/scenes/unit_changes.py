@@ -162,7 +162,7 @@ def _friction(g: sm.Friction, u: Units) -> sm.Friction:
 
 
 def _nonlinear(group: sm.Nonlinear, f: float, effort: float, time: float) -> sm.Nonlinear:
-    """A spring or damper by curves in the new units; f: factor of the coordinate; time: of times."""
+    """A nonlinear spring or damper in the new units; f: factor of the coordinate; time: factor of times."""
     if group.quadratic_damping is not None:
         raise NotImplementedError("quadratic dampers in other units")
     spring, damper = group.spring_curve, group.damping_curve

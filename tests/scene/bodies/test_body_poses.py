@@ -15,7 +15,7 @@ from trunnion.scene import load_scene, scene_from_dict, scene_to_yaml
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.body_poses import pose_of
 
-ROUNDING = 1e-14  # of places of about 1 m, turned a few times
+ROUNDING = 1e-14  # round-off of positions of about 1 m after a few rotations
 POINTS = {"a": [0, 0, 0], "b": [0.3, 0.2, 0], "c": [0.9, 0, 0.1]}
 
 
@@ -159,7 +159,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_placed_is_told_at_its_place(case: str) -> None:
+def test_a_body_that_cannot_be_placed_is_reported_at_its_key(case: str) -> None:
     changes, where, says = WRONG[case]
     data = linkage()
     for path, value in changes.items():

@@ -21,7 +21,7 @@ PLACES = {
 
 
 @pytest.mark.parametrize("what", PLACES)
-def test_a_side_is_a_body_and_a_point_of_it(what):
+def test_a_side_of_a_joint_is_a_body_and_its_point(what):
     side, body, name, place = PLACES[what]
     assert (body_of(side), named_point(side), point_of(SCENE, side)) == (body, name, (body, place))
 

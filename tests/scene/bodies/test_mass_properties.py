@@ -33,7 +33,8 @@ def test_a_box_is_the_sum_of_its_cells():
     volume, inertia = summed(x, y, z, np.full(x.shape, a * b * c / n**3))
     m, center, found = mass_properties(Body(box=(a, b, c), density=2.0, center=(1, 2, 3)))
     assert (m, center) == (pytest.approx(2 * volume), (1, 2, 3))
-    np.testing.assert_allclose(found, 2 * inertia, rtol=1e-3, atol=1e-12)  # cells are 1/40: error 1/40² of each moment
+    # cells of 1/40 of the box give errors of 1/40² of each moment
+    np.testing.assert_allclose(found, 2 * inertia, rtol=1e-3, atol=1e-12)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z", "-x"])
@@ -62,7 +63,7 @@ def test_a_ball_is_the_sum_of_its_cells():
 
 
 @given(SIZE, SIZE, SIZE, st.floats(1, 1e4))
-def test_mass_and_density_say_the_same(a, b, c, density):
+def test_mass_and_density_give_the_same_body(a, b, c, density):
     m, _, one = mass_properties(Body(box=(a, b, c), density=density))
     _, _, two = mass_properties(Body(box=(a, b, c), mass=m))
     np.testing.assert_allclose(one, two, rtol=1e-14)
@@ -71,7 +72,7 @@ def test_mass_and_density_say_the_same(a, b, c, density):
 def test_the_papers_block_has_the_papers_numbers():
     m, _, inertia = mass_properties(Body(box=(1, 0.1, 0.1), density=7800))
     assert m == pytest.approx(78, rel=1e-14)
-    assert inertia[1][1] + m * 0.25 == pytest.approx(26.065, rel=1e-14)  # about the end face (F1)
+    assert inertia[1][1] + m * 0.25 == pytest.approx(26.065, rel=1e-14)  # moment of inertia about the end face (F1)
 
 
 def test_an_explicit_inertia_wins_over_the_shape():

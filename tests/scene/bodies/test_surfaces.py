@@ -23,10 +23,10 @@ def volume(points: np.ndarray, faces: np.ndarray) -> float:
     return float(np.einsum("ni,ni->", a, np.cross(b, c)) / 6)
 
 
-def test_what_is_packed_comes_back_but_for_the_steps_of_the_grid() -> None:
+def test_a_packed_surface_is_unpacked_to_half_a_step_of_the_grid() -> None:
     points, faces = unpacked(packed(POINTS.tolist(), FACES))
     step = np.ptp(POINTS, axis=0) / GRID
-    assert np.all(np.abs(np.array(points) - POINTS) <= 0.5 * step + 1e-7)  # bounds are of single precision
+    assert np.all(np.abs(np.array(points) - POINTS) <= 0.5 * step + 1e-7)  # the stored bounds have single precision
     assert faces == FACES
 
 
@@ -47,7 +47,7 @@ def body(surface: str) -> dict:
     }
 
 
-def test_it_is_drawn_about_the_mass_centre() -> None:
+def test_a_surface_is_drawn_about_the_mass_centre() -> None:
     mesh = scenery(scene_from_dict(body(packed(POINTS.tolist(), FACES)))).parts[0].mesh
     assert mesh.vertices == pytest.approx(POINTS - [0.2, 0.3, 0], abs=1e-4)
     assert mesh.edges == (7,) * 4  # all sides of a tetrahedron are sharp
@@ -76,7 +76,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_what_is_no_surface_is_told(what: str) -> None:
+def test_an_invalid_surface_is_reported(what: str) -> None:
     with pytest.raises(SceneError, match="invalid packed surface") as e:
         scene_from_dict(body(WRONG[what]))
     assert [p.where for p in e.value.problems] == ["bodies.a.surface"]

@@ -17,8 +17,8 @@ LINEAR = 3.375
 
 
 def calls(work: Callable[[], object]) -> int:
-    """Calls of Python and C functions that ``work`` makes; wrong use is part of the work. The profiler counts them in C: a counter
-    in Python would take several times as long as the work itself."""
+    """Calls of Python and C functions that ``work`` makes, also if it ends in an error. The profiler counts them in C: a counter in
+    Python would take several times as long as the work itself."""
     profiler = Profile()
     with suppress(SceneError), profiler:
         work()

@@ -46,7 +46,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("says", WRONG)
-def test_curves_that_cannot_be_are_refused_with_why(says: str) -> None:
+def test_impossible_curves_are_refused_with_the_reason(says: str) -> None:
     joints = "  on_a: {type: revolute, axis: z, inboard: ground, outboard: a}\n"
     joints += "  on_b: {type: prismatic, axis: x, inboard: ground, outboard: b}"
     each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in "ab")

@@ -54,7 +54,7 @@ FORM = {
 
 
 @pytest.mark.parametrize("case", FORM)
-def test_a_mistake_of_form_is_said_in_plain_words(case):
+def test_a_mistake_of_form_is_reported_in_plain_words(case):
     text, where, words = FORM[case]
     found = [str(p) for p in problems_in(text) if p.where == where]
     assert [p for p in found if words in p], found

@@ -73,7 +73,7 @@ def asked_of_the_service(scene: trunnion.Scene, path: str, value: float) -> None
     scene_of(SceneSource(scene=opened(scene), overrides={path: value}), Limits())
 
 
-def doors(scene: trunnion.Scene, path: str, value: float) -> dict[str, list[str]]:
+def reports_by_interface(scene: trunnion.Scene, path: str, value: float) -> dict[str, list[str]]:
     """The problems that every way of giving a value reports: override, option, file, sweep, request."""
     return {
         "override": said(lambda: apply(scene, {path: value})),
@@ -104,7 +104,7 @@ def small(scene: trunnion.Scene) -> bool:
 
 @cache
 def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
-    """By model: one number of every kind that earlier models lack. Small models come first, because they are tested with more
+    """One number of every kind that earlier models lack, by model. Small models come first, because they are tested with more
     values."""
     seen: set[tuple[Any, ...]] = set()
     out: dict[str, dict[tuple[Any, ...], tuple[str, float]]] = {}
@@ -114,7 +114,7 @@ def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
     return out
 
 
-def test_kinds_of_numbers_that_are_refused_are_met() -> None:
+def test_every_model_has_numbers_of_kinds_that_are_refused() -> None:
     """Each model has at least a mass or density, a size and settings of the run."""
     for model in model_names():
         scene = load_scene(model)
@@ -133,11 +133,11 @@ def trials() -> list[Any]:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("model", "trials"), trials())
-def test_every_door_says_the_same_about_every_kind_of_number(model: str, trials: tuple[float, ...]) -> None:
+def test_every_interface_reports_the_same_for_every_kind_of_number(model: str, trials: tuple[float, ...]) -> None:
     scene = load_scene(model)
     for path, value in new_kinds()[model].values():
         for trial in trials:
-            found = doors(scene, path, trial * value if trial > 0.0 else trial)
+            found = reports_by_interface(scene, path, trial * value if trial > 0.0 else trial)
             assert len({tuple(f) for f in found.values()}) == 1, (path, trial, found)
 
 

@@ -50,17 +50,17 @@ LIMITS = {
 
 
 @pytest.mark.parametrize("case", LIMITS)
-def test_what_is_only_unusual_is_accepted(case):
+def test_an_unusual_scene_is_accepted(case):
     assert problems_of(edited(LIMITS[case])) == []
 
 
 def test_problems_of_form_and_of_meaning_are_reported_together():
     changes = {
-        "bodies.arm.masss": 3,  # form
-        "joints.hinge.friction.mu": "3 deg",  # form
-        "joints.socket.inboard": "amr.tip",  # meaning
-        "simulation.until": -1,  # meaning
-        "joints.rail.type": "prism",  # form
+        "bodies.arm.masss": 3,  # mistake of form
+        "joints.hinge.friction.mu": "3 deg",  # mistake of form
+        "joints.socket.inboard": "amr.tip",  # mistake of meaning
+        "simulation.until": -1,  # mistake of meaning
+        "joints.rail.type": "prism",  # mistake of form
     }
     assert {p.where for p in problems_of(edited(changes))} == {
         "bodies.arm.masss",

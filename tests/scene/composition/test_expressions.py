@@ -44,7 +44,7 @@ def test_random_expressions_have_the_value_python_gives_and_the_slope_of_a_compl
     found, by = slope(root, at, {n: {n: 1.0} for n in at})
     assert found == value(root, at)
     for name in at:
-        step = 1e-30  # no difference is taken, so that it can be as small as one likes
+        step = 1e-30  # a complex step takes no difference, so that it may be this small
         moved = {f: getattr(cmath, f) for f in SMOOTH} | at | {name: at[name] + step * 1j}
         exact = complex(eval(python, moved)).imag / step
         assert by.get(name, 0.0) == pytest.approx(exact, rel=ACCURACY, abs=ACCURACY)
@@ -55,7 +55,7 @@ def test_random_expressions_have_the_value_python_gives_and_the_slope_of_a_compl
     [("abs(x)", -2.0, -1.0), ("min(x, 3)", 2.0, 1.0), ("max(x, 3)", 2.0, 0.0), ("atan2(x, 2)", 1.0, 0.4),
      ("2^x", 1.0, 2 * math.log(2)), ("x^0", 0.0, 0.0), ("atan2(3, x)", 4.0, -0.12)],
 )  # fmt: skip
-def test_slopes_of_the_other_functions(text: str, x: float, wanted: float) -> None:
+def test_slopes_of_the_other_functions_are_exact(text: str, x: float, wanted: float) -> None:
     found = slope(parse_formula(text).root, {"x": x}, {"x": {"x": 1.0}})[1]
     assert found["x"] == pytest.approx(wanted, rel=1e-15, abs=1e-15)
 
@@ -66,7 +66,7 @@ def test_slopes_of_the_other_functions(text: str, x: float, wanted: float) -> No
      ("7.8 g/cm^3", 7800), ("2.5 kN/m * 2", 5000), ("90 deg / 2", math.pi / 4), ("min(3, 1, 2)", 1), ("2**3", 8), ("1e3", 1000),
      ("3 − 1", 2), ("( 1 + 2 )*3", 9), ("sqrt(9)*pi", 3 * math.pi), ("+3", 3), ("0.5 SI", 0.5)],
 )  # fmt: skip
-def test_grammar(text: str, wanted: float) -> None:
+def test_a_formula_has_the_value_of_its_grammar(text: str, wanted: float) -> None:
     assert value(parse_formula(text).root, {}) == wanted
 
 
@@ -119,7 +119,7 @@ WRONG = {
 
 @pytest.mark.default_cases(31)
 @pytest.mark.parametrize("expression", WRONG)
-def test_a_wrong_expression_is_told_at_its_line_and_alone(expression: str) -> None:
+def test_a_wrong_expression_is_reported_at_its_line_and_alone(expression: str) -> None:
     found = problems_in(TEXT.replace('mu: "{mu}"', f'mu: "{{{expression}}}"'))
     assert [(p.where, p.line) for p in found] == [("joints.pivot.friction.mu", 16)], found
     assert WRONG[expression] in str(found[0])
@@ -129,7 +129,7 @@ PLAIN = ["a/1 m", "a*pin/1 m^2", "sin(lift)", "sin(0.3)", "lift/1 rad", "cos(a/p
 
 
 @pytest.mark.parametrize("expression", PLAIN)
-def test_what_comes_out_as_a_plain_number_is_one(expression: str) -> None:
+def test_an_expression_without_a_unit_is_a_plain_number(expression: str) -> None:
     assert problems_in(TEXT.replace('mu: "{mu}"', f'mu: "{{abs({expression})}}"')) == []
 
 
@@ -144,7 +144,7 @@ def test_angles_are_ratios_and_radians_need_not_be_taken_out(key: str, expressio
 
 
 @pytest.mark.parametrize(("written", "meant"), [("{mu}", "{mu}"), ("{mu/2}", "{mu/2}"), ("{min(mu, 0.2)}", "{min(mu, 0.2)}")])
-def test_braces_without_quotes_are_told(written: str, meant: str) -> None:
+def test_braces_without_quotes_are_reported(written: str, meant: str) -> None:
     (found,) = problems_in(TEXT.replace('mu: "{mu}"', f"mu: {written}"))
     assert (found.where, found.line) == ("joints.pivot.friction.mu", 16)
     assert f'put it in quotes: "{meant}"' in str(found)
@@ -162,7 +162,7 @@ PARAMETERS = {
 
 
 @pytest.mark.parametrize("given", PARAMETERS)
-def test_a_wrong_parameter_is_told_once_and_not_where_it_is_used(given: str) -> None:
+def test_a_wrong_parameter_is_reported_once_and_not_where_it_is_used(given: str) -> None:
     assert [p.where for p in problems_in(TEXT.replace("mu: 0.12,", f"mu: 0.12, {given},"))] == PARAMETERS[given]
 
 

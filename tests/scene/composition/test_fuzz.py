@@ -56,7 +56,7 @@ def test_rubbish_has_problems_and_nothing_worse() -> None:
     assert 0 < fine < ROUNDS
 
 
-def test_half_a_surrogate_is_told_like_any_other_wrong_text() -> None:
+def test_half_a_surrogate_is_reported_like_any_other_wrong_text() -> None:
     half = "\ud800"
     for body in ({"mass": half}, {half: 1.0, "mass": 1.0}, {"mass": 1.0, "inertia": [half, 1.0, 1.0]}):
         with pytest.raises(SceneError) as told:

@@ -13,7 +13,7 @@ import trunnion
 from tests.scene.valid_scene import problems_in, problems_of
 from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene import load_scene, scene_from_dict, scene_from_text, scene_to_dict, scene_to_yaml
-from trunnion.scene.composition import source_lines
+from trunnion.scene.composition import data_with_source_lines
 from trunnion.scene.file_format.yaml_reader import MOST
 from trunnion.scene.overrides import apply
 
@@ -136,7 +136,7 @@ def test_included_files_fill_what_the_scene_does_not_say(tmp_path: Path) -> None
     assert scene.include == ()
 
 
-def test_mistakes_inside_files_are_told_with_their_file_and_line(folder: Path) -> None:
+def test_mistakes_inside_files_are_reported_with_their_file_and_line(folder: Path) -> None:
     arm, main = folder / "arm.yaml", folder / "scene.yaml"
     arm.write_text(ARM.replace("density: 7800", "densty: 7800").replace("radius: 8 mm", "radius: 8 kg"))
     main.write_text(LEGS.replace("sphere: 30 mm", "sphere: -30 mm"))
@@ -148,14 +148,14 @@ def test_mistakes_inside_files_are_told_with_their_file_and_line(folder: Path) -
     ]
 
 
-def test_a_mistake_in_what_is_copied_is_told_once(folder: Path) -> None:
+def test_a_mistake_in_what_is_copied_is_reported_once(folder: Path) -> None:
     (folder / "arm.yaml").write_text(ARM.replace("radius: 8 mm", "radius: 8 kg"))
     (folder / "scene.yaml").write_text("assemblies: {arm: {use: arm.yaml, copies: {line: {times: 6, step: [0, 1, 0]}}}}")
     found = [(p.where, Path(p.file).name, p.line) for p in told(folder)]
     assert found == [("joints.arm1_pivot.friction.radius", "arm.yaml", 8)]
 
 
-def test_a_file_that_cannot_be_read_as_yaml_is_told_at_its_line(folder: Path) -> None:
+def test_a_file_that_cannot_be_read_as_yaml_is_reported_at_its_line(folder: Path) -> None:
     (folder / "arm.yaml").write_text("bodies:\n  a: [1\n")
     found = told(folder)
     assert (Path(found[0].file).name, found[0].line) == ("arm.yaml", 3)
@@ -173,7 +173,7 @@ FILES = {
 
 
 @pytest.mark.parametrize("case", FILES)
-def test_a_file_that_cannot_be_included_says_why(case: str, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_included_gives_the_reason(case: str, tmp_path: Path) -> None:
     text, says = FILES[case]
     rest = "bodies: {a: {sphere: 1, mass: 2}}\njoints: {j: {type: free, inboard: ground, outboard: a}}\n"
     (tmp_path / "circle.yaml").write_text("include: scene.yaml\n")
@@ -218,7 +218,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("spec", WRONG)
-def test_a_wrong_assembly_is_told_at_its_place(spec: str) -> None:
+def test_a_wrong_assembly_is_reported_at_its_place(spec: str) -> None:
     where, says = WRONG[spec]
     rest = "bodies: {arm_rod: {sphere: 1, mass: 2}}\njoints: {j: {type: free, inboard: ground, outboard: arm_rod}}\n"
     found = problems_in(f"{rest}inputs: {{u: {{}}}}\nassemblies: {{arm: {{{spec}}}}}\n")
@@ -226,7 +226,7 @@ def test_a_wrong_assembly_is_told_at_its_place(spec: str) -> None:
     assert {p.line for p in found} == {4}
 
 
-def test_a_point_that_an_assembly_does_not_offer_is_told_once(folder: Path) -> None:
+def test_a_point_that_an_assembly_does_not_offer_is_reported_once(folder: Path) -> None:
     (folder / "scene.yaml").write_text(LEGS.replace("arm.tip", "arm.tp"))
     found = told(folder)
     assert [p.where for p in found] == ["joints.hook.inboard"]
@@ -234,7 +234,7 @@ def test_a_point_that_an_assembly_does_not_offer_is_told_once(folder: Path) -> N
 
 
 def test_copies_of_copies_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source_lines, "MOST", 10_000)  # building the scene would take seconds
+    monkeypatch.setattr(data_with_source_lines, "MOST", 10_000)  # building the scene would take seconds
     inner = "{use: {bodies: {b: {sphere: 1, mass: 1, position: [0, 0, 0]}}}, copies: {line: {times: 1000, step: [1, 0, 0]}}}"
     outer = f"{{use: {{assemblies: {{a: {inner}}}}}, copies: {{line: {{times: 1000, step: [0, 1, 0]}}}}}}"
     found = problems_in(f"assemblies: {{c: {outer}}}")

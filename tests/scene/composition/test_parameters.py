@@ -86,7 +86,7 @@ def test_a_sweep_over_a_parameter_is_the_sweep_over_the_numbers_that_follow_it(s
     assert again["pivot.q[1]"][-1] == swept.table[keep[0]][4].as_py()
 
 
-def test_a_case_without_a_value_is_a_row_that_says_so(scene: Scene) -> None:
+def test_a_case_without_a_value_is_a_row_with_this_outcome(scene: Scene) -> None:
     rooted = apply(scene, {"joints.pivot.friction.mu": "{sqrt(mu)}"})
     table = trunnion.sweep(rooted, vary={"parameters.mu": [0.1, -0.1, 0.2]}, reductions=["final:pivot.q[1]"]).table
     assert [o != "done" for o in table["outcome"].to_pylist()] == [False, True, False]
@@ -99,7 +99,8 @@ def test_the_derivative_by_a_parameter_is_the_chain_rule_over_what_follows_it(sc
     assert by == sizes | {"bodies.arm.points.pivot[1]": -0.5}
     one = trunnion.sensitivity(scene, ["parameters.a", *by], ["pivot.q[1]"], every=0.1)
     d = one.derivatives[:, 0]
-    assert d[:, 0] == pytest.approx(d[:, 1:] @ np.array(list(by.values())), rel=1e-9)  # errors of differences of start values
+    # derivatives by start values have errors of differences
+    assert d[:, 0] == pytest.approx(d[:, 1:] @ np.array(list(by.values())), rel=1e-9)
     assert one.parameter_units[0] == "m"
     assert abs(d[-1, 0]) > 0.1
 
@@ -123,7 +124,7 @@ def test_a_number_that_is_small_by_chance_does_not_spoil_the_others(scene: Scene
     found = trunnion.sensitivity(odd, "parameters.a", ["pivot.q[1]"], every=0.2).derivatives[-1, 0, 0]
     step = 1e-4
     runs = [trunnion.simulate(apply(odd, {"parameters.a": A + d}), rtol=1e-12)["pivot.q[1]"][-1] for d in (-step, step)]
-    assert found == pytest.approx((runs[1] - runs[0]) / (2 * step), rel=1e-4)  # error of a difference of second order
+    assert found == pytest.approx((runs[1] - runs[0]) / (2 * step), rel=1e-4)  # a difference of second order has this error
 
 
 def test_a_parameter_that_nothing_follows_is_noted(scene: Scene) -> None:

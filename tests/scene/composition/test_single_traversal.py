@@ -88,7 +88,7 @@ def test_a_scene_with_changes_is_the_scene_changed(name):
         assert scene_given(SOURCES[name], change) == apply(loaded, change)
 
 
-def test_mistakes_of_the_scene_and_of_the_changes_are_told_apart(tmp_path):
+def test_mistakes_of_the_scene_and_of_the_changes_are_reported_separately(tmp_path):
     file = tmp_path / "scene.yaml"
     file.write_text(scene_to_yaml(scene_from_dict(edited({}))).replace("density", "densty", 1))
     said = []

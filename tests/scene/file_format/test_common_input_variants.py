@@ -17,14 +17,14 @@ TEXT = yaml_text(VALID)
 
 
 @pytest.mark.parametrize(("written", "meant"), [("2,5", "2.5"), ("2,5 kg", "2.5 kg"), ("-0,25", "-0.25"), ("1,250.5", "1250.5")])
-def test_a_decimal_comma_is_told_as_one(written, meant):
+def test_a_decimal_comma_is_reported(written, meant):
     (problem,) = problems_of(edited({"bodies.ball.mass": written}))
     assert "comma" in problem.what
     assert f'"{meant}"' in problem.hint
 
 
 @pytest.mark.parametrize("written", ["2,5", "2,5 kg"])
-def test_a_decimal_comma_between_braces_is_told_as_one(written):
+def test_a_decimal_comma_between_braces_is_reported(written):
     (problem,) = problems_in(TEXT.replace("mass: 2,", f"mass: {written},"))
     assert "decimal comma" in problem.hint
     assert problem.line == 1 + TEXT[: TEXT.index("mass: 2,")].count("\n")
@@ -47,7 +47,7 @@ def test_a_scene_through_another_yaml_tool_is_the_same():
     assert problems_in(yaml.safe_dump(yaml.safe_load(TEXT))) == []
 
 
-def test_a_folder_without_a_scene_says_so_and_names_what_is_there(tmp_path):
+def test_a_folder_without_a_scene_is_reported_with_the_files_it_has(tmp_path):
     with pytest.raises(SceneError) as e:
         load_scene(tmp_path)
     assert "the folder has no scene.yaml" in str(e.value)
@@ -90,7 +90,7 @@ def test_a_number_that_is_allowed_but_seldom_meant_is_noted_and_is_no_problem(pa
     assert meant in notes[0]
 
 
-def test_usual_scenes_have_no_such_note():
+def test_usual_scenes_have_no_note_about_magnitudes():
     assert magnitude_notes(scene_from_dict(VALID)) == []
     assert [n for name in model_names() for n in magnitude_notes(load_scene(name))] == []
 
@@ -109,3 +109,9 @@ def test_notes_are_the_first_hundred():
     notes = magnitude_notes(scene_from_dict(many))
     assert len(notes) == 101
     assert notes[-1] == "and 200 more numbers of this kind"
+
+
+def test_a_folder_with_the_name_of_a_bundled_model_does_not_hide_it(tmp_path, monkeypatch):
+    (tmp_path / "crank_slider").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_scene("crank_slider").name == "crank_slider"

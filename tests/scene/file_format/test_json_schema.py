@@ -111,6 +111,6 @@ def test_the_schema_refuses_what_the_loader_refuses(changes):
     assert faults(edited(changes), SCHEMA)
 
 
-def test_units_are_said_in_the_descriptions():
+def test_the_descriptions_name_units():
     text = SCHEMA["$defs"]["Friction"]["properties"]["v_eps"]["description"]
     assert re.search(r'velocity in m/s, or text such as "1e-4 m/s"', text)

@@ -148,7 +148,7 @@ def test_an_assignment_is_read_as_it_would_stand_in_a_file(text, result):
 
 
 @pytest.mark.parametrize("text", ["mu", "mu=", "=3", "a=[1", "a={b: c: d}"])
-def test_what_is_no_assignment_is_refused(text):
+def test_a_text_that_is_not_an_assignment_is_refused(text):
     with pytest.raises(SceneError):
         apply(SCENES["spherical_pendulum"], dict([parse_assignment(text)]))
 

@@ -40,7 +40,7 @@ def test_the_loads_and_inputs_in_comments_work_together():
     assert scene.outputs == ("pendulum.*", "hinge.*")
 
 
-def test_the_drive_in_a_comment_works():
+def test_the_drive_in_a_comment_of_the_starter_scene_works():
     scene = scene_from_text(uncommented(starter_text("a"), "drive:"))
     assert scene.joints["hinge"].drive.constant.rate == pytest.approx(3.141592653589793)
 

@@ -77,7 +77,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("text", REFUSED)
-def test_what_is_no_quantity_is_refused(text):
+def test_a_text_that_is_not_a_quantity_is_refused(text):
     with pytest.raises(UnitError) as e:
         parse(text)
     assert REFUSED[text] in f"{e.value.what} {e.value.hint}"

@@ -63,7 +63,7 @@ def test_every_problem_has_the_line_it_stands_in():
     assert found == {
         (5, "bodies.arm.density"),
         (7, "bodies.arm.colour"),
-        (9, "joints.hinge.axis"),  # needs an axis
+        (9, "joints.hinge.axis"),  # the joint needs an axis
         (13, "joints.hinge.outboard"),
         (17, "joints.hinge.start.q[2]"),
         (21, "gravity[3]"),
@@ -81,7 +81,7 @@ def test_json_files_have_lines_too():
     assert found == {(3, "bodies"), (5, "gravitation")}
 
 
-def test_json_and_yaml_say_the_same():
+def test_json_and_yaml_give_the_same_scene():
     as_json = scene_from_text(json.dumps(VALID), is_json=True)
     assert as_json == scene_from_text(json.dumps(VALID)) == scene_from_text(yaml_text(VALID))
 

@@ -16,7 +16,7 @@ from trunnion.service.api.server_state.row_read_queue import READERS, ReadTurns
 from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFull
 
 
-def test_nobody_reads_at_all_places_and_others_come_soon() -> None:
+def test_no_client_takes_all_places_of_readers_and_others_come_soon() -> None:
     reads, now, most, order, lock = ReadTurns(), Counter[str](), Counter[str](), list[str](), threading.Lock()
 
     def work(who: str) -> None:
@@ -39,7 +39,7 @@ def test_nobody_reads_at_all_places_and_others_come_soon() -> None:
     assert (reads.busy, reads.waiting, len(reads.free)) == ({}, {}, READERS)
 
 
-def test_too_many_are_sent_away_but_none_who_is_being_answered() -> None:
+def test_too_many_readers_are_refused_but_no_answer_that_has_begun() -> None:
     reads = ReadTurns()
 
     async def pieces(of: int) -> int:
@@ -67,7 +67,7 @@ def job(server: InProcess) -> str:
 @pytest.mark.parametrize(
     "path", ["results?format=json", "results?format=csv", f"bins?x={MU}", "trajectories", "indices", "spreads"]
 )
-def test_what_reads_rows_takes_its_turn(server: InProcess, job: str, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_requests_that_read_rows_take_turns(server: InProcess, job: str, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
     taken, take = [], server.service.reads.take
 
     async def noted(who: str, begun: bool = False) -> int:

@@ -20,7 +20,7 @@ HOSTILE = ["\x1b[2J", "\x7f", "\x9b31m", "a\nb", "\u202egnp.exe", "\u2066x", "\u
 
 
 @pytest.mark.parametrize("text", HOSTILE)
-def test_labels_tags_and_names_hold_no_such_characters(text: str, tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_labels_tags_and_names_hold_no_control_characters(text: str, tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     for kind in (PlainText, Tag):
         with pytest.raises(ValidationError):
             TypeAdapter(kind).validate_python(text)
@@ -35,7 +35,7 @@ def test_text_that_people_write_is_kept() -> None:
         assert TypeAdapter(PlainText).validate_python(text) == text == visible(text)
 
 
-def test_what_an_earlier_version_stored_is_shown_with_escapes(tmp_path: Any) -> None:
+def test_control_characters_stored_by_an_earlier_version_are_shown_as_escapes(tmp_path: Any) -> None:
     store = WorkStore(f"sqlite:///{tmp_path / 'store.db'}")
     store.upgrade()
     job = replace(submitted(store), label="\x1b[2Jlabel", scene="\u202escene", tags=["\x9btag"])

@@ -32,7 +32,7 @@ from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.store import leases_and_chunks
 from trunnion.service.store.database_connection import alembic_config, transaction
-from trunnion.service.store.leases_and_chunks import Done, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, WorkStore
 from trunnion.service.store.table_definitions import jobs as table
 
 HOUR = 3600.0
@@ -58,7 +58,7 @@ def test_a_clock_that_is_set_strands_no_job_after_a_crash(store: WorkStore, monk
     assert [j.id for j in store.claim(OTHER, 60.0)] == [job.id]
 
 
-def test_whoever_renews_keeps_a_lease_whatever_the_clock_says(
+def test_a_server_that_renews_keeps_its_lease_for_any_clock(
     store: WorkStore, database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job, clock, steady, other = taken(store), store.now, [0.0], WorkStore(database_url)  # each server has its own record of leases
@@ -88,7 +88,7 @@ def test_a_clock_that_was_set_back_leaves_the_pace_as_it_is(store: WorkStore, mo
         monkeypatch.setattr(store, "now", lambda c, s=shift: clock(c) + s)
         chunk = cut(store, ME, job.id, 10)
         assert chunk is not None
-        chunk_done(store, ME, job.id, chunk.start, Done({"done": 10}, 0.1, 0.0, 1))
+        chunk_done(store, ME, job.id, chunk.start, ChunkReport({"done": 10}, 0.1, 0.0, 1))
         now = store.job(job.id)
         assert now is not None
         paces.append(now.pace)
@@ -116,7 +116,7 @@ def test_a_job_is_cancelled_by_its_owner_or_an_administrator_only(guarded: tuple
         assert s.client.delete(f"/v1/jobs/{job}", **with_key(keys[who])).json()["state"] == "cancelled"
 
 
-def test_wrong_keys_are_soon_told_to_wait_and_right_ones_are_not(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_clients_with_wrong_keys_must_wait_and_those_with_right_keys_need_not(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     answers = [s.get("/v1/jobs", **with_key(f"tr_{i:012d}_x")) for i in range(40)]
     assert {answers[0].status_code, answers[-1].status_code} == {401, 429}
@@ -150,7 +150,7 @@ def test_the_page_is_framed_by_nobody_and_the_rest_by_the_page_only(server: InPr
     assert other.headers["content-security-policy"] == "frame-ancestors 'self'"
 
 
-def test_what_cannot_be_done_says_what_can_and_head_is_answered(server: InProcess) -> None:
+def test_a_refused_method_names_the_allowed_ones_and_head_is_answered(server: InProcess) -> None:
     answer = server.client.put("/v1/jobs")
     assert (answer.status_code, answer.headers["allow"]) == (405, "GET, HEAD, POST")
     for path in ("/", "/v1/models", "/healthz", "/readyz", "/openapi.json", "/v1/jobs"):
@@ -187,7 +187,7 @@ def test_a_folder_that_cannot_be_written_is_named_not_trunnion(tmp_path: Path) -
     assert (done.returncode, "report" in done.stderr) == (2, False)
 
 
-def test_tables_of_a_newer_version_are_said_to_be_that(store: WorkStore) -> None:
+def test_tables_of_a_newer_version_are_reported_as_such(store: WorkStore) -> None:
     with transaction(store.engine, writing=True) as c:
         c.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
     with pytest.raises(SceneError, match="newer version"):
@@ -197,7 +197,7 @@ def test_tables_of_a_newer_version_are_said_to_be_that(store: WorkStore) -> None
         c.execute(update(table).values(label=""))
 
 
-def test_a_grid_that_asks_for_too_many_values_is_told_so() -> None:
+def test_a_grid_with_too_many_values_is_refused() -> None:
     with pytest.raises(SceneError, match="requests 2000000 values"):
         trunnion.sweep("spherical_pendulum", {"joints.ball.friction.mu": "0:1:2000000"})
 
@@ -216,7 +216,7 @@ def reply(port: int, data: bytes, seconds: float) -> bytes:
         return got
 
 
-def test_heads_and_bodies_have_to_come_in_time_and_a_server_that_is_told_to_end_ends(tmp_path: Path) -> None:
+def test_slow_heads_and_bodies_are_refused_and_a_server_ends_when_asked(tmp_path: Path) -> None:
     hurried = (
         "import trunnion.service.server.http_connections as c, trunnion.service.api.transport.guard_middleware as d; "
         "c.HEAD_SECONDS = d.BODY_SECONDS = 0.5"

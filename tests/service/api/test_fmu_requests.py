@@ -24,7 +24,7 @@ def test_an_fmu_is_exported_and_downloaded(server: InProcess) -> None:
 
 
 @pytest.mark.slow
-def test_fmi_3_can_be_asked_for_and_what_it_does_not_have_is_told(server: InProcess) -> None:
+def test_fmi_3_can_be_requested_and_unsupported_options_are_reported(server: InProcess) -> None:
     answer = server.post("/v1/fmus", {"scene": "spherical_pendulum", "fmi": 3})
     assert answer.status_code == 200, answer.text
     with zipfile.ZipFile(io.BytesIO(answer.content)) as z:
@@ -38,13 +38,13 @@ def test_fmi_3_can_be_asked_for_and_what_it_does_not_have_is_told(server: InProc
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
 def test_an_fmu_that_needs_too_much_memory_is_given_up(tmp_path: Path) -> None:
-    with unstarted(Settings(tmp_path, limits=Limits(memory=1e8))) as s:  # even twice as much is too little to load the exporter
+    with unstarted(Settings(tmp_path, limits=Limits(memory=1e8))) as s:  # even twice this memory is too little to load the exporter
         answer = s.post("/v1/fmus", {"scene": "spherical_pendulum"})
         assert (answer.status_code, answer.json()["problems"][0]["where"]) == (422, "body")
         assert not any(c.process.is_alive() for c in s.service.exports.workers if c.process)
 
 
-def test_a_server_without_the_fmu_package_says_so(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_without_the_fmu_package_names_it(server: InProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     async def gone(*given: Any, **more: Any) -> Any:
         raise ImportError("trunnion.fmu.scene_export")
 

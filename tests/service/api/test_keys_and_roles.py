@@ -28,7 +28,7 @@ def with_key(key: str) -> dict[str, Any]:
     return {"headers": {"Authorization": f"Bearer {key}"}}
 
 
-def test_without_a_key_nothing_is_told(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_requests_without_a_key_get_no_data(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     for path in ("/v1/jobs", "/v1/models", "/v1/keys", "/metrics"):
         answer = s.get(path)
@@ -38,7 +38,7 @@ def test_without_a_key_nothing_is_told(guarded: tuple[InProcess, dict[str, str]]
     assert s.get("/healthz").status_code == 200
 
 
-def test_each_role_may_do_what_it_says(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_each_role_has_its_rights_only(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     statuses = {
         role: [

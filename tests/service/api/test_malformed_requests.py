@@ -113,15 +113,15 @@ def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(bounded: Ser
         if answer.status_code >= 400:
             assert answer.headers["content-type"] == "application/problem+json"
             assert answer.json()["problems"] or answer.status_code in (400, 413), (body, answer.text)
-        elif answer.status_code == 202:  # the change had no effect
+        elif answer.status_code == 202:  # the change was harmless, and the request was accepted
             bounded.client.delete(answer.headers["location"])
-            there += 4  # the job's document, a part or two, a marker
+            there += 4  # allowed files of the job: its document, a part or two, and a marker
     assert sum(n for s, n in statuses.items() if s >= 400) > 0.5 * count
     assert server.memory_info().rss - memory < GROWTH
     assert files(bounded.data) <= there + 5
 
 
-def test_of_thousands_of_mistakes_a_hundred_are_told_and_all_are_counted(bounded: Served) -> None:
+def test_the_first_hundred_of_thousands_of_mistakes_are_reported_and_all_are_counted(bounded: Served) -> None:
     scene = scene_to_dict(load_scene(model_file("spherical_pendulum")))
     next(iter(scene["bodies"].values())).update({f"masss{i}": 1 for i in range(4000)})
     answer = bounded.client.post("/v1/scenes/check", json={"scene": scene})

@@ -65,7 +65,8 @@ def tried(schema: Any, examples: int, *jobs: str) -> list[str]:
 
     wrong: list[str] = []
     everything = [found.ok() for found in schema.get_all_operations()]
-    for operation in sorted(everything, key=lambda o: o.method.upper() == "DELETE"):  # last: deletions remove the jobs
+    # deletions come last, because they remove the jobs
+    for operation in sorted(everything, key=lambda o: o.method.upper() == "DELETE"):
         for mode in GenerationMode.POSITIVE, GenerationMode.NEGATIVE:
             for real in ("", *jobs) if "{job}" in operation.path else ("",):
                 try:

@@ -33,8 +33,8 @@ from trunnion.service.request_workers.fair_queue import MOST_OF_CALLER, QueueFul
 from trunnion.service.request_workers.worker_processes import (
     READY,
     START_SECONDS,
-    Ended,
     NotReady,
+    ProcessEnded,
     TookTooLong,
     WorkerPool,
     WorkerProcess,
@@ -69,7 +69,7 @@ def work_of(body: dict[str, Any]) -> float:
 @pytest.mark.parametrize("hostile", [unknown_keys, wide_yaml])
 def test_a_check_takes_time_in_proportion_to_what_is_sent(hostile: Any) -> None:
     work_of(hostile(10))
-    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # quadratic: 16; measured: 4
+    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # 4 is measured; a quadratic check would have 16
 
 
 def test_text_and_values_of_a_scene_have_limits() -> None:
@@ -148,7 +148,7 @@ def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
         waiting = pool.submit(worker.run_task, check_scene, long, PATIENCE)
         time.sleep(0.3)
         worker.end()
-        assert isinstance(waiting.exception(), Ended)
+        assert isinstance(waiting.exception(), ProcessEnded)
     worker.end()
 
 
@@ -187,8 +187,8 @@ def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
 def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
     worker, limits = WorkerProcess(1_500_000_000), Limits(cases=10**9, output_bytes=10**12)
-    over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # its times would take 3 GB
-    for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, Ended), ({"scene": "no_such_model"}, SceneError)):
+    over = {"simulation.until": "1:2:1000000", MU: "0.1:0.6:200"}  # the list of end times would take 3 GB
+    for asked, ends in (({"scene": "spherical_pendulum", "vary": over}, ProcessEnded), ({"scene": "no_such_model"}, SceneError)):
         with pytest.raises(ends):
             worker.run_task(check_job, (json.dumps(asked).encode(), "application/json", limits), PATIENCE)
     assert worker.process.is_alive()
@@ -212,22 +212,24 @@ def crowd(url: str, key: str, stop: threading.Event, clients: int, answers: list
 
 @pytest.mark.slow
 def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_seconds(tmp_path: Path) -> None:
-    assert END_SECONDS < 5.0  # a timer then ends the process, as promised
+    assert END_SECONDS < 5.0  # after this time, a timer ends the process
     with Served(tmp_path / "data", "--workers", "1", "--keys") as s:
         reader, own = new_keys(s, "read", "submit")
         s.client.headers["X-API-Key"] = own
         job, stop = s.submit(SMALL | {"vary": {MU: "0.1:0.6:400"}, "until": 400.0}), threading.Event()
         answers: list[int] = []
         threads = crowd(str(s.client.base_url), reader, stop, 12, answers)
-        with ThreadPoolExecutor(1) as pool:  # a client that follows the job and stays connected
+        with ThreadPoolExecutor(1) as pool:  # this client follows the job and stays connected
             follower = httpx.Client(base_url=s.client.base_url, timeout=None, headers={"X-API-Key": own})
             following = pool.submit(follower.get, f"/v1/jobs/{job}/events")
             ready, before = [], []
             for _ in range(30):
                 before.append(len(answers))
                 ready.append(s.get("/readyz").status_code)
-            assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2  # in turn: twelve
-            assert s.post("/v1/scenes/check", {"scene": "spherical_pendulum"}).status_code == 200  # not after twelve others
+            # a client that waits for its turn only once sees at most two; one that queues behind all sees twelve
+            assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2
+            # this check is served before those of the twelve others
+            assert s.post("/v1/scenes/check", {"scene": "spherical_pendulum"}).status_code == 200
             assert set(ready) <= {200, 503}
             assert s.job(job)["state"] in ("queued", "running")
             assert s.process is not None

@@ -44,7 +44,7 @@ def test_a_job_that_has_ended_is_deleted_with_all_it_has_kept(server: InProcess)
     assert job not in [j["id"] for j in server.get("/v1/jobs").json()["jobs"]]
 
 
-def test_a_job_that_goes_on_is_not_deleted(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_a_job_that_continues_is_not_deleted(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     job = s.submit(SMALL, **with_key(keys["mine"]))
     assert s.client.delete(f"/v1/jobs/{job}?purge=true", **with_key(keys["mine"])).status_code == 409
@@ -88,7 +88,7 @@ def test_cases_of_a_day_are_not_given_back_by_deleting_their_job(guarded: tuple[
     assert s.get("/v1/usage", **with_key(keys["mine"])).json()["cases"] == before + 7
 
 
-def test_who_did_what_is_known_to_administrators(guarded: tuple[InProcess, dict[str, str]]) -> None:
+def test_administrators_see_actions_with_their_keys(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     job = s.submit(SMALL | {"vary": {MU: [0.1]}}, **with_key(keys["admin"]))
     s.client.delete(f"/v1/jobs/{job}", **with_key(keys["admin"]))
@@ -105,7 +105,7 @@ def test_who_did_what_is_known_to_administrators(guarded: tuple[InProcess, dict[
     assert s.get("/v1/audit", **with_key(keys["mine"])).status_code == 403
 
 
-def test_what_is_too_old_goes_and_what_was_left_behind_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_expired_jobs_and_leftover_parts_are_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store, parts = WorkStore(f"sqlite:///{tmp_path / 'store.db'}"), Parts(str(tmp_path / "parts"))
     store.upgrade()
     jobs = [taken(store), taken(store), submitted(store)]

@@ -35,7 +35,7 @@ def problems(answer: Any) -> list[str]:
     return [p["where"] for p in answer.json()["problems"]]
 
 
-def test_it_gives_the_numbers_of_the_engine_to_the_last_bit(server: InProcess) -> None:
+def test_a_request_returns_the_engines_numbers_to_the_last_bit(server: InProcess) -> None:
     answer = server.post("/v1/sensitivities", ASKED)
     assert answer.status_code == 200, answer.text
     s, got = trunnion.sensitivity(**ASKED), answer.json()
@@ -70,7 +70,7 @@ def test_events_come_with_how_far_they_move(server: InProcess) -> None:
     assert [(e["time"], e["joint"], e["shift"]) for e in got["events"]] == [(e.time, e.joint, [*e.shift]) for e in s.events]
 
 
-def test_every_mistake_is_told_at_once(server: InProcess) -> None:
+def test_every_mistake_is_reported_at_once(server: InProcess) -> None:
     asked = ASKED | {
         "parameters": [MU, "joints.bal.friction.mu", "simulation.until"],
         "outputs": ["nothing*", "ball.friction.state[1]"],
@@ -100,7 +100,7 @@ def test_nothing_to_differentiate_is_a_mistake(server: InProcess, empty: str) ->
         ({"bodies": 0}, {}, "bodies"),
     ],
 )
-def test_more_than_the_limits_is_refused_at_once(
+def test_a_request_beyond_the_limits_is_refused_at_once(
     tmp_path_factory: pytest.TempPathFactory, limits: dict[str, Any], asked: dict[str, Any], where: str
 ) -> None:
     with unstarted(Settings(tmp_path_factory.mktemp("limited"), limits=Limits(**limits))) as s:
@@ -109,7 +109,7 @@ def test_more_than_the_limits_is_refused_at_once(
         assert where in problems(answer)
 
 
-def test_a_run_that_ends_early_says_why(server: InProcess) -> None:
+def test_a_run_that_ends_early_gives_the_reason(server: InProcess) -> None:
     """Painlevé's rod jams: a problem of the request, with the outcome and its advice."""
     text = (ROOT / "models/stability/07_painleve.yaml").read_text()
     name = next(p for p in server.post("/v1/scenes/check", {"scene_text": text}).json()["parameters"] if p["path"].endswith(".mu"))
@@ -119,7 +119,7 @@ def test_a_run_that_ends_early_says_why(server: InProcess) -> None:
     assert "the run ends early" in answer.text or "cannot start" in answer.text
 
 
-def test_what_takes_longer_than_its_budget_is_ended_and_its_worker_free(server: InProcess) -> None:
+def test_a_request_beyond_its_budget_is_ended_and_frees_its_worker(server: InProcess) -> None:
     server.post("/v1/sensitivities", ASKED)
     answer = server.post("/v1/sensitivities", LONG | {"budget": 0.5})
     assert answer.status_code == 422
@@ -127,7 +127,7 @@ def test_what_takes_longer_than_its_budget_is_ended_and_its_worker_free(server: 
     assert server.post("/v1/sensitivities", ASKED).status_code == 200
 
 
-def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> None:
+def test_long_requests_hold_up_no_others_and_end_when_their_clients_disconnect(served: Served) -> None:
     """More requests than the queue accepts, on one worker: other requests are answered, and those beyond the queue are refused. The
     worker is free for a job when the clients disconnect."""
     assert served.post("/v1/sensitivities", ASKED).status_code == 200
@@ -152,7 +152,7 @@ def test_long_ones_hold_up_nobody_and_end_when_nobody_waits(served: Served) -> N
 
 
 @pytest.mark.slow
-def test_jobs_go_on_beside_them(tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_jobs_continue_beside_sensitivity_requests(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Requests for sensitivities take half of the workers at most."""
     with Served(tmp_path_factory.mktemp("beside") / "data", "--workers", "2") as s:
         assert s.post("/v1/sensitivities", ASKED).status_code == 200

@@ -1,4 +1,4 @@
-"""Problems of requests are told in the words of this program, not in those of the library that validates them."""
+"""Problems of requests are reported in the words of this program, not in those of the library that validates them."""
 
 from __future__ import annotations
 

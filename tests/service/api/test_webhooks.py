@@ -45,7 +45,7 @@ BELOW = ("https://hooks.example/trunnion", "http://127.0.0.1:9")
         ("http://[", False),
     ],
 )
-def test_only_addresses_below_those_of_the_server_are_told(url: str, told: bool) -> None:
+def test_webhooks_go_only_to_addresses_below_those_of_the_server(url: str, told: bool) -> None:
     assert is_allowed(url, BELOW) is told
     assert not is_allowed(url, ())
 
@@ -74,7 +74,7 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, Listener]]:
-    """A server of one worker with permission to report to a listener, who does not answer properly the first two times."""
+    """A server of one worker that may report to a listener. The listener's first two answers are errors."""
     listener = Listener(500, 302, 200)
     patch = pytest.MonkeyPatch()
     patch.setattr(webhooks, "FIRST_DELAY", 0.05)
@@ -84,7 +84,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, 
     listener.server.shutdown()
 
 
-def test_an_end_is_told_until_it_is_heard_and_signed(told: tuple[InProcess, Listener]) -> None:
+def test_the_end_of_a_job_is_delivered_until_accepted_and_signed(told: tuple[InProcess, Listener]) -> None:
     s, listener = told
     job = s.submit(SMALL | {"notify": listener.url + "/x"})
     s.ended(job)
@@ -95,11 +95,12 @@ def test_an_end_is_told_until_it_is_heard_and_signed(told: tuple[InProcess, List
         assert headers[SIGNATURE.lower()] == "sha256=" + hmac.new(secret, body, hashlib.sha256).hexdigest()
     message = json.loads(listener.got[-1][1])
     assert (message["event"], message["job"]["id"], message["job"]["state"]) == ("done", job, "done")
-    assert len({h["trunnion-delivery"] for h, _ in listener.got}) == 1  # so that a listener recognises a repeated delivery
+    # all deliveries have one identifier, so that a listener recognises a repeated delivery
+    assert len({h["trunnion-delivery"] for h, _ in listener.got}) == 1
     assert (s.service.settings.data / "webhook.secret").stat().st_mode & 0o077 == 0
 
 
-def test_a_job_that_was_cancelled_is_told_too_and_others_are_not(told: tuple[InProcess, Listener]) -> None:
+def test_a_cancelled_job_is_delivered_and_a_job_without_a_webhook_is_not(told: tuple[InProcess, Listener]) -> None:
     s, listener = told
     quiet = s.submit(SMALL | {"vary": {MU: [0.1]}})
     s.ended(quiet)

@@ -112,7 +112,7 @@ def test_jobs_are_found_again_submitted_again_cancelled_and_deleted(there: Conne
         again.refresh()
 
 
-def test_what_is_wrong_is_raised_with_all_its_problems(there: Connection) -> None:
+def test_an_invalid_request_raises_an_error_with_all_problems(there: Connection) -> None:
     with pytest.raises(SceneError) as e:
         there.submit("spherical_pendulum", {"joints.ball.friction.nu": [1]}, until=-1)
     assert {p.where for p in e.value.problems} >= {"until", "vary.joints.ball.friction.nu"}

@@ -82,7 +82,7 @@ def test_rows_of_all_cases_are_kept_and_fetched(told: Told, tmp_path: Path) -> N
     assert told("results", "0" * 24, "--rows", "--case", "1", "-o", str(file))[0] == 2
 
 
-def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_user_who_stops_following_a_job_learns_that_it_continues(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(seconds: float) -> None:
         raise KeyboardInterrupt
 
@@ -93,7 +93,7 @@ def test_who_stops_following_a_job_is_told_that_it_goes_on(told: Told, monkeypat
     assert "the job continues: trunnion jobs watch " in err
 
 
-def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(
+def test_mistakes_are_reported_with_the_exit_codes_of_the_command_line(
     told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code, _, err = told("submit", "spherical_pendulum", "--vary", "joints.ball.friction.nu=1", "--reduce", "max:nothing")
@@ -109,7 +109,7 @@ def test_what_is_wrong_is_told_with_the_codes_of_the_command_line(
     assert told("list")[0] == 2
 
 
-def test_a_first_key_can_be_made_and_wrong_settings_are_told_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_first_key_is_made_and_wrong_settings_are_reported_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def served_with(*words: str) -> tuple[int, str, str]:
         code = main(["serve", "--data", str(tmp_path / "d"), "--port", "0", *words])
         return code, *capsys.readouterr()

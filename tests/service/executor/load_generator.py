@@ -1,9 +1,8 @@
 """Load and measurement in separate processes, so that the figures are those of the server, not of the threads of the test.
 
 ``python -m tests.service.executor.load_generator crowd URL KEY CLIENTS`` sends hostile checks until it is ended, ``… readers URL
-KEY CLIENTS PATH`` asks for a path again and again;
-``python -m tests.service.executor.load_generator probe URL KEY PATH SECONDS`` prints, as JSON, what each answer took, s, and what
-a loop that does nothing took beside it.
+KEY CLIENTS PATH`` asks for a path again and again; ``python -m tests.service.executor.load_generator probe URL KEY PATH SECONDS``
+prints as JSON the time of each answer, s, and the time of each answer of an idle event loop, s.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A worker can stop its job while it derives and compiles equations: nothing waits for a compiler, and no incomplete files remain.
 
-The worker's function runs here, on a thread of its own as in a worker; the job is stopped at a place in the work, not at a time.
-"""
+The worker's function runs in this process, on a thread of its own as in a worker. The test stops the job at a place in the work,
+not at a time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from trunnion.service.basics.server_settings import Limits
 from trunnion.service.executor import chunk_and_case_runs
 from trunnion.service.executor.chunk_and_case_runs import Cancelled, OutOfTime, run_chunk
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.request_models.job_request import JobRequest, document_of, plan_of_document, plan_of_request
 
 MU = "joints.ball.friction.mu"
@@ -58,7 +58,7 @@ def chunk(parts: Parts, seconds: float = 600.0) -> BaseException | dict[str, Any
 
     def working() -> None:
         try:
-            found.append(run_chunk(parts.url, Piece("a", digest_of(document_bytes(JOB)), 0, 4), seconds))
+            found.append(run_chunk(parts.url, CaseRange("a", digest_of(document_bytes(JOB)), 0, 4), seconds))
         except BaseException as e:  # noqa: BLE001
             found.append(e)
 
@@ -111,7 +111,7 @@ def test_a_budget_of_time_ends_a_build(parts: Parts, monkeypatch: pytest.MonkeyP
     assert left(library_cache.cache_folder()) == []
 
 
-def test_what_one_job_has_given_up_another_builds(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_job_builds_a_kernel_whose_build_another_job_has_cancelled(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
     """The other job runs in the same worker, with the same kernel."""
     monkeypatch.setenv("TRUNNION_QUICK_BUILD", "1")
     parts.write(parts.marker("a"), b"")
@@ -124,7 +124,7 @@ def test_what_one_job_has_given_up_another_builds(parts: Parts, monkeypatch: pyt
 
 @GROUPS
 def test_a_sweep_that_is_interrupted_waits_for_no_compiler(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its threads do not receive the signal: the main thread informs them."""
+    """The threads of a sweep do not receive the signal, so that the main thread informs them."""
     of, its = plan_of_document(JOB), []
     take = _Work.take
     monkeypatch.setattr(_Work, "take", lambda w: (its.append(w), take(w))[1])

@@ -1,4 +1,4 @@
-"""For any number of workers, one server can send all chunks, and one store can record all results."""
+"""Sizes of chunks: one server can send all chunks and one store can record all results, for any number of workers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.benchmarks.service.worker_count_model import Fleet, simulated
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.chunk_and_case_runs import MARKER_SECONDS
 from trunnion.service.executor.chunk_size import BUSY, CHECKS_PER_SECOND, COMMIT_SIZE, DispatchCost, check_pause
 from trunnion.service.store.store_records import Job
@@ -19,9 +19,9 @@ PIECE = 5e-3
 """Time of the dispatcher for each piece, s."""
 
 
-def active(cases: int, planned: int = 0) -> Active:
+def active(cases: int, planned: int = 0) -> ActiveJob:
     job = Job("", 0.0, None, None, "", "", "", "", "running", cases, planned, 0, 0, {}, 0.0, 0.0, 0, math.inf, [])
-    return Active(job, cost=CASE, warm=True, planned=planned)
+    return ActiveJob(job, cost=CASE, warm=True, planned=planned)
 
 
 @pytest.mark.parametrize("slots", [1, 2, 16, 200, 1000, 10_000])
@@ -32,7 +32,7 @@ def test_pieces_last_as_long_as_it_takes_to_serve_all_workers(slots: int) -> Non
     seconds = CASE * active(10**9).size(longest, slots, dispatch_cost)
     assert PIECE * slots <= seconds <= longest * (1 + 1e-9)
     if slots <= 2.0 * BUSY / PIECE:
-        assert longest == 2.0, "few workers have the pieces they had"
+        assert longest == 2.0, "few workers have pieces of the size as before"
 
 
 def test_a_small_job_is_cut_as_before_for_few_workers_and_into_no_more_than_pays_for_many() -> None:
@@ -45,7 +45,7 @@ def test_a_small_job_is_cut_as_before_for_few_workers_and_into_no_more_than_pays
     assert pieces < 4 * math.sqrt(100_000 * CASE / PIECE), "P pieces end after P·cost + work/P"
 
 
-def test_what_commits_and_pieces_cost_is_learnt_and_no_outage_counts_as_that() -> None:
+def test_the_cost_of_commits_and_pieces_is_learnt_and_an_outage_does_not_count() -> None:
     dispatch_cost, fixed, each = DispatchCost(), 0.01, 0.0004
     dispatch_cost.record(1, fixed + each)
     assert dispatch_cost.cost(1) == pytest.approx(2 * (fixed + each))

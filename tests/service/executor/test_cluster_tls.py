@@ -78,7 +78,7 @@ def listening(s: Served) -> list[int]:
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="needs setpriv")
 def test_another_account_reaches_neither_scheduler_nor_workers_nor_data(keyed: Served) -> None:
     ports = listening(keyed)
-    assert len(ports) >= 2  # a scheduler, a worker
+    assert len(ports) >= 2  # the scheduler and a worker listen
     asked = json.dumps([ports, keyed.port, str(keyed.data)])
     words = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "/usr/bin/env", "-i", "PATH=/usr/bin:/bin"]
     python = shutil.which("python3", path="/usr/bin:/usr/local/bin") or sys.executable
@@ -149,7 +149,7 @@ def secured(folder: Path, port: int) -> Iterator[list[str]]:
 def test_a_scheduler_with_tls_is_used_with_its_certificates(tmp_path: Path) -> None:
     with secured(tmp_path, free_port()) as options, Served(tmp_path / "data", *options) as s:
         assert s.ended(s.submit(SMALL | {"vary": {MU: "0.1:0.6:5"}}))["state"] == "done"
-        with pytest.raises((OSError, TypeError)):  # it has no certificate
+        with pytest.raises((OSError, TypeError)):  # this client has no certificate
             Client(options[1], timeout=2, set_as_default=False)
 
 

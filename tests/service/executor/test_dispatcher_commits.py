@@ -1,4 +1,4 @@
-"""Many workers are served in few commits, and an interruption in the middle loses no piece."""
+"""Many workers are served in few commits, and an interruption in the middle loses no chunk."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from tests.benchmarks.service.dispatcher_with_idle_workers import Later
+from tests.benchmarks.service.dispatcher_with_idle_workers import PendingResult
 from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.basics.server_settings import Settings
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.chunk_dispatcher import AHEAD, Dispatcher
 from trunnion.service.executor.chunk_size import COMMIT_SIZE
 from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.store.database_connection import Unreachable
 from trunnion.service.store.leases_and_chunks import WorkStore
 from trunnion.service.store.store_records import Job
@@ -52,17 +52,17 @@ class Workers:
     """A cluster whose workers do nothing. room: number of pieces that it accepts before it disconnects."""
 
     def __init__(self) -> None:
-        self.counted, self.room, self.sent = WORKERS, 10**6, list[tuple[Piece, Later]]()
+        self.counted, self.room, self.sent = WORKERS, 10**6, list[tuple[CaseRange, PendingResult]]()
 
     def slots(self) -> int:
         return self.counted
 
-    def submit(self, function: Any, url: str, piece: Piece, *_: Any) -> Later:
+    def submit(self, function: Any, url: str, case_range: CaseRange, *_: Any) -> PendingResult:
         if len(self.sent) >= self.room:
             raise NoCluster("it went away")
-        n = piece.stop - piece.start
+        n = case_range.stop - case_range.start
         said = {"counts": {"done": n}, "seconds": n * CASE, "build_seconds": 0.0, "bytes": 9}
-        self.sent.append((piece, Later(said)))
+        self.sent.append((case_range, PendingResult(said)))
         return self.sent[-1][1]
 
 
@@ -85,7 +85,7 @@ def dispatcher(store: Counted, tmp_path: Path) -> Dispatcher:
     return made
 
 
-def held(dispatcher: Dispatcher) -> Active:
+def held(dispatcher: Dispatcher) -> ActiveJob:
     (active,) = dispatcher.jobs.values()
     return active
 
@@ -111,7 +111,7 @@ def test_all_workers_are_given_their_fill_and_taken_back_from_in_few_commits(dis
     dispatcher._turn()
     done = store.job(held(dispatcher).job.id)
     assert done is not None
-    assert done.done == sum(piece.stop - piece.start for piece, _ in cluster.sent[:filled])
+    assert done.done == sum(case_range.stop - case_range.start for case_range, _ in cluster.sent[:filled])
     assert store.commits == 2 * -(-filled // COMMIT_SIZE)
     covered(store, done)
 
@@ -126,7 +126,7 @@ def test_pieces_are_as_large_together_as_one_after_the_other(dispatcher: Dispatc
 
 
 def test_where_the_time_of_a_job_is_short_its_pieces_are_cut_one_by_one(dispatcher: Dispatcher) -> None:
-    """Each piece then has its grant: together they never have more time than there is."""
+    """Each chunk then has its own grant, and all grants together never exceed the remaining time."""
     active, cluster = held(dispatcher), dispatcher.cluster
     active.spent = active.job.budget - 1000.0
     assert active.chunks_at_once(100) == 1
@@ -136,7 +136,7 @@ def test_where_the_time_of_a_job_is_short_its_pieces_are_cut_one_by_one(dispatch
     assert len(active.granted) == len(cluster.sent)  # type: ignore[attr-defined]
     active.warm = False
     active.spent = 0.0
-    assert active.chunks_at_once(100) == 1, "what comes first builds for all"
+    assert active.chunks_at_once(100) == 1, "the first piece builds for all"
 
 
 def test_pieces_that_no_cluster_takes_wait_and_are_handed_out_when_it_is_back(dispatcher: Dispatcher, store: Counted) -> None:
@@ -152,10 +152,10 @@ def test_pieces_that_no_cluster_takes_wait_and_are_handed_out_when_it_is_back(di
         c.exec_driver_sql("UPDATE chunks SET not_before = 0")
     dispatcher._send()
     assert sorted(p.start for p, _ in cluster.sent) == [start for start, _ in covered(store, job)]
-    assert {c.attempts for c in store.running(job.id)} == {1}, "no attempt counts that was none"
+    assert {c.attempts for c in store.running(job.id)} == {1}, "pieces that no cluster took count as no attempt"
 
 
-def test_what_came_back_while_the_database_was_away_is_recorded_when_it_is_there(
+def test_results_that_arrive_during_a_database_outage_are_recorded_after_it(
     dispatcher: Dispatcher, store: Counted, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cluster: Any = dispatcher.cluster
@@ -186,9 +186,10 @@ def test_a_job_taken_over_is_settled_in_few_commits_as_its_parts_say(store: Coun
     store.begin("killed", job.id)
     pieces = [c for _ in range(5) for c in store.cut_chunks("killed", job.id, [10] * 90)]
     parts, digest = Parts(f"{tmp_path}/results"), digest_of(document_bytes(store.document(job.id)))
-    whole, spoilt, others = (Piece(job.id, d, c.start, c.stop) for c, d in zip(pieces[100:], (digest, digest, "x"), strict=False))
-    for piece in (whole, spoilt, others):
-        parts.write_part(piece, pa.table({"case": range(piece.start, piece.stop), "outcome": ["done"] * 10}))
+    documents = (digest, digest, "x")
+    whole, spoilt, others = (CaseRange(job.id, d, c.start, c.stop) for c, d in zip(pieces[100:], documents, strict=False))
+    for case_range in (whole, spoilt, others):
+        parts.write_part(case_range, pa.table({"case": range(case_range.start, case_range.stop), "outcome": ["done"] * 10}))
     parts.write(parts.part(spoilt), parts.read(parts.part(spoilt))[:-7])
     store.release("killed")
     store.commits = 0

@@ -16,11 +16,11 @@ from tests.service.store.single_chunks import chunk_done, cut
 from trunnion.basics.renamed_words import current_result, known_result
 from trunnion.service.basics.engine_version import engine_version
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, digest_of
 from trunnion.service.executor.part_versions import shaped, with_version
 from trunnion.service.executor.parts_of_earlier_versions import adopt_parts
 from trunnion.service.store.database_connection import transaction
-from trunnion.service.store.leases_and_chunks import Done, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, WorkStore
 from trunnion.service.store.table_definitions import EARLIER, UNKNOWN, chunks
 
 FIRST, SECOND = range(4), range(4, 6)
@@ -45,27 +45,27 @@ def early(tmp_path: Path) -> tuple[WorkStore, Parts, str]:
     store.begin("a server", job.id)
     for cases in (FIRST, SECOND):
         cut(store, "a server", job.id, len(cases))
-        chunk_done(store, "a server", job.id, cases.start, Done({"done": len(cases)}, 0.1, 0.0, 10))
-        parts.write(parts.part(Piece(job.id, "", cases.start, cases.stop)), early_part(cases)[: None if cases is FIRST else -9])
+        chunk_done(store, "a server", job.id, cases.start, ChunkReport({"done": len(cases)}, 0.1, 0.0, 10))
+        parts.write(parts.part(CaseRange(job.id, "", cases.start, cases.stop)), early_part(cases)[: None if cases is FIRST else -9])
     assert store.end_if_over("a server", job.id) == "done"
     with transaction(store.engine, writing=True) as c:
-        c.execute(update(chunks).values(version=UNKNOWN, counts=""))  # as the migration leaves them
+        c.execute(update(chunks).values(version=UNKNOWN, counts=""))  # the migration leaves these values
     return store, parts, job.id
 
 
 def test_finished_rows_of_an_earlier_version_are_read_unchanged_under_todays_names(early: tuple[WorkStore, Parts, str]) -> None:
     store, parts, job = early
-    piece, damaged = (Piece(job, digest_of(b"{}"), cases.start, cases.stop) for cases in (FIRST, SECOND))
+    case_range, damaged = (CaseRange(job, digest_of(b"{}"), cases.start, cases.stop) for cases in (FIRST, SECOND))
     with pytest.raises(CorruptPart):
-        parts.read_part(piece)
+        parts.read_part(case_range)
     adopt_parts(store, parts)
-    table = parts.read_part(piece, ["case", "outcome", "max:j.end_stop.effort[1]"])[0]
+    table = parts.read_part(case_range, ["case", "outcome", "max:j.end_stop.effort[1]"])[0]
     assert table.to_pydict() == {
         "case": list(FIRST),
         "outcome": ["done", "cancelled", "overlap_lost", "jammed"],
         "max:j.end_stop.effort[1]": [1.5] * 4,
     }
-    assert parts.part_outcomes(piece) is not None
+    assert parts.part_outcomes(case_range) is not None
     assert parts.part_outcomes(damaged) is None
     assert [c.version for c in store.finished(job)] == [EARLIER] * 2
     before = [f.stat().st_mtime_ns for f in Path(parts.root).rglob("part-*")]
@@ -84,12 +84,12 @@ def test_a_column_that_an_earlier_version_did_not_store_is_empty() -> None:
 def test_old_names_of_results_mean_todays_columns() -> None:
     assert current_result("error:max:j.stop.effort[1]") == "error:max:j.end_stop.effort[1]"
     assert current_result("joints.j.stops.stiffness") == "joints.j.end_stops.stiffness"
-    assert current_result("first:stop") == "first:stop"  # the name of this column is the word of the request
+    assert current_result("first:stop") == "first:stop"  # results are named by the words of their request, which are kept here
     known = ["first:stick", "max:j.end_stop.effort[1]"]
     assert [known_result(n, known) for n in ("first:stop", "max:j.stop.effort[1]", "first:nothing")] == [*known, "first:nothing"]
 
 
-def test_rows_that_another_version_computes_again_are_told_and_the_end_of_the_job_stays(server: InProcess) -> None:
+def test_rows_that_another_version_computes_again_are_reported_and_the_end_of_the_job_stays(server: InProcess) -> None:
     job = server.submit(SMALL | {"vary": {MU: "0.1:0.6:16"}})
     end, store = server.ended(job), server.service.store
     answer = server.get(f"/v1/jobs/{job}/results")

@@ -68,7 +68,8 @@ def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_
             workers = children(s)
             assert s.job(job)["state"] == "running"
             s.kill()
-            eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))  # no orphans
+            # no worker process outlives its server
+            eventually(lambda w=workers: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in w))
             s.start()
         end = s.ended(job)
         assert (end["state"], end["done"], end["lost"], end["outcomes"]) == ("done", cases, 0, {"done": cases})
@@ -150,7 +151,7 @@ def test_a_disk_that_has_room_again_in_time_costs_only_retries(brimming: tuple[S
 
 
 @pytest.mark.slow
-def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: tuple[Served, Path], browser: Any) -> None:
+def test_the_page_says_that_a_disk_is_full_and_continues_when_it_is_not(brimming: tuple[Served, Path], browser: Any) -> None:
     s, full = brimming
     full.write_text("part-\n")
     job = s.submit(SMALL)
@@ -164,7 +165,7 @@ def test_the_page_says_that_a_disk_is_full_and_goes_on_when_it_is_not(brimming: 
 
 
 @pytest.mark.slow
-def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: Path) -> None:
+def test_a_database_that_goes_away_is_waited_for_and_the_job_continues(tmp_path: Path) -> None:
     import tempfile
 
     from tests.service.conftest import missing
@@ -190,7 +191,7 @@ def test_a_database_that_goes_away_is_waited_for_and_the_job_goes_on(tmp_path: P
 
 
 @pytest.mark.slow
-def test_of_two_servers_on_one_database_the_second_continues_the_jobs_of_the_first(
+def test_a_second_server_on_the_same_database_continues_the_jobs_of_the_first(
     tmp_path: Path, postgres: str, expected: list[list[Any]]
 ) -> None:
     options = ("--workers", "1", "--database", postgres, "--results", str(tmp_path / "results"), *QUICK)

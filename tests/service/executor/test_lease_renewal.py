@@ -13,7 +13,7 @@ from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.executor import job_leases
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.job_leases import LeasedJobs
-from trunnion.service.store.leases_and_chunks import Lost
+from trunnion.service.store.leases_and_chunks import FailedAttempt
 
 LEASE, PIECES = 6.0, 100
 
@@ -31,9 +31,9 @@ class Clock:
     def works(self, *given: Any) -> None:
         self.now += 1.0
 
-    def reports(self, *given: Any) -> tuple[None, Lost]:
+    def reports(self, *given: Any) -> tuple[None, FailedAttempt]:
         self.works()
-        return None, Lost("gone", 0.0)
+        return None, FailedAttempt("gone", 0.0)
 
 
 @pytest.fixture
@@ -79,5 +79,6 @@ def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Cloc
     many(jobs, clock)
     assert clock.now - began == PIECES
     times = [began, *clock.renewed, clock.now]
-    assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0  # a third, and work begun before its end
+    # a third of the lease, plus the work that began before its end
+    assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0
     assert jobs.claimed == began  # a job that arrived meanwhile is not skipped

@@ -19,7 +19,7 @@ from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
 from trunnion.service.executor.job_leases import LeasedJobs
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import CorruptPart, Piece, digest_of
+from trunnion.service.executor.part_file_format import CaseRange, CorruptPart, digest_of
 from trunnion.service.request_models.job_request import JobRequest, plan_of_request
 from trunnion.service.store.leases_and_chunks import WorkStore
 
@@ -27,53 +27,53 @@ ASKED = plan_of_request(JobRequest.model_validate(SMALL), Limits())
 
 
 @pytest.fixture(scope="module")
-def pieces(tmp_path_factory: pytest.TempPathFactory) -> tuple[Parts, list[Piece], list[Any]]:
+def pieces(tmp_path_factory: pytest.TempPathFactory) -> tuple[Parts, list[CaseRange], list[Any]]:
     """Parts of two neighbouring pieces of a job, and of the same cases of another job, with their tables."""
     parts = Parts(str(tmp_path_factory.mktemp("parts")))
     runner = Runner(ASKED)
-    found = [Piece("a", "d", 0, 10), Piece("a", "d", 10, 20), Piece("b", "e", 0, 10)]
+    found = [CaseRange("a", "d", 0, 10), CaseRange("a", "d", 10, 20), CaseRange("b", "e", 0, 10)]
     tables = [runner.chunk(p.start, p.stop) for p in found]
-    for piece, table in zip(found, tables, strict=True):
-        parts.write_part(piece, table)
+    for case_range, table in zip(found, tables, strict=True):
+        parts.write_part(case_range, table)
     return parts, found, tables
 
 
-def test_a_part_is_an_ordinary_parquet_file_with_what_was_computed(pieces: tuple[Parts, list[Piece], list[Any]]) -> None:
+def test_a_part_is_an_ordinary_parquet_file_with_what_was_computed(pieces: tuple[Parts, list[CaseRange], list[Any]]) -> None:
     parts, found, tables = pieces
-    for piece, table in zip(found, tables, strict=True):
-        assert parts.read_part(piece)[0].equals(table)
-        assert pq.read_table(parts.part(piece)).equals(table)
-        assert parts.part_outcomes(piece) == ({"done": 10}, Path(parts.part(piece)).stat().st_size, version())
+    for case_range, table in zip(found, tables, strict=True):
+        assert parts.read_part(case_range)[0].equals(table)
+        assert pq.read_table(parts.part(case_range)).equals(table)
+        assert parts.part_outcomes(case_range) == ({"done": 10}, Path(parts.part(case_range)).stat().st_size, version())
 
 
-def test_each_of_200_random_bit_flips_is_found(pieces: tuple[Parts, list[Piece], list[Any]]) -> None:
-    parts, (piece, *_), _ = pieces
-    file, chance = Path(parts.part(piece)), random.Random(4)
+def test_each_of_200_random_bit_flips_is_found(pieces: tuple[Parts, list[CaseRange], list[Any]]) -> None:
+    parts, (case_range, *_), _ = pieces
+    file, chance = Path(parts.part(case_range)), random.Random(4)
     whole = file.read_bytes()
     for _ in range(200):
         spoiled, at = bytearray(whole), chance.randrange(8 * len(whole))
         spoiled[at // 8] ^= 1 << at % 8
         file.write_bytes(spoiled)
         with pytest.raises(CorruptPart):
-            parts.read_part(piece)
-        assert parts.part_outcomes(piece) is None
+            parts.read_part(case_range)
+        assert parts.part_outcomes(case_range) is None
     file.write_bytes(whole)
-    parts.read_part(piece)
+    parts.read_part(case_range)
 
 
-def test_neighbours_strangers_pieces_and_nothing_are_not_taken_for_a_part(pieces: tuple[Parts, list[Piece], list[Any]]) -> None:
-    parts, (piece, neighbour, stranger), _ = pieces
-    file = Path(parts.part(piece))
+def test_files_of_other_parts_and_cut_or_empty_files_are_no_parts(pieces: tuple[Parts, list[CaseRange], list[Any]]) -> None:
+    parts, (case_range, neighbour, stranger), _ = pieces
+    file = Path(parts.part(case_range))
     whole = file.read_bytes()
     others = [Path(parts.part(p)).read_bytes() for p in (neighbour, stranger)]
     for wrong in (*others, whole[:-1], whole[: len(whole) // 2], b"", whole + b"\0"):
         file.write_bytes(wrong)
-        assert parts.part_outcomes(piece) is None
+        assert parts.part_outcomes(case_range) is None
     file.unlink()
     with pytest.raises(CorruptPart):
-        parts.read_part(piece)
+        parts.read_part(case_range)
     file.write_bytes(whole)
-    assert parts.part_outcomes(Piece("a", "another document", 0, 10)) is None
+    assert parts.part_outcomes(CaseRange("a", "another document", 0, 10)) is None
 
 
 def flipped(file: Path) -> None:
@@ -107,7 +107,7 @@ def job(server: InProcess) -> str:
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("how", SPOILT)
-def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_said(server: InProcess, job: str, how: str) -> None:
+def test_a_spoilt_part_is_computed_again_when_it_is_read_and_that_is_reported(server: InProcess, job: str, how: str) -> None:
     before, document = server.rows(job), server.job(job)
     folder = server.service.settings.data / "results" / job
     files = sorted(folder.glob("part-*"))
@@ -143,7 +143,7 @@ def test_a_chunk_whose_part_cannot_be_read_is_run_again_by_the_next_server(tmp_p
     store.release("a server that was killed")
     assert chunk is not None
     if left is not None:
-        parts.write(parts.part(Piece(job.id, digest_of(b"{}"), 0, 20)), left)
+        parts.write(parts.part(CaseRange(job.id, digest_of(b"{}"), 0, 20)), left)
     LeasedJobs(store, parts, Settings(tmp_path))._claim()
     assert store.running(job.id) == []
     again = store.job(job.id)
@@ -152,7 +152,7 @@ def test_a_chunk_whose_part_cannot_be_read_is_run_again_by_the_next_server(tmp_p
     store.close()
 
 
-def test_of_a_cancelled_job_spoilt_rows_are_gone_and_that_is_said(server: InProcess) -> None:
+def test_damaged_rows_of_a_cancelled_job_are_reported_as_lost(server: InProcess) -> None:
     job = server.submit(SMALL | {"vary": {MU: "0.1:0.6:5000"}, "until": 1000.0, "every": 0.01})
     eventually(lambda: server.job(job)["done"] > 0)
     server.client.delete(f"/v1/jobs/{job}")

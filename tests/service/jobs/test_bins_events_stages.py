@@ -49,7 +49,7 @@ def test_bins_of_a_job_are_those_of_its_whole_table(job: Job) -> None:
     assert (got["x"]["unit"], got["y"]["unit"]) == ("1", "m")
 
 
-def test_bins_keep_to_conditions_and_say_what_has_no_number(job: Job) -> None:
+def test_bins_keep_to_conditions_and_count_cases_without_a_number(job: Job) -> None:
     table = job.to_arrow().to_pydict()
     got = job.bins(FORCE, within={GUIDE: (0.1, 0.3), "outcome": ("done",)}, nx=4)
     inside = [0.1 <= m <= 0.3 and o == "done" for m, o in zip(table[GUIDE], table["outcome"], strict=True)]
@@ -102,7 +102,7 @@ def test_the_scene_of_a_job_comes_back_as_text_that_means_the_same(job: Job, ser
     assert again == job.request["scene"]
 
 
-def test_a_scene_is_drawn_at_its_start_or_its_problems_are_told(server: InProcess) -> None:
+def test_a_scene_is_drawn_at_its_start_or_its_problems_are_reported(server: InProcess) -> None:
     page = server.post("/v1/scenes/view?shown=names=1%26bare=1", {"scene": "crank_slider"})
     assert (page.status_code, page.headers["content-type"].split(";")[0]) == (200, "text/html")
     assert "crank" in page.text
@@ -126,10 +126,10 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
     assert read_stage(parts, "a") == ""
     (tmp_path / "c").write_text("a file where a folder is expected")
     with report_stages(parts, "c", wanted=True) as tell:
-        tell("deriving")  # no work fails because of it
+        tell("deriving")  # a report of a stage that cannot be written makes no work fail
 
 
-def test_that_a_kernel_is_compiled_is_told_while_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compilation_of_a_kernel_is_reported_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from trunnion.kernel.compilation import c_compiler
 
     monkeypatch.setattr(c_compiler, "_zig", lambda *_: (0, ""))

@@ -1,4 +1,4 @@
-"""Fits as jobs: they find the results of the functions, to the bit, whichever process is killed; within budgets and limits."""
+"""Fits as jobs find the results of the functions, to the bit, whichever process is killed. They keep to budgets and limits."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def evidence() -> trunnion.ModelComparison:
     return trunnion.compare(GLIDER, LAWS, QD, **GIVEN)
 
 
-def test_a_job_finds_what_the_functions_find(job: Job, evidence: trunnion.ModelComparison) -> None:
+def test_a_job_has_the_results_of_the_functions(job: Job, evidence: trunnion.ModelComparison) -> None:
     best = evidence.best.fit
     assert best is not None
     assert (job.state, job.document["cases"], job.document["outcomes"]) == ("done", 2, {"done": 2})
@@ -78,14 +78,14 @@ def test_the_answer_is_what_the_document_of_the_interface_says(job: Job, served:
     assert StudyAnswer.model_validate(told).model_dump(exclude_unset=True) == told
 
 
-def test_what_was_asked_can_be_asked_again(there: Connection, job: Job) -> None:
+def test_a_repeated_fit_request_has_the_same_answer(there: Connection, job: Job) -> None:
     again = there.submit(**{n: v for n, v in job.request.items() if n != "scene"}, scene=job.request["scene"])
     assert again.wait(timeout=PATIENCE).answer == job.answer
     keyed = [there.fit(GLIDER, QD, TIME, {X: noisy(1)}, idempotency_key="one fit").id for _ in range(2)]
     assert keyed[0] == keyed[1]
 
 
-def test_the_commands_tell_what_the_command_without_a_server_tells(
+def test_the_commands_report_what_the_command_without_a_server_reports(
     served: Served, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -105,7 +105,7 @@ def test_the_commands_tell_what_the_command_without_a_server_tells(
     assert json.loads(capsys.readouterr().out)["kind"] == "fit"
 
 
-def test_every_mistake_is_told_at_once_with_its_place(served: Served) -> None:
+def test_every_mistake_is_reported_at_once_with_its_place(served: Served) -> None:
     wrong: dict[str, Any] = ONE | {"parameters": [QD, "rail.mu"], "trials": {"t": {"overrides": {"q": 1}}}}
     wrong["runs"] = [*ONE["runs"], {"time": [0.0, 1.0], "curves": {"rail.plaice": [0.0]}, "noise": -1.0}]
     body = {"scene": GLIDER, "fit": wrong, "vary": {QD: [1]}, "until": 3, "certify": True, "budget": 1e9}
@@ -134,7 +134,7 @@ def test_every_mistake_is_told_at_once_with_its_place(served: Served) -> None:
         ({}, Limits(output_bytes=500), "fit.runs"),
     ],
 )  # fmt: skip
-def test_what_is_more_than_a_server_allows_is_refused(more: dict[str, Any], limits: Limits, where: str) -> None:
+def test_a_fit_beyond_the_servers_limits_is_refused(more: dict[str, Any], limits: Limits, where: str) -> None:
     with pytest.raises(SceneError) as e:
         stored_fields(validate_request(JobRequest, {"scene": GLIDER, "fit": ONE | more}), limits)
     assert where in [p.where for p in e.value.problems]
@@ -146,7 +146,7 @@ def test_the_document_that_is_kept_means_the_same_for_ever() -> None:
     assert (plan.request.rtol, plan.cases.count, kept["cases"]) == (1e-7, 1, 1)  # type: ignore[attr-defined]
 
 
-def test_what_has_no_meaning_for_a_fit_is_refused(job: Job, served: Served) -> None:
+def test_operations_without_meaning_for_a_fit_are_refused(job: Job, served: Served) -> None:
     for what in (lambda: job.rerun(["done"]), lambda: job.extend({QD: [0.1]})):
         with pytest.raises(SceneError, match="is a fit"):
             what()
@@ -156,7 +156,7 @@ def test_what_has_no_meaning_for_a_fit_is_refused(job: Job, served: Served) -> N
 
 
 @pytest.mark.slow
-def test_the_page_tells_what_was_found(page: Any, job: Job) -> None:
+def test_the_page_reports_what_was_found(page: Any, job: Job) -> None:
     show(page, f"/jobs/{job.id}")
     page.wait_for_selector("#answers tr:has-text('longer')", state="attached")
     assert job.answer is not None
@@ -179,7 +179,7 @@ def slow(count: int, until: float = 3.0) -> dict[str, Any]:
     return {"scene": PENDULUM, "fit": fit}
 
 
-def test_how_far_a_fit_has_come_is_told_and_it_ends_when_it_is_cancelled(served: Served) -> None:
+def test_how_far_a_fit_has_come_is_reported_and_it_ends_when_it_is_cancelled(served: Served) -> None:
     job = served.submit(slow(20))
     eventually(lambda: served.job(job)["stage"].startswith("fitting: ") or served.job(job)["done"])
     served.client.delete(f"/v1/jobs/{job}")
@@ -190,7 +190,7 @@ def test_how_far_a_fit_has_come_is_told_and_it_ends_when_it_is_cancelled(served:
     assert (told["complete"], told["ended"]) == (False, True)
 
 
-def test_a_fit_that_has_used_up_its_budget_says_so(served: Served) -> None:
+def test_a_fit_that_has_used_up_its_budget_ends_with_this_outcome(served: Served) -> None:
     end = served.ended(served.submit(slow(20) | {"budget": 0.5}))
     assert (end["state"], end["problems"][0]["where"]) == ("failed", "budget")
     assert end["done"] < 20

@@ -48,7 +48,7 @@ def test_the_same_idempotency_key_makes_no_second_job(server: InProcess, small: 
     assert other.headers["content-type"] == "application/problem+json"
 
 
-def test_what_was_submitted_can_be_had_and_sent_again(server: InProcess, small: str) -> None:
+def test_a_jobs_request_can_be_read_and_submitted_again(server: InProcess, small: str) -> None:
     asked = server.get(f"/v1/jobs/{small}/request").json()
     assert (asked["vary"], asked["until"]) == (SMALL["vary"], SMALL["until"])
     again = server.submit(asked)
@@ -158,7 +158,7 @@ def test_a_job_stops_when_its_time_budget_is_used_up(server: InProcess) -> None:
     assert (end["state"], end["problems"][0]["where"]) == ("failed", "budget")
 
 
-def test_the_events_of_a_job_tell_its_story(server: InProcess, small: str) -> None:
+def test_the_events_of_a_job_list_its_states(server: InProcess, small: str) -> None:
     with server.client.stream("GET", f"/v1/jobs/{small}/events") as answer:
         assert answer.headers["content-type"].startswith("text/event-stream")
         lines = [x for x in answer.iter_lines() if x]
@@ -195,7 +195,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_told_as_a_problem_document(server: InProcess, name: str) -> None:
+def test_mistakes_in_a_request_are_reported_as_a_problem_document(server: InProcess, name: str) -> None:
     body, where = WRONG[name]
     answer = server.post("/v1/jobs", body)
     assert answer.status_code == 422
@@ -203,7 +203,7 @@ def test_what_is_wrong_is_told_as_a_problem_document(server: InProcess, name: st
     assert where in [p["where"] for p in answer.json()["problems"]], answer.json()
 
 
-def test_rest_tells_the_same_problems_as_the_command_line(
+def test_rest_reports_the_same_problems_as_the_command_line(
     server: InProcess, capsys: pytest.CaptureFixture[str], tmp_path: Any
 ) -> None:
     from trunnion.cli import main
@@ -257,13 +257,13 @@ def test_a_scene_that_is_sent_reads_no_files_of_the_server(server: InProcess, tm
     assert ("parameters.size", 2.0, "m") in [(p["path"], p["value"], p["unit"]) for p in facts["parameters"]]
 
 
-def test_models_and_the_format_are_told(server: InProcess) -> None:
+def test_models_and_the_format_are_reported(server: InProcess) -> None:
     assert "spherical_pendulum" in [m["name"] for m in server.get("/v1/models").json()]
     assert server.get("/v1/models/none").status_code == 404
     assert "properties" in server.get("/v1/schema").json()
 
 
-def test_health_readiness_and_metrics(server: InProcess, small: str) -> None:
+def test_health_readiness_and_metrics_are_reported(server: InProcess, small: str) -> None:
     assert server.get("/healthz").json()["status"] == "ok"
     assert server.get("/readyz").status_code == 200
     text = server.get("/metrics").text

@@ -26,7 +26,7 @@ def job(served: Served) -> Job:
     return connect(str(served.client.base_url)).submit("double_pendulum", certify=True, **ASKED).wait(timeout=PATIENCE)
 
 
-def test_a_job_says_why_a_case_has_no_error_in_every_form(served: Served, job: Job) -> None:
+def test_a_job_gives_the_reason_of_a_missing_error_in_every_form(served: Served, job: Job) -> None:
     said = trunnion.sweep("double_pendulum", certify=True, **ASKED).table[WHY].to_pylist()
     assert len({"", "start"} | set(said)) == len(set(said)) > 2
     assert job.to_arrow()[WHY].to_pylist() == said
@@ -40,7 +40,7 @@ def test_a_job_says_why_a_case_has_no_error_in_every_form(served: Served, job: J
 
 
 @pytest.mark.slow
-def test_the_page_says_why_beside_the_case(page: Any, job: Job) -> None:
+def test_the_page_gives_the_reason_beside_the_case(page: Any, job: Job) -> None:
     at = job.to_arrow()[WHY].to_pylist().index("start")
     show(page, f"/jobs/{job.id}?cases={at}")
     page.wait_for_selector("#casevalues li:has-text('no errors are stated (start)')")

@@ -69,7 +69,7 @@ def test_questions_that_mean_nothing_are_problems(job: Job, served: Served, plac
     assert (answer.status_code, where in [p["where"] for p in answer.json()["problems"]]) == (422, True), answer.text
 
 
-def test_what_is_no_sample_has_neither(served: Served) -> None:
+def test_a_job_that_is_not_a_sample_has_neither_indices_nor_quantiles(served: Served) -> None:
     job = served.submit(SMALL | {"vary": {MU: [0.1, 0.2]}})
     served.ended(job)
     for place in ("indices", "spreads"):

@@ -84,7 +84,7 @@ def test_single_cases_of_a_study_are_run_again_with_their_own_numbers(best: Job)
     assert best.trajectory(17, "guide.q[1]")["guide.q[1]"].to_pylist() == run["guide.q[1]"].tolist()
 
 
-def test_what_cannot_be_asked_of_a_study_is_refused(there: Connection, served: Served, best: Job) -> None:
+def test_requests_that_a_study_cannot_fulfil_are_refused(there: Connection, served: Served, best: Job) -> None:
     with pytest.raises(SceneError, match="depend on each other"):
         best.rerun(["done"])
     with pytest.raises(SceneError, match="depend on each other"):
@@ -139,9 +139,9 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
     until(page, "document.getElementById('jobverdict').textContent.includes('at most 20 cases')")
 
 
-def test_a_study_that_is_cancelled_tells_how_far_it_has_come(there: Connection) -> None:
+def test_a_study_that_is_cancelled_reports_how_far_it_has_come(there: Connection) -> None:
     least = {"bounds": BEST["bounds"], "minimise": TRAVEL, "cases": 5000, "tolerance": 1e-9}
-    job = there.submit("double_pendulum", optimise=least, **RUN)  # needs all its cases
+    job = there.submit("double_pendulum", optimise=least, **RUN)  # the study needs all its cases
     eventually(lambda: job.refresh().document["done"] > 20)
     job.cancel().wait(timeout=PATIENCE)
     assert (job.state, job.document["cases"]) == ("cancelled", 5000)

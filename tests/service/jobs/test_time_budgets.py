@@ -16,9 +16,9 @@ from trunnion.batch.plan_and_runner import Runner
 from trunnion.service.api.documents.job_document import remaining_seconds
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.executor import chunk_and_case_runs as runs
-from trunnion.service.executor.active_job import Active
+from trunnion.service.executor.active_job import ActiveJob
 from trunnion.service.executor.parquet_parts import Parts
-from trunnion.service.executor.part_file_format import Piece, digest_of, document_bytes
+from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.request_workers.worker_tasks import plan_job
 from trunnion.service.store.store_records import Chunk, Job
 
@@ -111,14 +111,14 @@ def test_the_times_of_a_chunk_are_those_of_the_processor(monkeypatch: pytest.Mon
     parts.write(parts.job_file("j"), data)
     monkeypatch.setattr(Runner, "build_seconds", property(lambda runner: 60.0 if runner.loops else 0.0))
     began = runs.processor_seconds()
-    told = runs.run_chunk(str(tmp_path), Piece("j", digest_of(data), 0, 4), 600.0)
+    told = runs.run_chunk(str(tmp_path), CaseRange("j", digest_of(data), 0, 4), 600.0)
     used = runs.processor_seconds() - began
     assert told["counts"] == {"done": 4}
     assert 0.0 < told["seconds"] + told["build_seconds"] <= used
 
 
-def test_what_is_granted_never_adds_up_to_more_than_the_budget() -> None:
-    active = Active(a_job(budget=5.0, cases=1000), warm=True, cost=0.5)
+def test_granted_times_never_sum_to_more_than_the_budget() -> None:
+    active = ActiveJob(a_job(budget=5.0, cases=1000), warm=True, cost=0.5)
     for start in range(100):
         seconds, _ = active.time_grant(Chunk("j", start, start + 1 + start % 3, "running", 1, 0.0, ""), 2.0, 2)
         active.granted[start] = max(0.0, seconds)

@@ -84,7 +84,7 @@ def test_rows_that_were_spoilt_are_found_and_computed_again(served: Served, expe
     assert served.ended(job)["done"] == 30
 
 
-def test_what_is_not_kept_is_not_there(served: Served) -> None:
+def test_a_job_without_stored_trajectories_has_none_and_invalid_requests_are_refused(served: Served) -> None:
     job = served.submit(SMALL)
     assert served.get(f"/v1/jobs/{job}/trajectories").status_code == 409
     for wrong, where in (({"trajectories": ["nothing"]}, "trajectories"), ({"spacing": 0.1}, "spacing")):

@@ -1,5 +1,5 @@
-"""The page in headless Chromium, for tests: one browser and one tab for the tests of the page, and for each other module that
-imports them; and their frequent actions."""
+"""The page in headless Chromium, for tests, with the actions they repeat. All tests of the page share one browser and one tab; each
+other module that imports this one has its own."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
     """The page, loaded again; the test fails when it logs an error or sends a request to another server."""
     p, errors = tab
     errors.clear()
-    p.goto(f"http://127.0.0.1:{served.port}/page/icon.svg")  # the smallest of its files
-    p.evaluate("sessionStorage.clear()")  # a draft of the previous test
+    p.goto(f"http://127.0.0.1:{served.port}/page/icon.svg")  # the icon is the smallest file of the page
+    p.evaluate("sessionStorage.clear()")  # this removes a draft of the previous test
     p.goto(f"http://127.0.0.1:{served.port}")
     p.wait_for_selector("body[data-ready]")
     yield p

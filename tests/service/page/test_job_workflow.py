@@ -35,7 +35,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     assert page.evaluate(title.format("x")) == "coefficient of friction of ball"
     expected = trunnion.sweep("spherical_pendulum", {MU: "0.1:0.6:26"}, reductions=[FORCE], until=3.0)
     trace = page.evaluate("document.getElementById('sweepplot').data.map((t) => [t.mode, t.y, t.marker.symbol])")
-    assert trace == [["markers", expected.table[FORCE].to_pylist(), "circle"]]  # never joined by lines
+    assert trace == [["markers", expected.table[FORCE].to_pylist(), "circle"]]  # the points are never joined by lines
     page.fill("#cases", "25")
     until(page, "document.getElementById('casevalues').textContent.includes('= 0.6')")
     page.wait_for_selector("#timeplot .scatterlayer .trace")
@@ -47,7 +47,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     assert page.evaluate("document.getElementById('sweepplot').layout.annotations.length") == 1
     assert float(page.input_value("#at")) == pytest.approx(1.2, abs=0.01)
     page.click("#casetable summary")
-    page.locator("#caserows thead button", has_text="largest").first.dblclick()  # the largest force first
+    page.locator("#caserows thead button", has_text="largest").first.dblclick()  # the first double click sorts by the largest force
     page.fill("#filter", "done")
     until(page, "document.getElementById('caserowsnote').textContent === '26 cases'")
     first = page.locator("#caserows tbody input").first
@@ -56,7 +56,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     first.check()
     until(page, f"document.getElementById('casevalues').textContent.includes('case {best}')")
     offered = page.eval_on_selector_all(".modebar-btn", "x => x.map((b) => b.dataset.title)")
-    assert offered  # and no button sends a plot to Plotly
+    assert offered  # there are buttons, and none of them sends the plot to Plotly
     assert not [t for t in offered if "hare" in t or "loud" in t or "Studio" in t]
     assert page.evaluate("document.getElementById('sweepplot')._context.plotlyServerURL") == ""
     links = page.eval_on_selector_all("#downloads a", "x => x.map(a => a.getAttribute('href'))")
@@ -93,7 +93,7 @@ def test_the_fields_of_a_range_and_its_text_say_the_same(page: Any) -> None:
     until(page, "document.getElementById('count').textContent === '3 cases'")
     vary(page, "0.2, 0.3")
     until(page, "document.getElementById('count').textContent === '2 cases'")
-    assert row.locator(".text").is_disabled()  # a list has no fields
+    assert row.locator(".text").is_disabled()  # a list of values has no fields for a range
     page.check("input[value=sample]")
     vary(page, "0.2:0.3")
     row.locator(".text").click()
@@ -149,7 +149,7 @@ def test_mistakes_are_written_at_their_lines_and_fields_and_can_be_gone_to(page:
     assert "sperical" in mark.inner_text()
     box, text = mark.bounding_box(), page.locator("#scene").bounding_box()
     height, scrolled = page.evaluate("[parseFloat(getComputedStyle(document.getElementById('scene')).lineHeight), scene.scrollTop]")
-    assert box["y"] - text["y"] + scrolled == pytest.approx(8 + (line - 1) * height, abs=3)  # 8: the editor's own margin
+    assert box["y"] - text["y"] + scrolled == pytest.approx(8 + (line - 1) * height, abs=3)  # 8 pixels are the editor's own margin
     assert page.is_disabled("#submit")
     assert "Correct the problems of the scene first" in page.inner_text("#jobverdict")
     picture(page, "mistakes")
@@ -176,7 +176,7 @@ def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> No
     reached, on = set(), "(() => { const a = document.activeElement; return a.id || a.className || a.tagName; })()"
     page.wait_for_selector("#preview iframe:not(.behind)")
     page.evaluate("document.activeElement.blur()")
-    while "label" not in reached:  # the last field
+    while "label" not in reached:  # the field of the label is the last one
         page.keyboard.press("Tab")
         reached.add(page.evaluate(on))
         assert page.evaluate("document.activeElement !== document.body")
@@ -229,13 +229,14 @@ def test_a_case_is_seen_moving_with_contact_points_in_place_and_forces_to_scale(
         row = int(abs(result.time - t).argmin())
         middle = [result[f"pendulum.position[{k}]"][row] for k in (1, 2, 3)]
         assert seen["middle"] == pytest.approx(middle, abs=1e-5)
-        assert [seen["turn"][i] / 2 for i in (0, 3, 6)] == pytest.approx(middle, abs=1e-5)  # the block's axis points at its middle
+        # the axis of the block points at its middle
+        assert [seen["turn"][i] / 2 for i in (0, 3, 6)] == pytest.approx(middle, abs=1e-5)
         normal = [result[f"ball.contact[1].normal[{k}]"][row] for k in (1, 2, 3)]
         assert seen["normal"] == pytest.approx(normal, abs=1e-4)
-        assert seen["point"] == pytest.approx([0.05 * n for n in normal], abs=1e-5)  # on the ball's surface
+        assert seen["point"] == pytest.approx([0.05 * n for n in normal], abs=1e-5)  # the contact is on the ball's surface
         force = result["ball.contact[1].normal_force"][row]
         assert seen["force"] == pytest.approx(force, rel=1e-4)
-        assert 0.05 < seen["arrow"] * force < 1.0  # metres of arrow beside a block of 1 m
+        assert 0.05 < seen["arrow"] * force < 1.0  # the arrow has a visible length beside a block of 1 m
 
 
 def test_the_page_names_no_other_place() -> None:

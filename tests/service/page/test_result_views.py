@@ -43,12 +43,12 @@ def test_the_start_of_a_scene_is_drawn_beside_it_and_again_when_it_is_changed(pa
     middle, places, _ = drawn()
     assert middle == pytest.approx([result[f"pendulum.position[{k}]"][0] for k in (1, 2, 3)], abs=1e-6)
     normal = [result[f"ball.contact[1].normal[{k}]"][0] for k in (1, 2, 3)]
-    assert places == [pytest.approx([0.05 * n for n in normal], abs=1e-5)]  # on the ball's surface
+    assert places == [pytest.approx([0.05 * n for n in normal], abs=1e-5)]  # the contact is on the ball's surface
     page.frames[-1].evaluate("zoom(1.7)")
     page.fill("#scene", page.input_value("#scene").replace("center: [0.5, 0, 0]", "center: [0.4, 0, 0]"))
     moved = eventually(lambda: (d := drawn()) and d[0][0] < 0.45 and d)
     assert moved[0] == pytest.approx([0.4, 0, 0], abs=1e-6)
-    assert moved[2] == pytest.approx(1.7)  # seen as before
+    assert moved[2] == pytest.approx(1.7)  # the view has not changed
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanis
     frame = page.locator("#animation").element_handle().content_frame()
     page.evaluate("(() => { const a = document.getElementById('at'); a.value = 0.75; a.dispatchEvent(new Event('input')); })()")
     eventually(lambda: frame.evaluate("clock.t") == 0.75)
-    frame.evaluate("seek(0.5)")  # and in the other direction
+    frame.evaluate("seek(0.5)")  # the motion's clock moves the cursor, too
     until(page, "document.getElementById('attime').textContent === '0.5 s'")
     place = page.evaluate("[parseFloat(document.querySelector('#timeplot .rule').style.left), timeplot._fullLayout.xaxis]")[0]
     expected = page.evaluate("timeplot._fullLayout.xaxis._offset + timeplot._fullLayout.xaxis.l2p(0.5)")
@@ -120,7 +120,7 @@ def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanis
 
 
 @pytest.mark.slow  # two minutes
-def test_what_the_page_proposes_for_each_bundled_model_finishes(page: Any, served: Served) -> None:
+def test_the_proposed_job_of_each_bundled_model_finishes(page: Any, served: Served) -> None:
     def checked() -> None:
         page.wait_for_timeout(700)
         page.wait_for_selector("#jobverdict.good")
@@ -163,7 +163,8 @@ LISTED = "[...document.querySelectorAll('#joblist li')].map((row) => row.textCon
 def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: Job) -> None:
     show(page, "/jobs")
     page.fill("#search", "grid")
-    until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")  # in its label, or in another job's tags
+    # rows contain the word in their label, or in the tags of another job
+    until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")
     assert page.locator(f"#joblist li:has([data-job='{grid.id}']) time").get_attribute("datetime") == grid.document["created"]
     page.fill("#search", "")
     for name in ("grid", "three"):
@@ -178,19 +179,19 @@ def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: 
 
 def test_an_answer_that_a_new_search_has_overtaken_changes_nothing(page: Any, grid: Job, three: Job) -> None:
     held: list[Any] = []
-    page.route("**/v1/jobs?limit=30", lambda route: held.append(route))  # the whole list, requested when the view opens
+    page.route("**/v1/jobs?limit=30", lambda route: held.append(route))  # the whole list is requested when the view opens
     page.goto("/".join(page.url.split("/")[:3]) + "/jobs")
     eventually(lambda: page.wait_for_timeout(20) or held)
     page.fill("#search", "grid")
     until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")
     with page.expect_response("**/v1/jobs?limit=30"):
         held[0].continue_()
-    page.wait_for_timeout(300)  # within this time it would be listed
+    page.wait_for_timeout(300)  # a late answer would be listed within this time
     page.unroute("**/v1/jobs?limit=30")
     assert all("grid" in row for row in page.evaluate(LISTED))
 
 
-def test_a_server_that_is_gone_or_cannot_work_is_said_and_survived(page: Any, tab: tuple[Any, list[str]]) -> None:
+def test_a_server_that_is_gone_or_cannot_work_is_reported_and_survived(page: Any, tab: tuple[Any, list[str]]) -> None:
     page.fill("#label", "written before it went")
     page.context.set_offline(True)
     vary(page, "0.2, 0.4")
@@ -248,7 +249,7 @@ def test_every_view_is_usable_by_all_and_on_a_narrow_screen(page: Any, grid: Job
         page.set_viewport_size(wide)
 
 
-def test_axe_is_there_where_it_is_required() -> None:
+def test_axe_is_installed_where_it_is_required() -> None:
     try:
         import axe_playwright_python  # noqa: F401
     except ImportError as e:

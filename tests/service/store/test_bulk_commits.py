@@ -9,7 +9,7 @@ import pytest
 
 from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
 from tests.service.store.test_store_contract import ME, OTHER, store, taken
-from trunnion.service.store.leases_and_chunks import Done, LeaseLost, Lost, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, LeaseLost, WorkStore
 from trunnion.service.store.store_records import Job
 
 __all__ = ["store"]
@@ -22,7 +22,7 @@ def test_many_chunks_cut_at_once_are_those_that_are_cut_one_by_one(store: WorkSt
         job = taken(store, 100)
         for _ in range(4):
             cut(store, ME, job.id, 10)
-        chunk_done(store, ME, job.id, 10, Done({"done": 3}, 1.0, 0.0, 1, reached=13))
+        chunk_done(store, ME, job.id, 10, ChunkReport({"done": 3}, 1.0, 0.0, 1, reached=13))
         for start in (30, 0):
             chunk_lost(store, ME, job.id, start, "disk full", 5, 0.0)
         chunk_lost(store, ME, job.id, 20, "disk full", 5, 1000.0)
@@ -42,20 +42,20 @@ def test_many_chunks_cut_at_once_are_those_that_are_cut_one_by_one(store: WorkSt
         store.cut_chunks(OTHER, many.id, sizes)
 
 
-def test_many_chunks_recorded_at_once_come_to_what_they_come_to_one_by_one(store: WorkStore) -> None:
+def test_many_chunks_recorded_at_once_have_the_results_of_chunks_recorded_one_by_one(store: WorkStore) -> None:
     def cut() -> Job:
         job = taken(store, 100)
         assert len(store.cut_chunks(ME, job.id, [10] * 10)) == 10
         return job
 
-    done = {10 * k: Done({"done": 9, "stuck": 1}, 0.5, 0.25, 7, f"w{k}", reached=45 if k == 4 else None) for k in range(6)}
+    done = {10 * k: ChunkReport({"done": 9, "stuck": 1}, 0.5, 0.25, 7, f"w{k}", reached=45 if k == 4 else None) for k in range(6)}
     done[40] = replace(done[40], counts={"done": 5})
-    lost = {60: Lost("disk full", 0.0), 70: Lost("gone", 0.0, False), 80: Lost("disk full", 0.0)}
+    lost = {60: FailedAttempt("disk full", 0.0), 70: FailedAttempt("gone", 0.0, False), 80: FailedAttempt("disk full", 0.0)}
     one, many = cut(), cut()
     for start, d in done.items():
         chunk_done(store, ME, one.id, start, d)
     states = {s: chunk_lost(store, ME, one.id, s, x.error, 1, x.delay, x.blame) for s, x in lost.items()}
-    for _ in range(2):  # told twice, counted once
+    for _ in range(2):  # a result that is reported twice counts once
         assert store.record_outcomes(ME, many.id, done, lost, 1) == states == {60: "failed", 70: "waiting", 80: "failed"}
     ends = [store.job(j.id) for j in (one, many)]
     same = ("done", "lost", "counts", "seconds", "build_seconds", "bytes", "planned")
@@ -71,7 +71,7 @@ def test_many_chunks_recorded_at_once_come_to_what_they_come_to_one_by_one(store
         store.record_outcomes(OTHER, many.id, done, lost)
 
 
-def test_of_many_chunks_recorded_at_once_all_are_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_chunks_recorded_at_once_are_all_stored_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
     job = taken(store, 30)
     store.cut_chunks(ME, job.id, [10] * 3)
 
@@ -80,7 +80,7 @@ def test_of_many_chunks_recorded_at_once_all_are_or_none(store: WorkStore, monke
 
     monkeypatch.setattr(store, "_events", broken)
     with pytest.raises(ValueError, match="midst"):
-        store.record_outcomes(ME, job.id, {0: Done({"done": 10}, 1.0, 0.0, 1)}, {10: Lost("gone", 0.0)}, 5)
+        store.record_outcomes(ME, job.id, {0: ChunkReport({"done": 10}, 1.0, 0.0, 1)}, {10: FailedAttempt("gone", 0.0)}, 5)
     assert [c.start for c in store.running(job.id)] == [0, 10, 20]
     end = store.job(job.id)
     assert end is not None
@@ -91,7 +91,7 @@ def test_where_pieces_end_is_kept_with_a_job_that_is_done_until_some_are_made_ag
     def ended(sizes: tuple[int, ...]) -> Job:
         job = taken(store, sum(sizes))
         for chunk in store.cut_chunks(ME, job.id, sizes):
-            chunk_done(store, ME, job.id, chunk.start, Done({"done": chunk.stop - chunk.start}, 0.5, 0.0, 10))
+            chunk_done(store, ME, job.id, chunk.start, ChunkReport({"done": chunk.stop - chunk.start}, 0.5, 0.0, 10))
         going = store.job(job.id)
         assert going is not None
         assert going.ends == ""

@@ -13,7 +13,7 @@ from trunnion.service.store.database_connection import Unreachable
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("write", ["claim", "begin", "cut_chunks", "record_outcomes", "end_if_over"])
-def test_a_job_goes_on_where_a_write_was_kept_that_nobody_was_told_of(
+def test_a_job_continues_after_an_unconfirmed_write(
     server: InProcess, monkeypatch: pytest.MonkeyPatch, write: str
 ) -> None:
     store, whole, broken = server.service.store, getattr(server.service.store, write), list[str]()

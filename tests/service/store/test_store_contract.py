@@ -16,7 +16,7 @@ from trunnion.basics.problems import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.store.database_connection import Unreachable, alembic_config, transaction
 from trunnion.service.store.job_store import BadCursor, Conflict
-from trunnion.service.store.leases_and_chunks import Done, LeaseLost, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, LeaseLost, WorkStore
 from trunnion.service.store.store_records import Job
 
 ME, OTHER = "server a", "server b"
@@ -50,7 +50,7 @@ def taken(s: WorkStore, cases: int = 100, server: str = ME) -> Job:
     return job
 
 
-def test_what_is_submitted_is_kept_with_its_event(store: WorkStore) -> None:
+def test_a_submitted_job_is_stored_with_its_event(store: WorkStore) -> None:
     job = submitted(store, label="ünïcode ☃")
     again = store.job(job.id)
     assert again == job
@@ -105,8 +105,8 @@ def test_a_job_is_done_when_all_its_chunks_are_and_its_counts_are_theirs(store: 
     while chunk := cut(store, ME, job.id, 10):
         assert store.end_if_over(ME, job.id) is None
         n = chunk.stop - chunk.start
-        for _ in range(2):  # told twice, counted once
-            chunk_done(store, ME, job.id, chunk.start, Done({"done": n - 1, "no_solution": 1}, 0.5, 0.0, 10))
+        for _ in range(2):  # a result that is reported twice counts once
+            chunk_done(store, ME, job.id, chunk.start, ChunkReport({"done": n - 1, "no_solution": 1}, 0.5, 0.0, 10))
     assert store.end_if_over(ME, job.id) == "done"
     end = store.job(job.id)
     assert end is not None
@@ -119,7 +119,7 @@ def test_a_job_is_done_when_all_its_chunks_are_and_its_counts_are_theirs(store: 
 def test_parts_of_some_cases_are_found_without_listing_all(store: WorkStore) -> None:
     job = taken(store, 100)
     while chunk := cut(store, ME, job.id, 10):
-        chunk_done(store, ME, job.id, chunk.start, Done({"done": 10}, 0.5, 0.0, 10))
+        chunk_done(store, ME, job.id, chunk.start, ChunkReport({"done": 10}, 0.5, 0.0, 10))
     assert [c.start for c in store.finished(job.id, 35, 60)] == [30, 40, 50]
     assert [c.start for c in store.finished(job.id, 40, 41)] == [40]
     assert store.finished(job.id, 100) == []
@@ -131,7 +131,7 @@ def test_a_lost_chunk_is_tried_again_and_fails_clearly_in_the_end(store: WorkSto
     first, second = cut(store, ME, job.id, 10), cut(store, ME, job.id, 10)
     assert first is not None
     assert second is not None
-    chunk_done(store, ME, job.id, second.start, Done({"done": 10}, 1.0, 0.0, 1))
+    chunk_done(store, ME, job.id, second.start, ChunkReport({"done": 10}, 1.0, 0.0, 1))
     for attempt in range(1, 4):
         state = chunk_lost(store, ME, job.id, first.start, "disk full", 3, 0.0)
         assert state == ("failed" if attempt == 3 else "waiting")
@@ -246,7 +246,7 @@ def test_tables_of_the_first_version_become_those_of_the_code_and_keep_their_job
     assert store.job(job.id) == job
 
 
-def test_a_database_that_cannot_be_reached_is_said_to_be_unreachable() -> None:
+def test_a_database_that_cannot_be_reached_is_reported_as_unreachable() -> None:
     s = WorkStore("postgresql://nobody@127.0.0.1:1/none")
     with pytest.raises(Unreachable):
         s.ping()

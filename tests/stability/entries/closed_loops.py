@@ -44,8 +44,8 @@ def hanging(energy: float, until: float) -> sm.Scene:
 
 
 def lifted(scene: sm.Scene, to: float, word: str, rows: int) -> str:
-    """Whether the cranks turn beyond an angle, in a correct run. Their mean counts: where they lie flat, each could move in its own
-    way."""
+    """Whether the cranks turn beyond an angle, in a correct run. The mean of the cranks counts: where they lie flat, each could
+    move in its own way."""
     r = ran(scene, 1e-10, rows)
     most = float(np.mean([r[f"pivot{k}.q[1]"] for k in range(3)], axis=0).max())
     lost = np.abs(r["energy.residual"]).max() / r["energy.kinetic"].max()

@@ -21,15 +21,15 @@ BLOCK, MU_TABLE, SPRING = 2.0, 0.3, 500.0
 
 
 def friction_of_door(spacing: float) -> float:
-    """N m. The weight's couple W a loads four equal contacts in line, at z = ±s/2 ± c, in proportion to z: Σ|F| = W a 2s/(s² +
-    4c²) where c ≤ s/2. The end faces carry W. One journal of half length c (s = 0): W a/c."""
+    """Friction torque of the door, N m. The weight's couple W a loads four equal contacts in line, at z = ±s/2 ± c, in proportion
+    to z: Σ|F| = W a 2s/(s² + 4c²) where c ≤ s/2. The end faces carry W. One journal of half length c (s = 0): W a/c."""
     weight = DOOR * G
     pressed = REACH * weight * (2 * spacing / (spacing**2 + 4 * HALF**2) if spacing else 2 / SPACING)
     return MU / math.hypot(1, MU) * RADIUS * pressed + MU * weight * THRUST
 
 
 def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene:
-    """A door on two hinges that 1 + beyond times its friction turns further. Spacing 0: on one hinge as long as the distance of
+    """A door on two hinges with a torque of 1 + beyond times its friction. Spacing 0: on one hinge as long as the distance of
     both."""
     rub = sm.Friction(mu=MU, radius=RADIUS, half_length=HALF if spacing else SPACING / 2, thrust_radius=THRUST)
     points = {"low": (0.0, 0.0, -spacing / 2)} | ({"high": (0.0, 0.0, spacing / 2)} if spacing else {})

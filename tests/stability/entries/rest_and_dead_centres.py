@@ -17,11 +17,12 @@ ROUND_OFF = 1e-9
 """Round-off of a rate, relative to the joint's largest rate. A millionth of the way before or beyond the place of reversal, the
 rate is a thousand times larger."""
 ROD, ASIDE, SPEED = 1.0, 0.3, 1.0
-"""Of the trammel: length of the rod and start distance of the driven slider from the dead centre, m; the slider's speed, m/s."""
+"""Data of the trammel: length of the rod and start distance of the driven slider from the dead centre, m; the slider's speed,
+m/s."""
 MASS, MU, SWING, TURNS = 2.0, 0.3, 0.9, 5
-"""Of the ratchet: mass, kg; friction coefficient; amplitude of the load over the most that friction holds; periods of 1 s."""
+"""Data of the ratchet: mass, kg; friction coefficient; amplitude of the load over the most that friction holds; periods of 1 s."""
 RATE, START = 10.0, 0.3
-"""Of the crank: rate, rad/s; start angle, rad."""
+"""Data of the crank: rate, rad/s; start angle, rad."""
 
 
 def trammel(beyond: float) -> sm.Scene:

@@ -1,1 +1,1 @@
-"""Other programs that solve the same scene, where they are installed; each program states which parts of the scene it omits."""
+"""Other programs that solve the same scene, if they are installed. Each program states which parts of the scene it omits."""

@@ -11,8 +11,8 @@ from trunnion.scene.queries.mass_properties import mass_properties
 
 
 class ClosedFormEquation:
-    """The equation of motion of a mechanism with one degree of freedom. start: y = [coordinate, rate] at t = 0, in rad or m, and
-    per s."""
+    """The equation of motion of a mechanism with one degree of freedom. start: y = [coordinate (rad or m), rate (per s)] at t =
+    0."""
 
     about = "one equation of motion for one freedom, no reactions"
     start: list[float]

@@ -45,8 +45,8 @@ class Part:
 
 @dataclass(frozen=True)
 class Freedom:
-    """A freedom of a joint. axis: world axis (3); turns: whether it is a rotation; rate: rate of the outboard part relative to the
-    inboard part."""
+    """A freedom of a joint. axis: world axis (3); turns: whether the freedom is a rotation; rate: rate of the outboard part
+    relative to the inboard part."""
 
     axis: np.ndarray
     turns: bool

@@ -30,7 +30,7 @@ SLOW_RUN = 5.0
 
 
 def measure_reference_solvers(study: WorkPrecision, ready: dict[FrictionVariant, BenchmarkModel], progress: Progress) -> None:
-    """Measure the installed solvers. Adds their points and the descriptions of what they omit to the study."""
+    """Measure the installed solvers. Their points, and descriptions of what they omit, are added to the study."""
     chosen = choose_smooth_law(ready)
     if chosen is None:
         study.solvers.append(("all", "", "no law of this chart can be written as an ordinary differential equation"))

@@ -21,8 +21,9 @@ function planeOf() {
 // The matrix b·aᵀ of two rotation matrices.
 const turnBetween = (a, b) => [0, 1, 2].flatMap((r) => [0, 1, 2].map((c) => dot(b.slice(3 * r, 3 * r + 3), a.slice(3 * c, 3 * c + 3))));
 
-// Offers points for dragging, seen along the axis across the plane; an empty list ends this. given: [{part (name; "" for the ground),
-// name, at (for the ground), grid (m)}]. tell: called with the index of a point, its new place on the part, and whether it was released.
+// Offers points for dragging, seen along the axis across the plane; an empty list removes all handles. given: [{part (name; "" for the
+// ground), name, at (for the ground), grid (m)}]. tell: called with the index of a point, its new place on the part, and whether the
+// point was released.
 function offer(given, tell) {
   handles = given;
   onPull = tell;

@@ -79,7 +79,7 @@ function graphics(canvas) {
   const spot = array(() => attributes(gl, new Float32Array(3), [[0, 3, 0]], 3));
   const sheet = array(() => attributes(gl, new Float32Array([-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0]), [[0, 3, 0]], 3));
 
-  owned.length = 0; // the others belong to the shapes of a run
+  owned.length = 0; // from here on, ``owned`` lists what belongs to the shapes of a run
   function draw(thing, name, values, call) {
     programs[name].put(values);
     gl.bindVertexArray(thing.vao);

@@ -1,4 +1,4 @@
-"""Checked scenes in the cache: a command that reads an unchanged file again needs neither its validation nor the imports for it."""
+"""Cache of checked scenes. A command that reads an unchanged file again skips the validation and the imports for it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from trunnion.scene.library.scene_files import content_of, scene_file
 
 ENGINE = Path(__file__).resolve().parents[2]
 SOURCES = ("basics", "elements", "runtime", "scene")
-"""Folders whose code reads and checks a scene: that of scenes, and those that it imports."""
+"""Folders whose code reads and checks a scene: ``scene``, and the folders that ``scene`` imports."""
 OTHER_FILES = (b"include", b"assemblies", b"\\", b"\0")
-"""A scene with none of these bytes names no other file: neither these keys, nor characters written in another way."""
+"""Keys that name other files, and bytes of escaped or wide characters, which could spell these keys. A scene without any of them
+names no other file."""
 
 
 def stored_scene(source: str, massless: bool = False) -> Scene:
-    """The scene that ``load_scene`` reads. It is stored by everything that decides it: path and content of the file, our sources,
-    Python and the packages that read and validate. Scenes that name other files are not stored."""
+    """The scene that ``load_scene`` reads. Its key in the cache covers everything on which the scene depends: path and content of
+    the file, our sources, Python, and the packages that read and validate. Scenes that name other files are not stored."""
     file = scene_file(source)
     content = content_of(file)
     if any(mark in content for mark in OTHER_FILES):

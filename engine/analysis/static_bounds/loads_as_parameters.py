@@ -1,5 +1,5 @@
-"""A scene for statics. Unknown efforts replace the drives, and loads are constant with their amounts at the start. Loads and drive
-efforts are then parameters of one kernel."""
+"""Loads and drive efforts as parameters of one kernel. In the scene for statics, unknown efforts replace the drives, and each load
+is constant with its amount at the start."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, of which those that
-    replace drives come first).
+    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, first those that
+    replace drives).
 
     built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
     """
@@ -85,7 +85,7 @@ def _joint(
                 uses[effort.input].append((path, 1.0))
             else:
                 loads.append(Load(path, unit, known[f"{name}.{k}"], ((path, 1.0),)))
-    for device, signal in (("motor", "signal"), ("latch", "release")):  # the value at the start replaces the signal
+    for device, signal in (("motor", "signal"), ("latch", "release")):  # replace these signals by their values at the start
         own = getattr(j, device)
         if own is None:
             continue

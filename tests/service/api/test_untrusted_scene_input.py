@@ -1,17 +1,12 @@
-"""Scenes contain no code, generated C contains no text of the user, and a wheel holds all files that the service needs."""
+"""Scenes that users send: their text does not reach generated C, a name selects only bundled models, and their size is limited."""
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-import zipfile
 from pathlib import Path
 
 import pytest
 
-from tests.service.http_servers import ROOT
 from trunnion.basics.problems import SceneError
 from trunnion.kernel.c_sources import jacobian_source, kernel_source
 from trunnion.kernel.interface.output_columns import columns, needs_quadratures
@@ -54,15 +49,3 @@ def test_a_file_where_the_server_runs_does_not_stand_in_for_a_model(tmp_path: Pa
 def test_a_scene_of_too_many_bodies_is_refused() -> None:
     with pytest.raises(SceneError, match="more than the 0 allowed"):
         scene_of(SceneSource(scene="spherical_pendulum"), Limits(bodies=0))
-
-
-def test_the_wheel_holds_the_page_and_the_migrations(tmp_path: Path) -> None:
-    build_wheel = "import sys; from setuptools.build_meta import build_wheel; print(build_wheel(sys.argv[1]))"
-    env = dict(os.environ, TRUNNION_PREBUILD="0")
-    ask = [sys.executable, "-c", build_wheel, str(tmp_path)]
-    done = subprocess.run(ask, cwd=ROOT, env=env, capture_output=True, text=True, check=True)
-    names = zipfile.ZipFile(tmp_path / done.stdout.split()[-1]).namelist()
-    for folder in ("page", "store/migrations", "store/migrations/versions"):
-        here = [f for f in (ROOT / "service" / folder).iterdir() if f.is_file() and f.suffix != ".mako"]
-        assert {f"trunnion/service/{folder}/{f.name}" for f in here} <= set(names)
-    assert "trunnion/runtime/hosts/batch.c" in names

@@ -1,5 +1,4 @@
-"""Results of MuJoCo at the gallery's rows about roots that fold away, shared loads and marginal events, for the table of
-``stability``."""
+"""Results of MuJoCo at rows 23 to 28 of the gallery: roots that fold away, shared loads and marginal events."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from tests.benchmarks.stability_gallery.mujoco_results import lump, one
+from tests.benchmarks.stability_gallery.mujoco_results_rows_1_to_21 import lump, one
 from tests.reference.contact_and_friction.sprung_toggle_press import INERTIA, LINK, MASS, RAM
 from tests.stability.entries.doors_on_hinges import BLOCK, DOOR, MU_TABLE, SPACING, SPRING, G
 from tests.stability.entries.doors_on_hinges import REACH as OUT

@@ -11,11 +11,11 @@ from typing import Any
 
 from trunnion.analysis.fits.bounds_and_priors import check_start, read_bounds_and_priors
 from trunnion.analysis.fits.experiment_design import Experiment, propose
+from trunnion.analysis.fits.fits_from_plain_data import read_criteria
 from trunnion.analysis.fits.measurements import MeasuredRun, normalise_runs
 from trunnion.analysis.fits.model_comparison import Candidate, apply_candidate, weigh_models
 from trunnion.analysis.fits.model_curves import parameter_names, start_values
 from trunnion.analysis.fits.parameter_estimation import fit
-from trunnion.analysis.fits.result_reader import read_criteria
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.basics.lazy_data_classes import dataclass
@@ -104,8 +104,8 @@ def _fit_problems(
 
 
 def _experiment_problems(scene: Scene, q: FitRequest, trial: Experiment, first: MeasuredRun | None, said: str) -> list[Problem]:
-    """Problems of an experiment. first: the first measured run; None if the first run has problems itself, which could cause those
-    of the experiment."""
+    """Problems of an experiment. first: the first measured run; None if the first run itself has problems, which could cause
+    problems of the experiment."""
     read = Amounts()
     times = [None if x is None else read.time(x, name) for x, name in ((trial.until, "until"), (trial.every, "every"))]
     changed, wrong = _collect(lambda: apply(scene, dict(trial.overrides)), said)
@@ -130,7 +130,7 @@ def answer_fit(scene: Scene, q: FitRequest, name: str) -> dict[str, Any]:
     told = found.document()
     try:
         ranked = propose(found, q.trials) if q.trials else ()
-    except SceneError as e:  # the experiment has problems that occur only at the estimate
+    except SceneError as e:  # an experiment can be invalid only at the estimate
         ranked = ()
         told["notes"] += [f"experiments: {p}" for p in e.problems]
     return {"fit": told, "experiments": [p.document() for p in ranked]}

@@ -1,4 +1,4 @@
-"""Sizes of loops by geometry: joints without friction have contacts whose arm is a tenth of the size of their block."""
+"""Arms of the contacts of joints without friction: a tenth of the size of a block, which is a set of joints that share loops."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
 
 
 def _blocks(scene, ends: Mapping[str, list[str]]) -> list[set[str]]:
-    """Sets of joints that share loops, directly or by others. A joint closes a loop with each other way between its bodies."""
+    """Sets of joints that share loops, directly or through other joints. A joint closes a loop with every other path between its
+    bodies."""
     sets: list[set[str]] = []
     for n, (a, b) in ends.items():
         other = _way({k: e for k, e in ends.items() if k != n}, a, b)
@@ -41,7 +42,7 @@ def _blocks(scene, ends: Mapping[str, list[str]]) -> list[set[str]]:
 
 
 def _way(ends: Mapping[str, list[str]], a: str, b: str) -> tuple[str, ...] | None:
-    """Joints of a shortest way between two bodies; None without one."""
+    """Joints of a shortest path between two bodies; None without a path."""
     ways: dict[str, tuple[str, ...]] = {a: ()}
     fresh = [a]
     while fresh and b not in ways:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from trunnion.basics.renamed_words import deprecation_notes
-from trunnion.cli.options import stored_scenes
-from trunnion.cli.options.stored_scenes import stored_scene
+from trunnion.cli.options import checked_scene_cache
+from trunnion.cli.options.checked_scene_cache import stored_scene
 from trunnion.kernel.compilation import library_cache
 from trunnion.scene import load_scene
 from trunnion.scene.library.model_folders import bundled_names, model_file
@@ -26,8 +26,8 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """An empty cache; the files that were read and checked."""
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path / "cache"))
     files: list[Path] = []
-    true = stored_scenes._scene
-    monkeypatch.setattr(stored_scenes, "_scene", lambda content, file, *more: files.append(file) or true(content, file, *more))
+    true = checked_scene_cache._scene
+    monkeypatch.setattr(checked_scene_cache, "_scene", lambda content, file, *a: files.append(file) or true(content, file, *a))
     return files
 
 
@@ -35,7 +35,7 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 def test_a_stored_scene_equals_the_scene_that_is_read(name: str, read: list[Path]) -> None:
     both = stored_scene(name), stored_scene(name)
     assert both == (load_scene(name),) * 2
-    named = any(mark in model_file(name).read_bytes() for mark in stored_scenes.OTHER_FILES)
+    named = any(mark in model_file(name).read_bytes() for mark in checked_scene_cache.OTHER_FILES)
     assert len(read) == (2 if named else 1)
 
 
@@ -54,7 +54,7 @@ def test_a_changed_file_is_read_again(tmp_path: Path, read: list[Path]) -> None:
 @pytest.mark.parametrize("part", ["digest_of_files", "version_of"])
 def test_other_code_or_other_packages_read_again(part: str, read: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     stored_scene("simple_pendulum")
-    home = library_cache if part == "digest_of_files" else stored_scenes
+    home = library_cache if part == "digest_of_files" else checked_scene_cache
     monkeypatch.setattr(home, part, lambda *_: "another")
     stored_scene("simple_pendulum")
     assert len(read) == 2

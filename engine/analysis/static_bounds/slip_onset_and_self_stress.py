@@ -1,5 +1,5 @@
-"""Restriction to states at which a motion can begin: every pair that slides in the motion has friction at its limit, directed
-against the motion."""
+"""Two restrictions of the admissible states. At the onset of a motion, every pair that slides in the motion has friction at its
+limit, directed against the motion. Self-stress is limited by a largest contact force."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from trunnion.analysis.static_bounds.elementary_motions import Motion
 from trunnion.analysis.static_bounds.equilibrium_space import Space
-from trunnion.analysis.static_bounds.minimal_sliding_motions import Motion
 from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row, term_index
 from trunnion.elements.contact.static_friction_capacity import Pair
 
@@ -49,8 +49,8 @@ def _friction_at_limit(s: Space, pair: Pair, term: Callable[[np.ndarray], int]) 
 
 
 def _ball(s: Space, pair: Pair, d: np.ndarray, friction: np.ndarray, term: Callable[[np.ndarray], int]) -> list[Row]:
-    """Rows for a ball: sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d| (theory, "Bounds at rest"), with force f, friction moment
-    m, radius r and sliding direction d.
+    """Rows for a ball (theory, "Bounds at rest"): sinφ (|f × d| − μ |f·d|) ≤ m·d/r ≤ sinφ |f × d|. f: force; m: friction moment; r:
+    radius; d: sliding direction.
 
     Adams' ball has μ = 0 here: its friction acts along the component of d perpendicular to the force.
     """

@@ -8,7 +8,8 @@ from trunnion.simulation.runtime_interface.simulation_block import Block
 from trunnion.system.structure.bodies_and_joints import Joint, System
 
 ONE_SIDED = ("point", "face")
-"""Ways to follow that push in the direction of the normal. A point on a curve pushes to the side to which it pushes first."""
+"""Values of ``JointKind.follows`` for followers that push in the direction of the normal. For a point on a curve, the side to which
+it pushes at the start counts as the pushing side."""
 
 
 class FollowerPulls:
@@ -31,7 +32,7 @@ class FollowerPulls:
         block.lib.tr_watch_pulls(block.at, len(self.joints), *pointers)
 
     def notes(self) -> list[str]:
-        """A note for every follower that pulled. Ends the watch."""
+        """A note for every follower that pulled. Afterwards the runtime no longer records the forces."""
         if not self.joints:
             return []
         self.block.lib.tr_watch_pulls(self.block.at, 0, None, None, None)

@@ -1,4 +1,4 @@
-"""Repeats a run with rows inside its steps."""
+"""Repeats a run with output rows inside its steps, read from the dense output of the method."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.realtime_steps import bounds_of
 
 PARTS = 12
-"""Number of equal parts of a step. Each part ends with a row. A step of an accurate method may be half a contact with a stiff
-stop."""
+"""Number of equal parts of a step. Each part ends with a row. A step of an accurate method may take half the duration of a contact
+with a stiff end stop."""
 SHORTEST = 1e-9
-"""A step that is shorter than this, relative to the duration of the run, gets no rows. It is too short to carry load, and its rows
-would coincide."""
+"""A step shorter than this value, relative to the duration of the run, gets no rows. The load during this step is negligible, and
+the times of its rows would coincide."""
 
 
 def with_rows_inside_steps(result: Result, names: tuple[str, ...]) -> tuple[Result, np.ndarray]:
-    """(the same run with the columns ``names`` (names or patterns), with rows in its steps instead of its own rows; ends of the
-    steps in s).
+    """Repeat a run with rows inside its steps in place of its own rows. Returns (result with the columns ``names``, which are names
+    or patterns; ends of the steps, s).
 
-    The motion is the same bit for bit, because the rows are read from the dense output of the steps.
+    The motion is bit-identical, because the rows are read from the dense output of the steps.
     """
     used, end = result.settings, float(result.time[-1])
     jams = result.scene.simulation.jams == "impact"

@@ -1,4 +1,4 @@
-"""Motions of whole parts: rotation about x, y or z, reflection, translation. They act on the poses of bodies; a reflection
+"""Transformations of whole parts: rotation about x, y or z, reflection, translation. They change the poses of bodies; a reflection
 also changes the data in the body's frame."""
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ STILL = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 @dataclass(frozen=True)
-class Move:
-    """A motion x → matrix x + shift of a part; entries are numbers or expressions. For a rotation, ``turn`` holds the axis and
+class Transformation:
+    """x → matrix x + shift, for a whole part; entries are numbers or expressions. For a rotation, ``turn`` holds the axis and
     the angle. For a reflection, ``mirror`` is the index of the axis normal to the mirror plane; otherwise it is −1."""
 
     matrix: tuple[tuple[Term, ...], ...]
@@ -52,25 +52,27 @@ class Move:
 
     @property
     def turns(self) -> bool:
-        """Whether the motion changes directions."""
+        """Whether the transformation changes directions."""
         return self.turn is not None or self.mirror >= 0
 
 
-def move_about(matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[str, Term] | None = None, mirror: int = -1) -> Move:
+def move_about(
+    matrix: tuple[tuple[Term, ...], ...], through: Any, turn: tuple[str, Term] | None = None, mirror: int = -1
+) -> Transformation:
     """A rotation or reflection whose axis or plane contains the point ``through``."""
     center = three(through)
-    plain = Move(matrix)
+    plain = Transformation(matrix)
     back = [times(-1.0, c) for c in plain.direction(center)]
-    return Move(matrix, tuple(plus(c, b) for c, b in zip(center, back, strict=True)), turn, mirror)
+    return Transformation(matrix, tuple(plus(c, b) for c, b in zip(center, back, strict=True)), turn, mirror)
 
 
-def shift_by(step: Any) -> Move:
+def shift_by(step: Any) -> Transformation:
     """A translation by ``step``."""
-    return Move(STILL, tuple(three(step)))
+    return Transformation(STILL, tuple(three(step)))
 
 
-def move_part(data: dict[str, Any], moves: Sequence[Move]) -> tuple[dict[str, Any], list[Note]]:
-    """(the part after these motions, notes about what cannot be moved). UnitError when a point does not have three entries."""
+def move_part(data: dict[str, Any], moves: Sequence[Transformation]) -> tuple[dict[str, Any], list[Note]]:
+    """(the transformed part, notes about what cannot be transformed). UnitError when a point does not have three entries."""
     notes: list[Note] = []
     for move in moves:
         for key, change in (("bodies", _move_body), ("joints", _move_joint), ("forces", _move_force)):
@@ -81,17 +83,17 @@ def move_part(data: dict[str, Any], moves: Sequence[Move]) -> tuple[dict[str, An
     return data, list(dict.fromkeys(notes))
 
 
-Change = Callable[[str, Any, Move, list[Note]], Any]
+Change = Callable[[str, Any, Transformation, list[Note]], Any]
 
 
-def _change_section(data: dict[str, Any], key: str, change: Change, move: Move, notes: list[Note]) -> None:
+def _change_section(data: dict[str, Any], key: str, change: Change, move: Transformation, notes: list[Note]) -> None:
     group = data.get(key)
     if isinstance(group, dict):
         wanted = list if change is _move_point else dict
         data[key] = {n: change(n, v, move, notes) if isinstance(v, wanted) else v for n, v in group.items()}
 
 
-def _move_point(name: str, p: Any, move: Move, notes: list[Note]) -> Any:
+def _move_point(name: str, p: Any, move: Transformation, notes: list[Note]) -> Any:
     return move.place(three(p))
 
 
@@ -101,8 +103,8 @@ def _mirror_vector(p: Any, k: int) -> Any:
     return [times(-1.0, c) if i == k else c for i, c in enumerate(p)] if isinstance(p, list) and len(p) == 3 else p
 
 
-def _move_start(path: Path, p: Any, move: Move, notes: list[Note]) -> Any:
-    """The start position of a point after a motion. A motion that turns directions needs all components of the position."""
+def _move_start(path: Path, p: Any, move: Transformation, notes: list[Note]) -> Any:
+    """The transformed start position of a point. A transformation that turns directions needs all components of the position."""
     is_open = [c is None for c in p] if isinstance(p, list) else []
     if any(is_open) and move.turns:
         notes.append((path, "a start position with an open component cannot be turned or mirrored", "give all three components"))
@@ -111,7 +113,7 @@ def _move_start(path: Path, p: Any, move: Move, notes: list[Note]) -> Any:
     return [None if o else c for o, c in zip(is_open, moved, strict=True)] if is_open else moved
 
 
-def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
+def _move_body(name: str, b: Any, move: Transformation, notes: list[Note]) -> Any:
     out = dict(b)
     if isinstance(out.get("start"), dict):
         out["start"] = {n: _move_start(("bodies", name, "start", n), p, move, notes) for n, p in out["start"].items()}
@@ -135,7 +137,7 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
     if "center" in out:
         out["center"] = _mirror_vector(out["center"], k)
     if isinstance(out.get("surface"), str):
-        with suppress(ValueError):  # checks.bodies reports an invalid surface
+        with suppress(ValueError):  # the checks report an invalid surface
             out["surface"] = packed_surfaces.mirrored(out["surface"], k)
     if isinstance(out.get("inertia"), dict) and "axis" in out["inertia"]:
         out["inertia"] = {**out["inertia"], "axis": _mirror_vector(out["inertia"]["axis"], k)}
@@ -146,7 +148,8 @@ def _move_body(name: str, b: Any, move: Move, notes: list[Note]) -> Any:
 
 
 def _mirror_turn(t: Any, k: int) -> Any:
-    """The mirror image of a turn: by an angle, about the mirrored axis with the opposite sign; with ``towards``, both mirrored."""
+    """The mirror image of a turn. A turn by an angle: about the mirrored axis, by the opposite angle. A turn with ``towards``: both
+    directions are mirrored."""
     if not isinstance(t, dict):
         return t
     if "towards" in t:
@@ -176,7 +179,7 @@ def axis_name(vector: list[Term]) -> Any:
     return vector
 
 
-def _move_joint(name: str, j: Any, move: Move, notes: list[Note]) -> Any:
+def _move_joint(name: str, j: Any, move: Transformation, notes: list[Note]) -> Any:
     out, kind = dict(j), REGISTRY.get(str(j.get("type")))
     if isinstance(out.get("at"), list):
         out["at"] = move.place(three(out["at"]))
@@ -225,7 +228,7 @@ def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note])
     j["reference"] = AXES[(sizes.index(max(sizes)) + 1) % 3]
 
 
-def _turn_frame(owner: dict[str, Any], move: Move, sign: float) -> None:
+def _turn_frame(owner: dict[str, Any], move: Transformation, sign: float) -> None:
     for key in ("axis", "reference"):
         d = owner.get(key)
         vector = axis_vector(d) if isinstance(d, str) else d
@@ -256,14 +259,14 @@ def _mirror_profiles(j: dict[str, Any], sign: float) -> None:
         pairs = [p if not isinstance(p, list) or len(p) != 2 else [times(sign, p[0]), times(-1.0, p[1])] for p in curve["points"]]
         j["curve"] = {**curve, "points": pairs}
     if isinstance(profile, dict) and isinstance(profile.get("angle"), list) and isinstance(profile.get("radius"), list):
-        if sign > 0:  # φ → −φ
+        if sign > 0:  # an angle φ of the profile becomes −φ
             angles, radii = [times(-1.0, a) for a in reversed(profile["angle"])], profile["radius"][::-1]
-        else:  # φ → φ + π
+        else:  # an angle φ of the profile becomes φ + π
             angles, radii = [plus(math.pi, a) for a in profile["angle"]], profile["radius"]
         j["profile"] = {**profile, "angle": angles, "radius": radii}
 
 
-def _move_force(name: str, f: Any, move: Move, notes: list[Note]) -> Any:
+def _move_force(name: str, f: Any, move: Transformation, notes: list[Note]) -> Any:
     out = dict(f)
     if out.get("type") == "bushing" and move.turns:
         _write_frame(("forces", name), out, True, notes)

@@ -1,5 +1,5 @@
-"""Results of MuJoCo at the gallery's rows: its joints' constant friction loss, its soft loops, its fixed steps. Every function
-returns one statement for the table."""
+"""Results of MuJoCo at rows 1 to 21 of the gallery: its joints' constant friction loss, its soft loops, its fixed steps. Every
+function returns one statement for the table."""
 
 from __future__ import annotations
 

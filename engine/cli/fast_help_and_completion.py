@@ -1,5 +1,5 @@
-"""Answers without typer, whose import takes twice as long as Python's own start. The answers are the help of ``trunnion``, which
-``help.txt`` stores, and the names of commands for completion in bash."""
+"""Help of ``trunnion``, stored in ``help.txt``, and completion of command names in bash, both without typer. The import of typer
+takes twice as long as Python's own start."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH = 80
 
 
 def stored_answer(words: Sequence[str]) -> str | None:
-    """What to print; None if typer must answer: other requests, and narrow terminals."""
+    """The text to print. None if typer must answer: for other requests, and on narrow terminals."""
     completed = os.environ.get("_TRUNNION_COMPLETE")
     if completed is None and words in (["--help"], ["-h"]):
         if _terminal_width() < WIDTH:
@@ -29,7 +29,8 @@ def stored_answer(words: Sequence[str]) -> str | None:
 
 
 def _terminal_width() -> int:
-    """Columns of the terminal, as ``shutil`` finds them; ``shutil`` and ``pathlib`` take as long as Python's own start."""
+    """Width of the terminal in columns, found as ``shutil`` finds it. The imports of ``shutil`` and ``pathlib`` would take as long
+    as Python's own start."""
     given = os.environ.get("COLUMNS", "")
     if given.isdecimal() and int(given) > 0:
         return int(given)

@@ -1,5 +1,5 @@
-"""Results of SciPy at the gallery's rows: the regularised law and closed forms, its integrators on the engine's equations, plain
-linear algebra. Every function returns one statement for the table."""
+"""Results of SciPy at rows 1 to 21 of the gallery: the regularised law and closed forms, its integrators on the engine's equations,
+plain linear algebra. Every function returns one statement for the table."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Matrices of a mechanism at rest: mass matrix, derivatives of the accelerations, and a basis of the rates that the loop
-constraints allow."""
+"""A mechanism at rest: mass matrix, derivatives of the accelerations, rates that the loop constraints allow, Newton's method for a
+pose of rest."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def open_contacts(scene: sm.Scene, opened: Collection[str]) -> sm.Scene:
     return replace(scene, joints=joints)
 
 
-class Still:
+class MechanismAtRest:
     """A scene at rest in its start pose, with closed loops. SimulationError if the loops cannot be closed."""
 
     def __init__(self, scene: sm.Scene):
@@ -127,7 +127,7 @@ class Still:
 
     def settle(self, rounds: int = 40) -> bool:
         """Find a pose without accelerations and with closed loops by Newton's method, with the contacts that are closed now.
-        Returns whether it converged to a pose in which the closed contacts press, and the open ones have gaps."""
+        Returns whether the method converged to a pose in which the closed contacts press, and the open ones have gaps."""
         numbers, nq = self.model.built.numbers, self.system.nq
         scale = numbers.rate**2
         last = np.inf
@@ -146,7 +146,7 @@ class Still:
                 except SimulationError:
                     if not self.system.unilateral:
                         raise
-                    return False  # the parts of an open contact penetrate each other
+                    return False  # the start fails because the parts of an open contact penetrate each other
                 return bool(np.abs(self.accelerations()).max(initial=0.0) < 1e-9 * max(scale, 1e-300)) or nq == 0
             last = size
         return False

@@ -1,5 +1,5 @@
-"""Results of SciPy and plain linear algebra at the gallery's rows about roots that fold away, shared loads and marginal events,
-for the table of ``stability``."""
+"""Results of SciPy and plain linear algebra at rows 23 to 28 of the gallery: roots that fold away, shared loads and marginal
+events."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
-from tests.benchmarks.stability_gallery.scipy_results import ours
+from tests.benchmarks.stability_gallery.scipy_results_rows_1_to_21 import ours
 from tests.stability.entries.doors_on_hinges import BLOCK, MU_TABLE, SPRING, G, crooked
 from tests.stability.entries.self_tightening_brakes import ARM, GRIPS, LEAVES, MU, PRESS, REACH
 from tests.stability.entries.toggle_press import folding

@@ -35,8 +35,8 @@ class Level:
 
     data    its groups
     lines   the source line of every path
-    folder  the folder of the files that it names; None if files must not be read
-    file    the name of its file in messages
+    folder  the folder of the files that the data name; None if files must not be read
+    file    the name of the scene's or part's file in messages
     chain   the files whose includes led to this one
     budget  shared by all levels
     """
@@ -54,7 +54,7 @@ class Level:
         self.findings.append(Finding(path, what, hint, self.line(path)))
 
     def line(self, path: Path) -> int:
-        """Line (with its file) of a path. If the path has no line: that of the nearest enclosing part with a line."""
+        """The line (with its file) of a path, or of the nearest enclosing part that has a line."""
         found = line_of(path, self.lines)
         return found if isinstance(found, Line) or not self.file else Line(found, self.file)
 

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trunnion.analysis.studies.request import StudyRequest, make_study, set_values
+from trunnion.analysis.studies.request import StudyRequest, make_study, with_case_values
 from trunnion.analysis.studies.study_rounds import Study, StudyProgress, results_of
 from trunnion.basics.interrupts import Unwanted, held, watched
 from trunnion.basics.lazy_data_classes import dataclass
@@ -18,7 +18,7 @@ from trunnion.batch.plan_and_runner import Plan, Run, Runner, Stopped
 from trunnion.batch.sweep import Sweep
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Names, names_given
-from trunnion.simulation.settings.run_settings import described, settings_read
+from trunnion.simulation.settings.run_settings import settings_read, with_setting_docs
 
 if TYPE_CHECKING:
     import pyarrow
@@ -57,7 +57,7 @@ class StudyResult:
         return self.sweep.save(path)
 
 
-@described("trunnion.sweep")
+@with_setting_docs("trunnion.sweep")
 def optimise(
     scene: Given,
     bounds: Mapping[str, Sequence[Any]],
@@ -81,7 +81,7 @@ def optimise(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Search the numbers of a scene that minimise, maximise or reach a result.
+    """Find the numbers of a scene that minimise a result, maximise it, or bring it to a target.
 
     Give exactly one of ``minimise``, ``maximise`` and ``reach``. Failed cases rank last. Equal seeds give equal cases. After
     Ctrl-C the result holds the cases that finished before.
@@ -114,7 +114,7 @@ def optimise(
     return _run_request(scene, wanted, names_given(reductions), overrides, settings, workers, progress)
 
 
-@described("trunnion.sweep")
+@with_setting_docs("trunnion.sweep")
 def refine(
     scene: Given,
     bounds: Mapping[str, Sequence[Any]],
@@ -178,7 +178,7 @@ def run_study(study: Study, plan: Plan, workers: int | None = None, progress: Pr
 
     brought("pyarrow", "tables", "a table of cases")
     follow, began = StudyProgress(study), time.perf_counter()
-    plan = set_values(study, plan, follow.rows)
+    plan = with_case_values(study, plan, follow.rows)
     threads = max(1, workers or os.cpu_count() or 1)
     runners, tables = [Runner(plan) for _ in range(threads)], list[Any]()
     cancelled = False

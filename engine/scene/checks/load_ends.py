@@ -1,4 +1,4 @@
-"""Checks of applied loads: the two ends of a spring must be at different places."""
+"""Checks of the ends of springs, bushings and attractions: they must be on different bodies."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ from trunnion.scene.queries.body_references import split
 
 
 def check(scene: Scene) -> Iterator[Finding]:
-    """All findings about applied loads."""
+    """All findings about the ends of loads."""
     for name, f in scene.forces.items():
         if isinstance(f, SpringDamper | Bushing):
             yield from _between(("forces", name), f)
-
-
         if isinstance(f, PointGravity) and split(f.on)[0] == split(f.towards)[0]:
             what = f"{shown(split(f.on)[0])} attracts itself"
             yield Finding(("forces", name, "towards"), what, "give a point of another body or of the ground")

@@ -1,4 +1,4 @@
-"""Reports before a start: more rows than memory or time allow, a port that is in use, a folder without a scene."""
+"""Runs with more rows than memory allows are refused or end. A server at an unavailable port or address is refused at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MU = "joints.ball.friction.mu"
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine of 1 GB, on whatever machine the tests run."""
+    """Set the memory of the machine to 1 GB."""
     monkeypatch.setattr(memory_limits, "memory", lambda: 10**9)
 
 
@@ -36,7 +36,7 @@ ASKED: dict[str, Callable[[], object]] = {
 
 @pytest.mark.usefixtures("small")
 @pytest.mark.parametrize("who", ASKED)
-def test_python_is_refused_with_how_many_rows_and_what_to_set(who: str) -> None:
+def test_a_run_in_python_beyond_memory_is_refused_with_its_rows_and_a_remedy(who: str) -> None:
     with pytest.raises(trunnion.SceneError) as told:
         ASKED[who]()
     (problem,) = told.value.problems
@@ -49,7 +49,7 @@ def test_the_command_is_refused_with_memory_and_writes_nothing(tmp_path: Path, c
     file = tmp_path / "r.csv"
     assert main(["simulate", "spherical_pendulum", "--until", "5", "--every", "1e-9", "-o", str(file), "--json"]) == 2
     (problem,) = json.loads(capsys.readouterr().out)["problems"]
-    numbers = 1 + len(trunnion.simulate("spherical_pendulum", until=0.1).columns)  # a row: the time, then the columns
+    numbers = 1 + len(trunnion.simulate("spherical_pendulum", until=0.1).columns)  # a row holds the time and the columns
     assert f"5e+09 rows of {numbers} numbers, which need {5e9 * numbers * 8 * 2 / 1e12:.3g} TB" in problem["what"]
     assert "1 GB" in problem["what"]
     assert not file.exists()
@@ -76,7 +76,7 @@ def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeyp
 
 def test_events_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, asked = str(trunnion.models_dir() / "stability" / "21_ratchet.yaml"), {"until": 20.0, "every": 0.1}
-    monkeypatch.setattr(run_loop, "first_steps", lambda numbers: 20)  # many calls
+    monkeypatch.setattr(run_loop, "first_steps", lambda numbers: 20)  # short calls into C make many calls
     monkeypatch.setattr(run_loop, "next_steps", lambda steps, seconds: steps)
     whole = trunnion.simulate(scene, **asked)
     assert whole.outcome.ok
@@ -106,12 +106,12 @@ def test_a_request_to_the_service_goes_through_the_same_place() -> None:
         plan_of_request(asked, Limits(rows=10**12))
 
 
-def test_a_machine_says_how_much_memory_it_has() -> None:
+def test_the_memory_of_the_machine_is_known() -> None:
     assert 2**28 < memory_limits.memory() < 2**50
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
-def test_a_port_in_use_is_told_before_anything_is_started(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_refused_before_anything_starts(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
         assert main(["serve", "--host", host, "--port", str(port), "--data", str(tmp_path / "data")]) == 2
@@ -122,22 +122,6 @@ def test_a_port_in_use_is_told_before_anything_is_started(host: str, tmp_path: P
     assert not (tmp_path / "data").exists()
 
 
-def test_a_host_that_is_not_ours_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_host_that_is_not_ours_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["serve", "--host", "203.0.113.7", "--port", "0", "--data", str(tmp_path / "data")]) == 2
     assert "--host: '203.0.113.7' is not an address of this machine" in capsys.readouterr().err
-
-
-def test_a_folder_without_a_scene_is_told_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", str(tmp_path)]) == 2
-    assert "the folder has no scene.yaml" in capsys.readouterr().err
-    (tmp_path / "crane.yaml").write_text("schema: 1\n")
-    assert main(["check", str(tmp_path)]) == 2
-    err = capsys.readouterr().err
-    assert "the folder has no scene.yaml" in err
-    assert f"give the file itself: {tmp_path / 'crane.yaml'}" in err
-
-
-def test_a_folder_beside_us_does_not_hide_a_bundled_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "crank_slider").mkdir()
-    monkeypatch.chdir(tmp_path)
-    assert trunnion.load_scene("crank_slider").name == "crank_slider"
