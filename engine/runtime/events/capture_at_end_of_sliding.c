@@ -176,7 +176,7 @@ static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i) {
   }
 }
 
-static int tr_make_capture_step(tr_sim *s) {
+static int tr_make_capture_step(tr_sim *s, double limit) {
   int n = tr_state_width(s), i = s->friction.capture;
   double h = s->friction.capture_h, *y = TR_A(s, y), *mid = TR_A(s, ytmp), *f = TR_A(s, dy), *R = TR_A(s, kstep), *ynew = TR_A(s, ynew);
   tr_mode modes[s->k->nsliders];
@@ -190,7 +190,7 @@ static int tr_make_capture_step(tr_sim *s) {
     double across;
     h = tr_past_speeds(s, 0)[i] / tr_pair_speed(s, i) * tr_braking_time(s, i, &across);
     for (int q = 0; q < n; ++q) mid[q] = y[q] + 0.5 * h * f[q];
-    ok = h <= 2.0 * s->friction.capture_h && tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
+    ok = h <= 2.0 * s->friction.capture_h && s->clock.t + h < limit - tr_time_tolerance(limit) && tr_rhs(s, s->clock.t + 0.5 * h, mid, f);
   }
   tr_store_end_multipliers(s);
   for (int q = 0; q < n; ++q) ynew[q] = y[q] + h * f[q];

@@ -183,9 +183,9 @@ static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i);
 
 static inline void tr_clear_stopping_marks(tr_sim *s) { memset(tr_stopping_marks(s), 0, sizeof(int) * s->k->nsliders); }
 
-/* Make the last stretch of sliding a separate step, with the midpoint rule and linear dense output. Returns 0 if there is no
- * solution with the pair at rest at the step's end. */
-static int tr_make_capture_step(tr_sim *s);
+/* Make the last stretch of sliding a separate step, with the midpoint rule and linear dense output. Returns 0 if the step would reach
+ * `limit`, where a drive may stop, or if there is no solution with the pair at rest at the step's end. */
+static int tr_make_capture_step(tr_sim *s, double limit);
 
 /* State at the event that cuts the step short. It is projected onto the manifold if the loops can be closed. */
 static void tr_event_state(tr_sim *s, double t, double *out);

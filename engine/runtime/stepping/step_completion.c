@@ -241,10 +241,12 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   s->stats.events++;
   s->moreau.burst_events += ball; /* branch changes of balls do not count, because impulse steps have both branches, too */
   tr_count_chatter(s, te);
+  const double breaks = s->clock.last_break;
   tr_move_run_to(s, te, ye);
   if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
-  s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
+  s->step.have_k1 = s->clock.last_break == breaks; /* at a kink of a signal, ẏ of the next step is another one */
+  s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
   return TR_OK;
 }

@@ -295,7 +295,7 @@ static int tr_make_step(tr_sim *s, double limit) {
     tr_use_explicit_for_now(s);
     const int code = tr_begin_step(s, limit, tr_method_of(s)->order);
     if (code != TR_OK) return code;
-    if (s->friction.capture >= 0 && s->clock.t + s->friction.capture_h < limit && tr_make_capture_step(s)) {
+    if (s->friction.capture >= 0 && s->clock.t + s->friction.capture_h < limit - tr_time_tolerance(limit) && tr_make_capture_step(s, limit)) {
       s->stats.steps++;
       s->pending.kind = TR_STEP_TO_EVENT;
       return TR_OK;
