@@ -3,6 +3,15 @@
 #define TR_CHECKS_H
 #include "integrators/integrators.h"
 
+/* × the speed unit: round-off of rates set to zero. Divided by the length of a short impulse step, it looks like an
+ * acceleration. */
+#define NO_SPEED 1e-15
+
+/* Largest acceleration that counts as zero, in units of length · rate². In an impulse step, it includes round-off of speeds. */
+static inline double tr_acceleration_tolerance(const tr_sim *s) {
+  return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
+}
+
 /* Largest speed of a held pair after loop closure that counts as rest, m/s. */
 static inline double tr_closure_speed(const tr_sim *s);
 

@@ -167,7 +167,7 @@ static int tr_check_held(const tr_sim *s, int i, const tr_recomputed *it, const 
   int broken = 0;
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     if (tr_row_kinds(s)[e] == TR_ROW_FREE && tr_is_coming_to_rest(s, e, it->acc[e])) continue;
-    double most = REST_MOVES * it->acc_size[e] + TOL_RESOLVE * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[e];
+    double most = REST_MOVES * it->acc_size[e] + tr_acceleration_tolerance(s) * tr_speed_unit(s) * s->set.rate / TR_A(s, lever)[e];
     if (it->Qe) most += fabs(it->Qe[e + (size_t)e * s->k->neta]) * s->friction.faint * TR_A(s, lever)[e];
     if (!(fabs(it->acc[e]) <= most)) broken = TR_BREAKS_REST;
   }

@@ -3,9 +3,6 @@
 #include "modes/modes.h"
 
 #define FAINT 1e-7     /* × length · rate²: the direction of a smaller acceleration is round-off */
-/* × the speed unit: round-off of rates set to zero. Divided by the length of a short impulse step, it looks like an
- * acceleration. */
-#define NO_SPEED 1e-15
 
 /* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest. Condition: the pair's rates
  * across this direction are below the rest speed. These rates are round-off; divided by the length of a short step, they would turn
@@ -51,11 +48,6 @@ static void tr_let_slip(tr_sim *s, int i) {
 static void tr_let_stick(tr_sim *s, const int *rest, int n, int i) {
   for (int q = 0; q < n; ++q)
     if (tr_are_coupled(s, rest[q], i)) tr_mode_of(s, rest[q])->flag = TR_STUCK;
-}
-
-/* Largest acceleration that counts as zero, in units of length · rate². In an impulse step, it includes round-off of speeds. */
-static double tr_acceleration_tolerance(const tr_sim *s) {
-  return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
 }
 
 /* Surface acceleration of pair i at the present solution, m/s² (nrates components). */
