@@ -54,7 +54,7 @@ def test_an_fmu_with_its_reference_proves_itself_and_a_wrong_one_does_not(model:
     export(model, file, reference=True, outputs=["*.q[*]", "*.qd[*]"], **how)
     assert validated(str(file)) == []
     assert largest_share(file) <= 1.0
-    friction = {"spherical_pendulum": "joints.ball.friction.mu", "crank_slider": "joints.guide.friction.mu"}[model]
+    friction = {"spherical_pendulum": "joints.ball.friction.mu", "crank_slider": "joints.slider_pin.friction.mu"}[model]
     assert largest_share(file, **{friction: 0.0}) > 100.0
 
 

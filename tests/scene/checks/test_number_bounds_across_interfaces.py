@@ -21,6 +21,8 @@ from trunnion.scene import load_scene, model_names, scene_from_dict, scene_from_
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.overrides import apply, list_parameters, parse_assignment
 from trunnion.scene.plain_data_changes import opened
+from trunnion.scene.units.dimension_names import unit_of
+from trunnion.scene.units.numbers_with_units import Quantity
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import SceneSource, scene_of
 
@@ -49,6 +51,12 @@ def said(change: Any) -> list[str]:
     return []
 
 
+def with_units(data: dict[str, Any]) -> dict[str, Any]:
+    """The data with the units of parameters, which plain numbers in JSON would lose."""
+    named = {n: f"{float(v)!r} {unit_of(v.dimension)}" if isinstance(v, Quantity) else v for n, v in data["parameters"].items()}
+    return data | {"parameters": named}
+
+
 def from_text(scene: trunnion.Scene, path: str, value: float) -> trunnion.Scene:
     """The scene read from the text of a file in which one number is replaced."""
     data = opened(scene)
@@ -57,8 +65,9 @@ def from_text(scene: trunnion.Scene, path: str, value: float) -> trunnion.Scene:
     owner = data
     for key in at[:-1]:
         owner = owner[key]
-    owner[at[-1]] = value
-    return scene_from_text(json.dumps(data), is_json=True)
+    old = owner[at[-1]]
+    owner[at[-1]] = Quantity(value, old.dimension, "") if owner is data["parameters"] and isinstance(old, Quantity) else value
+    return scene_from_text(json.dumps(with_units(data)), is_json=True)
 
 
 def swept(scene: trunnion.Scene, path: str, value: float) -> None:
@@ -70,7 +79,7 @@ def swept(scene: trunnion.Scene, path: str, value: float) -> None:
 
 def asked_of_the_service(scene: trunnion.Scene, path: str, value: float) -> None:
     """Request the scene with this value, as a REST client does."""
-    scene_of(SceneSource(scene=opened(scene), overrides={path: value}), Limits())
+    scene_of(SceneSource(scene=with_units(opened(scene)), overrides={path: value}), Limits())
 
 
 def reports_by_interface(scene: trunnion.Scene, path: str, value: float) -> dict[str, list[str]]:
