@@ -16,7 +16,8 @@ def data_class(cls: type, *, frozen: bool = False, eq: bool = True, kw_only: boo
     """The class with fields and methods, as ``dataclasses.dataclass`` makes it. All fields are arguments of ``__init__``."""
     made: type = dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     fields: tuple[Field[Any], ...] = dataclasses.fields(made)
-    methods: dict[str, Any] = {"__init__": _constructor(made, fields, frozen), "__repr__": _text([f.name for f in fields if f.repr])}
+    methods: dict[str, Any] = {"__init__": _constructor(made, fields, frozen)}
+    methods["__repr__"] = _text([f.name for f in fields if f.repr])
     if eq:
         values = _values([f.name for f in fields if f.compare])
         methods["__eq__"] = lambda a, b: values(a) == values(b) if a.__class__ is b.__class__ else NotImplemented
@@ -69,11 +70,11 @@ def _refusals(cls: type, names: set[str]) -> dict[str, Callable[..., None]]:
     def put(self: Any, name: str, value: Any) -> None:
         if type(self) is cls or name in names:
             raise FrozenInstanceError(f"cannot assign to field {name!r}")
-        super(cls, self).__setattr__(name, value)
+        object.__setattr__(self, name, value)
 
     def remove(self: Any, name: str) -> None:
         if type(self) is cls or name in names:
             raise FrozenInstanceError(f"cannot delete field {name!r}")
-        super(cls, self).__delattr__(name)
+        object.__delattr__(self, name)
 
     return {"__setattr__": put, "__delattr__": remove}

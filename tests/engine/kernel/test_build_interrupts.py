@@ -29,6 +29,7 @@ GROUPS = pytest.mark.skipif(not hasattr(os, "killpg"), reason="programs have no 
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A kernel cache that holds only the runtime."""
     shared_libraries.runtime()
+    shared_libraries.sources_key()
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     return tmp_path
 
