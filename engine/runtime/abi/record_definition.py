@@ -109,9 +109,9 @@ class Record:
 
     def row(self, **values: Any) -> tuple[Any, ...]:
         """The values of all fields in the order of the record. Raises TypeError unless ``values`` names exactly the fields."""
-        if set(values) != set(self.names):
+        if values.keys() != set(self.names):
             raise TypeError(f"{self.tag}: fields that do not match: {', '.join(sorted(set(values) ^ set(self.names)))}")
-        return tuple(values[n] for n in self.names)
+        return tuple(map(values.__getitem__, self.names))
 
     def doubles(self, **values: Any) -> list[float]:
         """The values of all fields in order, as doubles. The record must contain only doubles."""
