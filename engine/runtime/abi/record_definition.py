@@ -134,14 +134,14 @@ def _field(line: str) -> Field:
     """The Field that a line such as ``const double *p : meaning`` declares."""
     declaration, _, about = line.partition(" : ")
     declaration = declaration.strip()
-    pointer = re.search(r"\(\*+(\w+)\)", declaration)
-    plain = re.fullmatch(r"(.*?)\b(\w+)(?:\[(\d+)\])?", declaration)
-    assert pointer or plain, line
-    if pointer:
+    if "(*" in declaration:
+        pointer = re.search(r"\(\*+(\w+)\)", declaration)
+        assert pointer, line
         return Field(declaration, pointer.group(1), "*", 1, about.strip())
-    assert plain
-    base, name, count = plain.groups()
-    return Field(declaration, name, "*" if "*" in base else base.strip(), int(count or 1), about.strip())
+    base, _, last = declaration.rpartition(" ")
+    name, _, count = last.lstrip("*").removesuffix("]").partition("[")
+    assert name.isidentifier() and base, line
+    return Field(declaration, name, "*" if "*" in declaration else base, int(count or 1), about.strip())
 
 
 def _ctype(f: Field) -> Any:
