@@ -140,7 +140,8 @@ def _field(line: str) -> Field:
         return Field(declaration, pointer.group(1), "*", 1, about.strip())
     base, _, last = declaration.rpartition(" ")
     name, _, count = last.lstrip("*").removesuffix("]").partition("[")
-    assert name.isidentifier() and base, line
+    assert name.isidentifier(), line
+    assert base, line
     return Field(declaration, name, "*" if "*" in declaration else base, int(count or 1), about.strip())
 
 
