@@ -62,8 +62,8 @@ Errors:
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # ``typing`` takes as long as Python's own start
 if TYPE_CHECKING:
     from trunnion.analysis.fits.experiment_design import Experiment, RankedExperiment, propose
     from trunnion.analysis.fits.measurements import MeasuredRun
@@ -134,7 +134,7 @@ _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
 if not TYPE_CHECKING:  # type checkers use the imports above; with __getattr__ they would accept every name
 
-    def __getattr__(name: str) -> Any:
+    def __getattr__(name: str) -> object:
         """Load a public name from its module."""
         if name in _HOMES:
             return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -60,7 +59,7 @@ def replacing(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
     """Yield a temporary path in the folder of ``path`` (links are resolved), with the given suffix or that of ``path``.
     At the end of the block the file replaces ``path`` in one step; after an error it is removed. Does not catch OSError."""
     target = Path(os.path.realpath(path))
-    work = target.with_name(f".{target.stem[:80]}-{secrets.token_hex(6)}{suffix or target.suffix}")
+    work = target.with_name(f".{target.stem[:80]}-{os.urandom(6).hex()}{suffix or target.suffix}")
     try:
         yield work
         work.replace(target)

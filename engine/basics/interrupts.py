@@ -10,12 +10,14 @@ from __future__ import annotations
 
 # ``_signal`` is the C part of ``signal``. Functions of the latter turn handlers into enumerations, and take ten times as long.
 import _signal  # type: ignore[import-not-found]
-import signal
 import threading
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
-from typing import Any
+
+TYPE_CHECKING = False  # ``typing`` takes as long as Python's own start
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from types import FrameType
+    from typing import Any
 
 
 class DeferredInterrupt:
@@ -31,7 +33,7 @@ class DeferredInterrupt:
         global _in_force
         around = _in_force
         handler = _signal.getsignal(_signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
-        if handler is signal.default_int_handler or (around is not None and around.lets_through and handler == around.note):
+        if handler is _signal.default_int_handler or (around is not None and around.lets_through and handler == around.note):
             _signal.signal(_signal.SIGINT, self.note)
             self._around, self._handler, _in_force = around, handler, self
         return self

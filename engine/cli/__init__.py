@@ -6,7 +6,10 @@ import atexit
 import gc
 import os
 import sys
-from collections.abc import Sequence
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 GARBAGE = 200_000
 """Number of new objects after which Python searches for garbage. A start of the command makes 100,000 objects. With Python's

@@ -6,6 +6,7 @@ import inspect
 import logging
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -49,6 +50,17 @@ class AsGiven:
         return list(value or ()) if param.multiple else value
 
 
+class GivenOnly:
+    """Stands for typer's conversion of an option to a number, which typer makes only if the option is given."""
+
+    def __init__(self, make: Callable[[], Any]):
+        self._make = make
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The number; None if the option is not given."""
+        return None if value is None else self._make().coerce(value, param=param, ctx=ctx)
+
+
 def take_as_given(parameters: Sequence[Any]) -> None:
     """Remove typer's conversion of arguments and options whose values are texts or flags. Earlier versions of typer have no such
     conversion."""
@@ -56,6 +68,8 @@ def take_as_given(parameters: Sequence[Any]) -> None:
         kind = getattr(getattr(p, "type_descriptor", None), "annotation", None)
         if kind in (str, list[str]) or (kind is bool and not p.envvar):
             p.get_runtime_param = AsGiven
+        elif kind in (float, int) and not p.multiple:
+            p.get_runtime_param = partial(GivenOnly, p.get_runtime_param)
 
 
 def spelling(p: Any) -> str:

@@ -116,18 +116,18 @@ def _make_dry(scene: Scene) -> tuple[Scene, list[str]]:
             joints[name] = replace(j, friction=replace(j.friction, law=dry))
             changed.setdefault(dry, []).append(name)
     notes = [f"statics uses dry friction (law {dry}) at {', '.join(names)}" for dry, names in changed.items()]
-    return replace(scene, joints=joints), notes
+    return replace(scene, joints=joints) if notes else scene, notes
 
 
 def _hold_at_start(scene: Scene, notes: list[str]) -> tuple[Scene, list[str]]:
     """(the scene with every drive held at its position at t = 0, ``notes`` with these changes added)."""
-    joints = dict(scene.joints)
-    for (name, k), at in positions(build(scene)).items():
+    joints, driven = dict(scene.joints), positions(build(scene))
+    for (name, k), at in driven.items():
         drive, held = joints[name].drive, Drive(constant=Constant(rate=0.0, start=at))
         every = tuple(held if i == k else d for i, d in enumerate(drive)) if isinstance(drive, tuple) else held
         joints[name] = replace(joints[name], drive=every)
         notes.append(f"{name}: the drive is held at its start position")
-    return replace(scene, joints=joints), notes
+    return replace(scene, joints=joints) if driven else scene, notes
 
 
 def start_at_rest(model: Model) -> tuple[int, np.ndarray]:

@@ -9,12 +9,12 @@ import logging
 import os
 import platform
 import sys
-import sysconfig
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
+from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -119,7 +119,7 @@ def wheel_platform() -> str:
     key = (platform.system().lower(), platform.machine().lower())
     if key not in TAGS:
         raise CompilerError(f"no compiler target for {key[0]} on {key[1]}; supported: {sorted(TAGS)}")
-    musl = "musl" in (sysconfig.get_config_var("SOABI") or "")
+    musl = "musl" in EXTENSION_SUFFIXES[0]
     return TAGS[key].replace("manylinux_2_17", "musllinux_1_2") if musl else TAGS[key]
 
 

@@ -6,14 +6,16 @@ import os
 import signal
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar, copy_context
 from tempfile import TemporaryFile
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.interrupts import heed
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 LOOKS = 0.05
 """Seconds between checks for Ctrl-C and for cancellation while this thread waits for another."""
@@ -86,6 +88,8 @@ def run(command: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
 def awaited(work: Future[Any]) -> Any:
     """The result of work on another thread. Meanwhile this thread checks for interrupts. (Signals end a plain wait only on some
     systems, and do not reach other threads.)"""
+    from concurrent.futures import wait
+
     while not wait([work], LOOKS).done:
         heed()
     return work.result()
@@ -94,6 +98,8 @@ def awaited(work: Future[Any]) -> Any:
 @contextmanager
 def side_by_side(threads: int) -> Iterator[Submit]:
     """Work on several threads. A failure in the block, or Ctrl-C, ends the processes of all threads."""
+    from concurrent.futures import ThreadPoolExecutor
+
     programs = CompilerProcesses()
     before = _CURRENT.set(programs)
     pool = ThreadPoolExecutor(threads)

@@ -77,6 +77,8 @@ def _files(folder: str, suffixes: tuple[str, ...]) -> Iterator[os.DirEntry[str]]
     """The files with these suffixes in a folder and the folders below it."""
     with os.scandir(folder) as entries:
         for e in entries:
+            if e.name == "__pycache__":
+                continue
             if e.is_dir():
                 yield from _files(e.path, suffixes)
             elif e.name.endswith(suffixes):

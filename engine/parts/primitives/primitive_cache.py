@@ -211,6 +211,8 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
     there = {library: _is_there(library) for library in {p.library for p in primitives} - {""}}
     found = [p.library if there.get(p.library) else _made(p.key) for p in primitives]
     new = [i for i, library in enumerate(found) if not library]
+    if not new:
+        return [_load(library) for library in found]
     texts = {i: primitives[i].text or build_primitive(*primitives[i].recipe).text for i in new}
     with held() as interrupt, interrupt.open(), side_by_side(2) as submit:
         jobs = [(group, submit(_compile, flags, "".join(group))) for flags, group in _groups(set(texts.values()))]

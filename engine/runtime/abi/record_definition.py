@@ -109,9 +109,9 @@ class Record:
 
     def row(self, **values: Any) -> tuple[Any, ...]:
         """The values of all fields in the order of the record. Raises TypeError unless ``values`` names exactly the fields."""
-        if set(values) != set(self.names):
+        if values.keys() != set(self.names):
             raise TypeError(f"{self.tag}: fields that do not match: {', '.join(sorted(set(values) ^ set(self.names)))}")
-        return tuple(values[n] for n in self.names)
+        return tuple(map(values.__getitem__, self.names))
 
     def doubles(self, **values: Any) -> list[float]:
         """The values of all fields in order, as doubles. The record must contain only doubles."""
@@ -134,14 +134,15 @@ def _field(line: str) -> Field:
     """The Field declared by a line such as ``const double *p : meaning``."""
     declaration, _, about = line.partition(" : ")
     declaration = declaration.strip()
-    pointer = re.search(r"\(\*+(\w+)\)", declaration)
-    plain = re.fullmatch(r"(.*?)\b(\w+)(?:\[(\d+)\])?", declaration)
-    assert pointer or plain, line
-    if pointer:
+    if "(*" in declaration:
+        pointer = re.search(r"\(\*+(\w+)\)", declaration)
+        assert pointer, line
         return Field(declaration, pointer.group(1), "*", 1, about.strip())
-    assert plain
-    base, name, count = plain.groups()
-    return Field(declaration, name, "*" if "*" in base else base.strip(), int(count or 1), about.strip())
+    base, _, last = declaration.rpartition(" ")
+    name, _, count = last.lstrip("*").removesuffix("]").partition("[")
+    assert name.isidentifier(), line
+    assert base, line
+    return Field(declaration, name, "*" if "*" in declaration else base, int(count or 1), about.strip())
 
 
 def _ctype(f: Field) -> Any:

@@ -45,7 +45,7 @@ def _nonzero(path: Path, d: Direction | None) -> Iterator[Finding]:
 
 def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]:
     """Findings about the frame of one side, which follows from the side's own axis and reference, or from those of the joint."""
-    own = side if isinstance(side, Side) else Side("")
+    own = side.reference if isinstance(side, Side) else None
     axis, reference = axes_of(j, side)
     axes = ((*path, "axis"), (*path, "inboard", "axis"), (*path, "outboard", "axis"))
     if axis is None:
@@ -62,7 +62,7 @@ def _side(path: Path, key: str, side: str | Side, j: Joint) -> Iterator[Finding]
     if reference is None or not any(vector(axis)) or not any(vector(reference)):
         return
     if math.hypot(*cross(unit(vector(axis)), unit(vector(reference)))) < PARALLEL:
-        at = (*path, key, "reference") if own.reference is not None else (*path, "reference")
+        at = (*path, key, "reference") if own is not None else (*path, "reference")
         second = REGISTRY[j.type].second_axis
         role = f"; its e{second + 1} is the second axis of the {j.type} joint" if second >= 0 else ""
         yield Finding(at, f"the reference is parallel to the axis{role}", "choose a direction across the axis")

@@ -63,12 +63,12 @@ def of_joints() -> list[Field]:
     for name, (n, laws) in law_numbers().items():
         own = ", where it differs from the scene's" if n.default is not None else ""
         out.append((name, annotation(n, 1) | None, None, f"{sentence(n.text)} ({plural('law', laws)}){own}."))
+    both = [
+        (j.name, e)
+        for j in JOINTS.values()
+        for e in (j.friction, element_of("", j.freely_rubbed, GIVEN), j.loaded, j.banded)
+    ]
     for name, (n, elements) in sizes().items():
-        both = [
-            (j.name, e)
-            for j in JOINTS.values()
-            for e in (j.friction, element_of("", j.freely_rubbed, GIVEN), j.loaded, j.banded)
-        ]
         each = {joint: next(s for s in sized(e) if s.name == name) for joint, e in both if e in elements}
         who = ", ".join(f"{j}: one or a list of {s.count}" if s.count > 1 else j for j, s in each.items())
         count = max((s.count for s in each.values()), default=1)

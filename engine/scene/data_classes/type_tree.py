@@ -6,7 +6,7 @@ Hints ("known keys: …"), units of parameters and the published schema use this
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, Field, fields
 from functools import cache, lru_cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, ForwardRef, Union, get_args, get_origin, get_type_hints
@@ -22,9 +22,8 @@ NAMED = (("bodies",), ("joints",), ("forces",), ("inputs",), ("parameters",), ("
 
 @cache
 def hints(cls: type) -> dict[str, Any]:
-    """The annotations of a scene class by field name, with unions and unit markers. Most come from pydantic, which has evaluated
-    them; to evaluate them again takes ten times as long."""
-    fields(cls)  # this first use makes the lazy data class
+    """The annotations of a scene class by field name, with unions and unit markers. Most come from pydantic, if it has evaluated
+    them; to evaluate them again takes ten times as long. A stored scene needs no pydantic."""
     known = {n: (f.annotation, *f.metadata) for n, f in vars(cls).get("__pydantic_fields__", {}).items()}
     if not known or any(isinstance(a, ForwardRef) for a, *_ in known.values()):
         return get_type_hints(cls, include_extras=True)
@@ -47,7 +46,7 @@ def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any,
 def step(annotation: Any, key: str | int) -> Iterator[Any]:
     """The annotations below one key or index, from every alternative that has this key or index."""
     for a, _ in members(annotation):
-        if isinstance(key, str) and is_dataclass(a) and isinstance(a, type):
+        if isinstance(key, str) and is_scene_class(a):
             if key in hints(a):
                 yield hints(a)[key]
         elif isinstance(key, str) and get_origin(a) is dict:
@@ -73,9 +72,14 @@ def shape(path: Path) -> Path:
     return tuple("*" if named and i == 1 else min(k, 2) if isinstance(k, int) else k for i, k in enumerate(path))
 
 
+def is_scene_class(a: Any) -> bool:
+    """Whether this is a data class. Unlike ``is_dataclass``, this does not make the class."""
+    return isinstance(a, type) and "__dataclass_fields__" in vars(a)
+
+
 def classes_at(path: Path) -> list[type]:
     """Scene classes that are allowed at a path."""
-    return [a for annotation in at(path) for a, _ in members(annotation) if isinstance(a, type) and is_dataclass(a)]
+    return [a for annotation in at(path) for a, _ in members(annotation) if is_scene_class(a)]
 
 
 def fields_by_key(cls: type) -> dict[str, Field[Any]]:

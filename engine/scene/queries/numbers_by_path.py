@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import Any
 
 from trunnion.basics.number_declarations import Bound, Order
@@ -37,12 +35,6 @@ def number_values(scene: Scene) -> list[tuple[Path, float]]:
     return found
 
 
-@cache
-def _names(of: type) -> tuple[str, ...]:
-    """Names of the fields of a scene class; none for any other type."""
-    return tuple(f.name for f in fields(of)) if is_dataclass(of) else ()
-
-
 def _collect(value: Any, path: Path, found: list[tuple[Path, float]]) -> None:
     """Append the numbers inside a value. Most fields of a scene are None or text."""
     if isinstance(value, dict):
@@ -50,7 +42,7 @@ def _collect(value: Any, path: Path, found: list[tuple[Path, float]]) -> None:
     elif isinstance(value, tuple):
         inside = enumerate(value)
     else:
-        inside = [(name, getattr(value, name)) for name in _names(value.__class__)]
+        inside = getattr(value, "__dict__", {}).items()  # the fields of a scene class
     for key, v in inside:
         if isinstance(v, float):
             found.append(((*path, key), v))

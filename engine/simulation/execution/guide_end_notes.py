@@ -21,9 +21,10 @@ def guide_end_notes(scene: Scene, columns: Sequence[Column], data: np.ndarray) -
     """A note for every sliding joint one of whose contacts leaves the other part, with the first time. data: rows of a run, with
     the time before the columns. Joints without columns of position and speed along the axis are not examined. Between rows, the
     position is the cubic polynomial that has the positions and speeds of the rows."""
-    places = {c.name: 1 + i for i, c in enumerate(columns)}
+    sliding = {name: j for name, j in scene.joints.items() if j.type in SLIDING}
+    places = {c.name: 1 + i for i, c in enumerate(columns)} if sliding else {}
     notes = []
-    for name, j in scene.joints.items():
+    for name, j in sliding.items():
         q, speed = (places.get(f"{name}.{x}[1]") for x in ("q", "qd"))
         span = covered(scene, j) if q is not None and speed is not None else None
         if span is None:
@@ -38,7 +39,7 @@ def covered(scene: Scene, j: Joint) -> tuple[float, float, str, str] | None:
     """(smallest and largest position, m, at which both contacts of a sliding joint are on the other part, the part with the
     contacts, the other part). None if the scene does not give the distance of the contacts or the other part's length."""
     half = j.friction.half_length if j.friction is not None else None
-    if j.type not in SLIDING or not isinstance(half, float) or j.ends == "overlap":
+    if not isinstance(half, float) or j.ends == "overlap":
         return None
     inboard = (j.ends or j.pin) == "inboard"
     carrier, other = sides_of(scene, j) if inboard else sides_of(scene, j)[::-1]

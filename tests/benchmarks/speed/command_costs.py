@@ -52,7 +52,7 @@ def commands(data: str) -> dict[str, list[str]]:
     return {
         "python": ["-c", "pass"],
         "numpy": ["-c", "import numpy"],
-        "help": [*command, "--help"],
+        "help": ["-c", "import sys; from trunnion.cli import main; sys.exit(main(['--help']))"],  # as the command, without runpy
         "simulate": [*command, "simulate", "spherical_pendulum"],
         "fit": [*command, "fit", "friction_identification", "--data", data, *FIT],
         "check": [*command, "check", "spherical_pendulum"],
