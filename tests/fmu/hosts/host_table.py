@@ -44,7 +44,7 @@ FORMS_OF = {"casadi": ("me2", "me3"), "fmpy_compiled": ("cs2", "arrays3"), "bd2c
 PROGRAMS = {"fmuCheck.linux64": ("cs2", "me2", "python2"), "fmi4ctest": tuple(FORMS)}
 STOP, STEP = 0.9, 0.01
 """Seconds. At 1 s the motions of `robot_arm` end, and its friction jumps."""
-SECONDS, TIMEOUT = 1200, 124
+SECONDS, TIMEOUT = 600, 124
 DIFFERENCE = "difference"
 
 
@@ -60,17 +60,18 @@ def values_in(tool: str, folder: Path, files: Sequence[Path]) -> list[Values | s
     words = [place / "bin" / "python", "-W", "ignore", Path(__file__).with_name("other_tools.py"), tool, STOP, STEP]
     out: list[Values | str] = []
     while len(out) < len(files):
-        told = _run([*map(str, [*words, *files[len(out) :]])])
+        left = files[len(out) :]
+        told = _run([*map(str, [*words, *left])], SECONDS * len(left))
         out += [json.loads(line.removeprefix(MARK)) for line in told.stdout.splitlines() if line.startswith(MARK)]
         if len(out) < len(files):
             out.append(_end(told))
     return out
 
 
-def _run(words: list[str]) -> subprocess.CompletedProcess[str]:
-    """The finished process; its return code is TIMEOUT if it does not end."""
+def _run(words: list[str], seconds: float) -> subprocess.CompletedProcess[str]:
+    """The finished process; its return code is TIMEOUT if it does not end within this time."""
     try:
-        return subprocess.run(words, capture_output=True, text=True, timeout=SECONDS, check=False)
+        return subprocess.run(words, capture_output=True, text=True, timeout=seconds, check=False)
     except subprocess.TimeoutExpired as e:
         return subprocess.CompletedProcess(words, TIMEOUT, (e.stdout or b"").decode(), "")
 
@@ -90,7 +91,7 @@ def _of_program(tool: str, file: Path) -> Values | str:
     mode = "me" if file.stem.rpartition("-")[2].startswith("me") else "cs"
     options = {"fmuCheck.linux64": ["-k", mode, "-h", str(STEP), "-s", str(STOP), "-n", "0"],
                "fmi4ctest": ["-m", mode, "-h", str(STEP), "-s", str(STOP)]}[tool]  # fmt: skip
-    told = _run([tool, *options, "-o", str(rows), str(file)])
+    told = _run([tool, *options, "-o", str(rows), str(file)], SECONDS)
     if told.returncode:
         return _end(told)
     if not rows.exists():
@@ -129,7 +130,8 @@ def cells(folder: Path, only: Sequence[str] = ()) -> Iterator[tuple[str, str, st
             got = right[form] if tool == "fmpy" else values_in(tool, folder, [made[m, form] for m in MODELS])
             same = right["cs2"] if tool == "fmpy" else right[form]
             ran = [not isinstance(v, str) for v in got]
-            worst = {m: difference(v, w) for m, v, w in zip(MODELS, got, same, strict=True) if not {type(v), type(w)} & {str}}
+            pairs = zip(MODELS, got, same, strict=True)
+            worst = {m: difference(v, w) for m, v, w in pairs if not isinstance(v, str) and not isinstance(w, str)}
             most = max(worst, key=lambda m: np.nan_to_num(worst[m], nan=-1.0), default="")
             reasons = dict.fromkeys(v for v in got if isinstance(v, str))
             refused = [f"{', '.join(m for m, v in zip(MODELS, got, strict=True) if v == why)}: {why}" for why in reasons]

@@ -1,5 +1,6 @@
 """Other tools that simulate FMUs. ``python other_tools.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
-Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON."""
+Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON, or the last line of
+what the tool raises."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import traceback
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -255,6 +257,9 @@ def bd2cmake(file: str, stop: float, step: float) -> Values:
 if __name__ == "__main__":
     tool, stop, step, *files = sys.argv[1:]
     for file in files:
-        found = globals()[tool](file, float(stop), float(step))
+        try:
+            found = globals()[tool](file, float(stop), float(step))
+        except Exception as e:  # noqa: BLE001 whatever a tool raises is its refusal
+            found = traceback.format_exception_only(e)[-1].splitlines()[-1]
         print("\n" + MARK + json.dumps(found), flush=True)
     os._exit(0)
