@@ -184,7 +184,7 @@ def pyfmi(file: str, stop: float, step: float) -> Values:
     os.chdir(tempfile.mkdtemp())
     model = load_fmu(file, log_level=0)
     options = model.simulate_options()
-    options.update({"ncp": round(stop / step), "result_handling": "memory", "silent_mode": True})
+    options["ncp"] = round(stop / step)
     if "CVode_options" in options:
         options["CVode_options"].update({"rtol": 1e-9, "verbosity": 50})
     got = model.simulate(final_time=stop, options=options)
@@ -231,12 +231,13 @@ def energysim(file: str, stop: float, step: float) -> Values:
 
     os.chdir(tempfile.mkdtemp())
     names = [v.name for v in outputs(file)]
-    run = world(start_time=0, stop_time=stop + step, t_macro=step)
+    run = world(start_time=0, stop_time=stop + step, t_macro=stop + step)
     run.add_simulator(sim_type="fmu", sim_name="one", sim_loc=file, outputs=names, step_size=step)
     run.add_connections({})
     run.simulate(pbar=False)
     got = run.results()["one"]
-    return {n: float(got[n].iloc[-1]) for n in names}
+    last = (got["time"] - stop).abs().argmin()
+    return {n: float(got[n].iloc[last]) for n in names}
 
 
 def bd2cmake(file: str, stop: float, step: float) -> Values:
