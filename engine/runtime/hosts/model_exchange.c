@@ -57,11 +57,16 @@ static double tr_direction_indicator(const tr_sim *s, int i) {
   return LINE_LEFT * LINE_LEFT - fmax(0.0, 1.0 - along * along);
 }
 
+/* By how much the stuck pair i moves; above 1 its mode ends. Without loops only a drive, or the importer, moves such a pair. */
+static double tr_motion_of_stuck_pair(tr_sim *s, int i) {
+  return s->k->active ? tr_rest_violation(s, i) : tr_pair_speed(s, i) / tr_rest_speed(tr_speed_unit(s));
+}
+
 static void tr_set_valued_indicators(tr_sim *s, int i, double *z) {
   const int flag = tr_mode_flag(tr_mode_of(s, i));
   z[1] = 1.0;
   if (flag == TR_STUCK) {
-    const double ratio = tr_friction_ratio(s, i), moves = tr_rest_violation(s, i);
+    const double ratio = tr_friction_ratio(s, i), moves = tr_motion_of_stuck_pair(s, i);
     z[0] = fmin((1.0 + SHIFT_RATIO - ratio) / (1.0 + ratio), 1.0 - moves);
     return;
   }

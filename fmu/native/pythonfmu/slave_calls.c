@@ -59,7 +59,9 @@ BRIDGE_EXPORT void fmi2FreeInstance(fmi2Component c) {
   fmu_bridge *b = c;
   if (!b) return;
   fmi2FreeInstanceTYPE *f = (fmi2FreeInstanceTYPE *)bridge_find(b->above, "fmi2FreeInstance");
+  const tr_environment host = tr_enter();
   if (b->slave && f) f(b->slave);
+  tr_leave(host);
   free(b);
 }
 

@@ -1,9 +1,10 @@
-"""FMUs of eight models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER`` prints what the table of
-fmu/README.md summarises.
+"""FMUs of all bundled models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER [TOOL ...]`` prints what
+the table of fmu/README.md summarises.
 
-FOLDER keeps the FMUs and an environment for each tool. Tools in C are used if they are on the path. A cell is the largest
-difference of a final value from that in fmpy, relative to 1 or the value, whichever is larger. If the tool refuses the file, the
-cell is the last line of its refusal."""
+FOLDER keeps the FMUs and an environment for each tool. Tools in C are used if they are on the path. PyFMI, which is compiled with
+its libraries, is used if FOLDER has an environment with it. A cell is the largest difference of a final value from that in fmpy,
+relative to 1 or the value, whichever is larger. If the tool refuses files, the cell has the last line of each refusal, with the
+models."""
 
 from __future__ import annotations
 
@@ -22,9 +23,9 @@ import numpy as np
 
 from tests.fmu.hosts.other_tools import MARK, Values
 from trunnion.fmu.scene_export import export
+from trunnion.scene.library.model_folders import bundled_names
 
-MODELS = ("spherical_pendulum", "crank_slider", "n_four_bar", "double_pendulum", "simple_pendulum", "governor", "andrews",
-          "cart_pole")  # fmt: skip
+MODELS = tuple(bundled_names())
 FORMS: dict[str, dict[str, Any]] = {
     "cs2": {"sources": True}, "python2": {"flavour": "python"}, "me2": {"kind": "me"},
     "arrays3": {"fmi": 3, "sources": True}, "scalars3": {"fmi": 3, "scalars": True}, "me3": {"fmi": 3, "kind": "me"},
@@ -34,11 +35,17 @@ TOOLS = {
     "ecos": ("ecospy==0.7.2", "fmpy==0.3.32"), "cofmupy": ("cofmupy==1.0.0",),
     "container": ("fmu-manipulation-toolbox==2.0", "fmpy==0.3.32"), "casadi": ("casadi==3.8.2", "fmpy==0.3.32"),
     "fmuloader": ("fmuloader==0.1.2rc0", "fmpy==0.3.32"), "pathsim": ("pathsim-fmi==0.1.1", "pathsim==0.27.1", "fmpy==0.3.32"),
-    "fmpy_compiled": ("fmpy==0.3.32", "cmake==4.4.5"),
+    "fmpy_compiled": ("fmpy==0.3.32", "cmake==4.4.5"), "bd2cmake": ("fmi-bd2cmake==0.1.0", "fmpy==0.3.32", "cmake==4.4.5"),
+    "sofirpy": ("sofirpy==1.0.2", "fmpy==0.3.32"), "syssimx": ("syssimx==0.4.3", "fmpy==0.3.32"),
+    "pycosim": ("PyCosimLibrary==0.0.5", "fmpy==0.2.14", "setuptools"),
+    "energysim": ("energysim==2.1.9.1", "fmpy==0.2.14", "pypsa==0.31.2"), "pyfmi": (),
 }  # fmt: skip
+FORMS_OF = {"casadi": ("me2", "me3"), "fmpy_compiled": ("cs2", "arrays3"), "bd2cmake": ("arrays3",)}
+"""The forms of FMUs that a tool is for, if it is not for all."""
 PROGRAMS = {"fmuCheck.linux64": ("cs2", "me2", "python2"), "fmi4ctest": tuple(FORMS)}
-STOP, STEP = 1.0, 0.01
-SECONDS, TIMEOUT = 1200, 124
+STOP, STEP = 0.9, 0.01
+"""Seconds. At 1 s the motions of `robot_arm` end, and its friction jumps."""
+SECONDS, TIMEOUT = 600, 124
 DIFFERENCE = "difference"
 
 
@@ -54,17 +61,18 @@ def values_in(tool: str, folder: Path, files: Sequence[Path]) -> list[Values | s
     words = [place / "bin" / "python", "-W", "ignore", Path(__file__).with_name("other_tools.py"), tool, STOP, STEP]
     out: list[Values | str] = []
     while len(out) < len(files):
-        told = _run([*map(str, [*words, *files[len(out) :]])])
+        left = files[len(out) :]
+        told = _run([*map(str, [*words, *left])], SECONDS * len(left))
         out += [json.loads(line.removeprefix(MARK)) for line in told.stdout.splitlines() if line.startswith(MARK)]
         if len(out) < len(files):
             out.append(_end(told))
     return out
 
 
-def _run(words: list[str]) -> subprocess.CompletedProcess[str]:
-    """The finished process; its return code is TIMEOUT if it does not end."""
+def _run(words: list[str], seconds: float) -> subprocess.CompletedProcess[str]:
+    """The finished process; its return code is TIMEOUT if it does not end within this time."""
     try:
-        return subprocess.run(words, capture_output=True, text=True, timeout=SECONDS, check=False)
+        return subprocess.run(words, capture_output=True, text=True, timeout=seconds, check=False)
     except subprocess.TimeoutExpired as e:
         return subprocess.CompletedProcess(words, TIMEOUT, (e.stdout or b"").decode(), "")
 
@@ -84,7 +92,7 @@ def _of_program(tool: str, file: Path) -> Values | str:
     mode = "me" if file.stem.rpartition("-")[2].startswith("me") else "cs"
     options = {"fmuCheck.linux64": ["-k", mode, "-h", str(STEP), "-s", str(STOP), "-n", "0"],
                "fmi4ctest": ["-m", mode, "-h", str(STEP), "-s", str(STOP)]}[tool]  # fmt: skip
-    told = _run([tool, *options, "-o", str(rows), str(file)])
+    told = _run([tool, *options, "-o", str(rows), str(file)], SECONDS)
     if told.returncode:
         return _end(told)
     if not rows.exists():
@@ -112,23 +120,26 @@ def files(folder: Path) -> dict[tuple[str, str], Path]:
     return made
 
 
-def cells(folder: Path) -> Iterator[tuple[str, str, str]]:
-    """(tool, form, cell) for all tools and forms."""
+def cells(folder: Path, only: Sequence[str] = ()) -> Iterator[tuple[str, str, str]]:
+    """(tool, form, cell) for all tools or those in ``only``, and all forms."""
     made = files(folder)
     right = {f: values_in("fmpy", folder, [made[m, f] for m in MODELS]) for f in FORMS}
-    for tool in [*(p for p in PROGRAMS if shutil.which(p)), *TOOLS]:
-        for form in PROGRAMS.get(tool, tuple(FORMS)):
-            if (tool == "casadi" and "me" not in form) or (tool == "fmpy_compiled" and "sources" not in FORMS[form]):
-                continue
+    for tool in [t for t in (*TOOLS, *PROGRAMS) if not only or t in only]:
+        if not (shutil.which(tool) if tool in PROGRAMS else TOOLS[tool] or (folder / tool).exists()):
+            continue
+        for form in (PROGRAMS | FORMS_OF).get(tool, tuple(FORMS)):
             got = right[form] if tool == "fmpy" else values_in(tool, folder, [made[m, form] for m in MODELS])
             same = right["cs2"] if tool == "fmpy" else right[form]
-            both = [(v, w) for v, w in zip(got, same, strict=True) if not isinstance(v, str)]
-            worst = [difference(v, w) for v, w in both if not isinstance(w, str)]
-            refused = [f"{m}: {v}" for m, v in zip(MODELS, got, strict=True) if isinstance(v, str)]
-            largest = f", largest difference {np.nanmax(worst):.1e}" if not np.all(np.isnan(worst)) else ""
-            yield tool, form, "; ".join([f"{len(both)} of {len(MODELS)}{largest}", *refused])
+            ran = [not isinstance(v, str) for v in got]
+            pairs = zip(MODELS, got, same, strict=True)
+            worst = {m: difference(v, w) for m, v, w in pairs if not isinstance(v, str) and not isinstance(w, str)}
+            most = max(worst, key=lambda m: np.nan_to_num(worst[m], nan=-1.0), default="")
+            reasons = dict.fromkeys(v for v in got if isinstance(v, str))
+            refused = [f"{', '.join(m for m, v in zip(MODELS, got, strict=True) if v == why)}: {why}" for why in reasons]
+            largest = f", largest difference {worst[most]:.1e} ({most})" if most else ""
+            yield tool, form, "; ".join([f"{sum(ran)} of {len(MODELS)}{largest}", *refused])
 
 
 if __name__ == "__main__":
-    for tool, form, cell in cells(Path(sys.argv[1]).resolve()):
+    for tool, form, cell in cells(Path(sys.argv[1]).resolve(), sys.argv[2:]):
         print(f"{tool:18s} {form:9s} {cell}", flush=True)

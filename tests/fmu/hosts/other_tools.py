@@ -1,5 +1,6 @@
 """Other tools that simulate FMUs. ``python other_tools.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
-Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON."""
+Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON, or the last line of
+what the tool raises."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import traceback
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -175,9 +177,90 @@ def pathsim(file: str, stop: float, step: float) -> Values:
     return {n: float(row[-1]) for n, row in zip(names, rows, strict=True)}
 
 
+def pyfmi(file: str, stop: float, step: float) -> Values:
+    """PyFMI, which reads FMUs by FMI Library and not by fmpy."""
+    from pyfmi import load_fmu
+
+    os.chdir(tempfile.mkdtemp())
+    model = load_fmu(file, log_level=0)
+    options = model.simulate_options()
+    options["ncp"] = round(stop / step)
+    if "CVode_options" in options:
+        options["CVode_options"].update({"rtol": 1e-9, "verbosity": 50})
+    got = model.simulate(final_time=stop, options=options)
+    return {v.name: float(got[v.name][-1]) for v in outputs(file)}
+
+
+def sofirpy(file: str, stop: float, step: float) -> Values:
+    from sofirpy import simulate
+
+    names = [v.name for v in outputs(file)]
+    got = simulate(stop, step, fmu_paths={"one": Path(file)}, parameters_to_log={"one": names})
+    return {n: float(got[f"one.{n}"].iloc[-1]) for n in names}
+
+
+def syssimx(file: str, stop: float, step: float) -> Values:
+    from syssimx import System
+    from syssimx.components.fmu import FMUComponent
+
+    system, one = System("system"), FMUComponent("one", file)
+    system.add_component(one)
+    system.initialize(0.0)
+    system.run(0.0, stop, step)
+    got = one.get_outputs()
+    return {v.name: float(getattr(got[v.name], "magnitude", got[v.name])) for v in outputs(file)}
+
+
+def pycosim(file: str, stop: float, step: float) -> Values:
+    from PyCosimLibrary.jacobi_runner import JacobiRunner
+    from PyCosimLibrary.loader import FMULoader
+    from PyCosimLibrary.scenario import CosimScenario, OutputConnection, SignalType, VarType
+
+    one = FMULoader.load(file, "one", None).fmu
+    one.instantiate()
+    refs = [v.valueReference for v in outputs(file)]
+    seen = OutputConnection(value_type=VarType.REAL, signal_type=SignalType.CONTINUOUS, source_fmu=one, source_vr=refs)
+    run = CosimScenario(fmus=[one], connections=[], outputs=[seen], step_size=step, stop_time=stop, print_interval=step)
+    got = JacobiRunner().run_cosim(run, None).out_signals["one"]
+    return {v.name: float(got[v.valueReference][-1]) for v in outputs(file)}
+
+
+def energysim(file: str, stop: float, step: float) -> Values:
+    """energysim records values at the beginning of each step."""
+    from energysim import world
+
+    os.chdir(tempfile.mkdtemp())
+    names = [v.name for v in outputs(file)]
+    run = world(start_time=0, stop_time=stop + step, t_macro=stop + step)
+    run.add_simulator(sim_type="fmu", sim_name="one", sim_loc=file, outputs=names, step_size=step)
+    run.add_connections({})
+    run.simulate(pbar=False)
+    got = run.results()["one"]
+    last = (got["time"] - stop).abs().argmin()
+    return {n: float(got[n].iloc[last]) for n in names}
+
+
+def bd2cmake(file: str, stop: float, step: float) -> Values:
+    """fmpy with binaries built by the CMakeLists.txt that fmi-bd2cmake writes for the sources of an FMU."""
+    from fmpy import __file__ as place
+    from fmpy import extract, sharedLibraryExtension
+
+    folder, programs = Path(extract(file)), Path(sys.executable).parent
+    library = next((folder / "binaries").rglob(f"*{sharedLibraryExtension}"))
+    library.unlink()
+    headers = Path(place).parent / "c-code"
+    for words in (["fmi-bd2cmake"], ["cmake", "-B", "made", f"-DFMI_HEADERS_DIR={headers}", "."], ["cmake", "--build", "made"]):
+        subprocess.run([programs / words[0], *words[1:]], cwd=folder, capture_output=True, text=True, check=True)
+    shutil.copyfile(next((folder / "made").rglob(f"*{sharedLibraryExtension}")), library)
+    return fmpy(str(folder), stop, step)
+
+
 if __name__ == "__main__":
     tool, stop, step, *files = sys.argv[1:]
     for file in files:
-        found = globals()[tool](file, float(stop), float(step))
+        try:
+            found = globals()[tool](file, float(stop), float(step))
+        except Exception as e:  # noqa: BLE001 whatever a tool raises is its refusal
+            found = traceback.format_exception_only(e)[-1].splitlines()[-1]
         print("\n" + MARK + json.dumps(found), flush=True)
     os._exit(0)

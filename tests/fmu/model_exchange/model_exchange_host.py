@@ -49,6 +49,23 @@ def swing() -> trunnion.Scene:
     })  # fmt: skip
 
 
+def driven() -> trunnion.Scene:
+    """Three links with friction. Drives start the first two from rest, and stop the second twice; the third sticks at first."""
+    bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
+    hinge, rub = {"type": "revolute", "axis": "z"}, {"mu": 0.2, "radius": 0.02, "half_length": 0.05}
+    table = {"table": {"time": [0, 0.2, 0.5, 0.8, 1.2, 1.5], "value": [0, 0, 0.3, 0.3, -0.4, 0]}}
+    move = {"move": {"start": 0, "end": -0.7, "duration": 0.6}}
+    return scene_from_dict({
+        "name": "driven", "gravity": [0, -9.81, 0], "bodies": {"one": bar, "two": bar, "three": bar},
+        "joints": {
+            "hip": {**hinge, "inboard": "ground", "outboard": "one.a", "friction": {"torque": 4}, "drive": move},
+            "knee": {**hinge, "inboard": "one.b", "outboard": "two.a", "friction": rub, "drive": table},
+            "foot": {**hinge, "inboard": "two.b", "outboard": "three.a", "friction": {**rub, "mu": 2, "mu_static": 2.5}},
+        },
+        "simulation": {"until": 0.9, "every": EVERY},
+    })  # fmt: skip
+
+
 def thrown() -> trunnion.Scene:
     """Two blocks thrown up a rail past their latches. A signal releases one, the other slips on the teeth of its ratchet."""
     body = {"mass": 2, "inertia": [1, 1, 1]}
@@ -74,7 +91,7 @@ def bristles() -> trunnion.Scene:
     return apply(scene, law | numbers)
 
 
-BUILT = {"swing": swing, "thrown": thrown, "bristles": bristles, "planets": partial(crossed, "planets", 67)}
+BUILT = {"swing": swing, "driven": driven, "thrown": thrown, "bristles": bristles, "planets": partial(crossed, "planets", 67)}
 
 
 @cache

@@ -110,6 +110,11 @@ def test_latches_fall_catch_and_let_go_at_the_engines_instants() -> None:
     claim_is_the_engine("thrown", 4.0, 3)
 
 
+def test_friction_begins_where_a_drive_starts_from_rest() -> None:
+    """No state of a mechanism without loops shows that a driven pair moves."""
+    claim_is_the_engine("driven", 0.9, 2)
+
+
 def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
     """The stiffness of the stops amplifies errors, which fall with the solver's tolerance."""
     made, events = engine_run(scene_of("swing"), 2.4)

@@ -8,7 +8,6 @@ import platform
 import re
 import shutil
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from fmpy.fmi1 import FMICallException
 from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_host import Host
-from trunnion.fmu.binaries.platform_builds import entries, headers, loader
+from trunnion.fmu.binaries.platform_builds import headers, loader
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.compilation.c_compiler import SYSTEM_LIBRARIES, WINDOWS
@@ -81,37 +80,6 @@ def test_a_plain_host_of_fmi_3_gets_every_event_and_a_thousand_instances_leave_n
     events, _ = Host3(exported("spherical_pendulum", fmi=3)).run(10.0, 0.5)
     assert [float(t) for t in times] == [e[0] for e in events]
     assert len(times) == 11
-
-
-ENVIRONMENT = Path(__file__).with_name("unusual_environment_host.py")
-PLAIN, UNUSUAL = "1f80", "d840"
-"""MXCSR of usual hosts; and with traps of invalid operations, divisions by zero and overflows, rounding upward, flush to zero."""
-HERE = pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="sets a register of x86-64")
-
-
-def bits_in(form: str, file: Path, guid: str, environment: str) -> str:
-    """The bits of a vector after a run in a host with this floating-point environment."""
-    words = [sys.executable, "-S", ENVIRONMENT, form, file, guid, environment]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, (environment, done.returncode, done.stderr)
-    return done.stdout
-
-
-@HERE
-@pytest.mark.parametrize("form", ["2", "3"])
-def test_a_host_that_traps_exceptions_and_rounds_upward_gets_the_same_bits_and_keeps_its_habits(form: str, tmp_path: Path) -> None:
-    fmu = exported("spherical_pendulum", fmi=int(form))
-    file, guid = library(fmu, {"2": "linux64", "3": "x86_64-linux"}[form], tmp_path)
-    assert bits_in(form, file, guid, UNUSUAL) == bits_in(form, file, guid, PLAIN)
-
-
-@pytest.mark.parametrize("standard", ["2", "3"])
-def test_every_function_of_a_standard_sets_the_environment(standard: str) -> None:
-    types = (headers() / f"fmi{standard}FunctionTypes.h").read_text()
-    declared = set(re.findall(rf"\b(fmi{standard}\w+)TYPE\b", types))
-    begin = r"(fmi\d\w+)\([^;{}]*\) \{\n  const tr_environment outside = tr_enter\(\);\n.*(fmu_\w+)"
-    made = dict(re.findall(begin, entries(f"{standard}.0")))
-    assert made == {name: f"fmu_{name}" for name in declared}
 
 
 ARM = Path(os.environ.get("QEMU_LD_PREFIX", "/usr/aarch64-linux-gnu"))
