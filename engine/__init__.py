@@ -82,7 +82,7 @@ if TYPE_CHECKING:
     from trunnion.analysis.static_bounds.hold_check import hold
     from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
     from trunnion.analysis.studies.optimise_and_refine import StudyResult, optimise, refine
-    from trunnion.basics.problems import Problem, SceneError, SimulationError
+    from trunnion.basics.errors import Problem, SceneError, SimulationError
     from trunnion.batch.sweep import Sweep, sweep
     from trunnion.scene import Scene, load_scene, models_dir, scene_from_dict
     from trunnion.simulation.results.event import Event
@@ -123,7 +123,7 @@ _MODULES = {
     "analysis.static_bounds.hold_check": ("hold",),
     "analysis.static_bounds.start_pose_statics": ("HoldReport",),
     "analysis.studies.optimise_and_refine": ("StudyResult", "optimise", "refine"),
-    "basics.problems": ("Problem", "SceneError", "SimulationError"),
+    "basics.errors": ("Problem", "SceneError", "SimulationError"),
     "batch.sweep": ("Sweep", "sweep"),
     "scene": ("Scene", "load_scene", "models_dir", "scene_from_dict"),
     "simulation.results.event": ("Event",),

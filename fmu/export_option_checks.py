@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.fmu.variables.model_exchange_states import KINDS, does
 from trunnion.simulation.settings.run_settings import ALONE
 

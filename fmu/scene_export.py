@@ -10,7 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.binaries import platform_builds as platforms
 from trunnion.fmu.binaries import python_flavour

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.optional_packages import remedy, there
-from trunnion.basics.problems import Problem, SceneError
 
 PARQUET = ".parquet"
 WRITERS = {PARQUET: ("pyarrow", "tables"), ".mp4": ("av", "video")}

@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 
 PROJECT = "trunnion"
 LAST = ("test", "bench")

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.interrupts import Unwanted
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import current_paths
 from trunnion.batch.cases.grids_and_samples import Cases, grid, listed, sampled
 from trunnion.batch.execution.c_case_loop import Loop

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.arrow_columns import count_by
 from trunnion.basics.atomic_files import writing
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan_and_runner import Plan
 from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL, Spread
 from trunnion.batch.sample_statistics.result_queries import indices_of, spreads_of

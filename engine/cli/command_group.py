@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.cli.command_declaration import click_command, take_as_given
 from trunnion.cli.command_registry import COMMANDS, GROUPS, function_of
 

@@ -7,8 +7,8 @@ import sys
 
 import typer
 
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.optional_packages import Missing, brings, extra_of, remedy
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import deprecation_notes
 from trunnion.cli.command_group import COMMAND
 from trunnion.cli.command_registry import extra_of_command

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.importers.freecad_asmt import scene_of_asmt
 from trunnion.importers.mjcf import scene_of_mjcf
 from trunnion.importers.sdf import scene_of_sdf

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.importers.intermediate_linkage import GROUND, Link, Linkage, LinkageJoint, Names, listed, plain_name
 from trunnion.importers.mesh_mass_properties import UNITS
 from trunnion.importers.pose_matrices import Pose, inverse, pose

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as xml
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Names, floats, listed
 from trunnion.importers.pose_matrices import Pose, along, inverse, least_turn, pose, roll_pitch_yaw

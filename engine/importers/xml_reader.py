@@ -8,8 +8,8 @@ from dataclasses import field
 from pathlib import Path
 from xml.parsers import expat
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 
 LARGEST = 20_000_000
 """Largest size of a file in bytes."""

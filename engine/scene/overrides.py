@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from trunnion.basics.errors import MOST, Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.scene.checks import checked
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_reader import read

@@ -7,8 +7,8 @@ from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from typing import Any
 
+from trunnion.basics.errors import Problem
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem
 from trunnion.basics.renamed_words import current_paths
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, shape, unit_at
 from trunnion.scene.expressions.parameter_evaluation import NAMED, Parameters, is_expression, parameters_of

@@ -11,8 +11,8 @@ from dataclasses import field
 from pathlib import Path as FilePath
 from typing import Any
 
+from trunnion.basics.errors import SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError
 from trunnion.scene.composition.whole_scene import compose
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_evaluation import MEND_FIRST, evaluate

@@ -7,8 +7,8 @@ from dataclasses import field, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.joints import FREE, REGISTRY, REVOLUTE
 from trunnion.scene.checks import findings
 from trunnion.scene.data_classes.scene import Scene

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from trunnion.basics.problems import MOST
+from trunnion.basics.errors import MOST
 from trunnion.scene.data_classes.loads import APPLIED
 from trunnion.scene.data_classes.signals import Drive, Signal
 from trunnion.scene.data_classes.type_tree import classes_at, keys_at, length_at, required_at

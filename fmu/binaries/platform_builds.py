@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.kernel.compilation.c_compiler import SYSTEM_LIBRARIES, WINDOWS
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side

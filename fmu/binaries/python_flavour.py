@@ -9,7 +9,7 @@ import zipfile
 from pathlib import Path
 from string import Template
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.fmu.binaries.platform_builds import PLATFORMS as NATIVE
 from trunnion.fmu.binaries.platform_builds import loader
 

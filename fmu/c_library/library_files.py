@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from trunnion.basics.atomic_files import replacing
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.fmu.c_source.array_size_macros import INPUT, SHELL, sizes_of
 from trunnion.fmu.c_source.source_files import texts
 from trunnion.fmu.scene_export import ExportedScene, started

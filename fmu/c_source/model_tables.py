@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import accumulate
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.fmu.c_source.failure_message_tables import cause_tables, causes
 from trunnion.fmu.c_text.literals import doubles, integers, number, string, strings
 from trunnion.fmu.variables.input_sums import source_table

@@ -11,7 +11,7 @@ from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, ParameterValue, add_units, parameter_set
 from trunnion.fmu.ssp.connection_arithmetic import computed_by_components

@@ -10,7 +10,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.file_format.yaml_reader import Document, read
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.numbers_with_units import Quantity, number

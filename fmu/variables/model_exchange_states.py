@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable, followed
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.runtime.integrators import REGISTRY, Impulses

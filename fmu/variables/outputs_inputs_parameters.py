@@ -7,8 +7,8 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.number_declarations import ANY, NOT_NEGATIVE, Bound, Order
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.setting_declarations import RTOL
 from trunnion.elements.contact import sizes
 from trunnion.elements.friction import numbers as law_numbers

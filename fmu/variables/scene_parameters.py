@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.fmu.variables.input_sums import Sums, with_input_sources
 from trunnion.fmu.variables.outputs_inputs_parameters import PARAMETER, Variable

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.cli.options.option_declarations import Json, repeatable
 from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, error_lines, print_json
 from trunnion.cli.output.printed_output import print_lines

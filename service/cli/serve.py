@@ -18,8 +18,8 @@ from typing import Annotated, Any
 import typer
 
 from trunnion.basics.control_characters import visible
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.optional_packages import absent
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import SETTINGS, current
 from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
 

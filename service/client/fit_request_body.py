@@ -10,7 +10,7 @@ from typing import Any
 from trunnion.analysis.fits.experiment_design import Experiment
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_comparison import Candidate
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.units.python_arguments import Names, names_given
 
 FIELDS = ("noise", "runs", "own", "bounds", "priors", "level", "intervals", "candidates", "trials")

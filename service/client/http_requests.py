@@ -9,7 +9,7 @@ from urllib.parse import unquote
 
 import httpx
 
-from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.renamed_words import add_note
 
 DEFAULT_URL = "http://127.0.0.1:8765"

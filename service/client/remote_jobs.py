@@ -10,9 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.name_patterns import matcher
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.batch.tables.trajectories import save_dataset
 from trunnion.batch.tables.xarray_dataset import dataset, units
 from trunnion.scene.overrides import Given, scene_given

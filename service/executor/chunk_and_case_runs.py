@@ -18,8 +18,8 @@ import numpy as np
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan, FitRunner
 from trunnion.analysis.studies.study_rounds import ReportedCases
 from trunnion.basics.arrow_columns import count_by
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.interrupts import watched
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.plan_and_runner import Runner, Stopped
 from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.service.basics.engine_version import engine_version

@@ -13,8 +13,8 @@ from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
 from trunnion.analysis.studies.request import make_study, with_case_values
 from trunnion.analysis.studies.study_rounds import ReportedCases, Study
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.number_declarations import Bound
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import SETTINGS, deprecation_notes
 from trunnion.basics.setting_declarations import offered
 from trunnion.batch.plan_and_runner import Plan, Run, plan

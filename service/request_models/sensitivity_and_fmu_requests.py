@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from trunnion.analysis.sensitivities.request_checks import check_request
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import Path, PlainText, SceneSource, scene_of, with_settings

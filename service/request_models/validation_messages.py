@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.scene.findings.name_suggestions import shown
 
 KINDS = {

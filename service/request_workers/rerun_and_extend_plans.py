@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field, create_model
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.renamed_words import OUTCOMES, current
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.service.basics.server_settings import Limits

@@ -18,7 +18,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
-from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.basics.renamed_words import add_note, deprecation_notes
 from trunnion.service.request_workers.fair_queue import FairQueue
 

@@ -13,8 +13,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from trunnion.basics.control_characters import visible
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.interrupts import watched
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.renamed_words import deprecation_notes
 from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.findings.findings_and_paths import dotted

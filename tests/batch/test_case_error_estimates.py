@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.plan_and_runner import Run, Runner, plan
 from trunnion.cli import main
 from trunnion.scene import load_scene, models_dir

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from tests.reference.scenes.random_scenes import random_tree
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.cases.grids_and_samples import sampled
 from trunnion.batch.preparation import case_parameters
 from trunnion.batch.preparation.case_parameters import Preparer, Run

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 
 from tests.batch.synthetic_results import MU, scene
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.cases import sample_points
 from trunnion.batch.cases.grids_and_samples import sampled
 from trunnion.batch.cases.sample_points import BITS, LARGE, _bits, _directions, directions_from_points, latin, points, strips, width

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from tests.batch.synthetic_results import MU, OF, RADIUS, SEEDS, G, scene, table
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.cases.grids_and_samples import sampled
 from trunnion.batch.sample_statistics.result_queries import spreads_of
 

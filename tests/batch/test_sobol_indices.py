@@ -11,7 +11,7 @@ from scipy import stats
 
 import trunnion
 from tests.batch.synthetic_results import GUIDE, OF, SEEDS, THREE, TRAVEL, scene, table
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.cases.grids_and_samples import sampled
 from trunnion.batch.sample_statistics.result_queries import indices_of
 from trunnion.batch.sample_statistics.sobol_indices import Indices

@@ -10,7 +10,7 @@ import pyarrow.dataset as ds
 import pytest
 
 import trunnion
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.tables.trajectories import save_dataset
 
 MU, C = "joints.guide.friction.mu", "joints.guide.friction.half_length"

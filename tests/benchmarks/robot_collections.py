@@ -26,7 +26,7 @@ from unittest import mock
 
 from tests.importers import mujoco_comparison, pinocchio_comparison
 from tests.importers.mujoco_comparison import Compared
-from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.importers.mjcf import bodies
 from trunnion.importers.visual_meshes import MeshReader
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import trunnion
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.basics.setting_declarations import SETTINGS, Setting, offered
 from trunnion.cli import main
 from trunnion.cli.command_declaration import click_command, meaning

@@ -7,7 +7,7 @@ from fmpy.fmi1 import FMICallException
 import trunnion
 from tests.fmu.exported_fmus import exported
 from tests.fmu.fmpy_host import Host
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.overrides import apply, list_parameters
 
 TRIALS = (-1.0, 0.0)

@@ -11,7 +11,7 @@ import pytest
 from tests.importers import test_freecad_asmt, test_sdf
 from tests.importers.test_mjcf import BALL, CLASSES, FOUR_BAR
 from tests.importers.test_urdf_and_meshes import URDF
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.importers import scene_of
 
 ODD = ("", "nan", "inf", "1e400", "0", "-1", "x", "0 0 0", "1 2", "1e29", "0 0 0 0", "1" * 400, "\N{SNOWMAN}")

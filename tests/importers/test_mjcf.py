@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import trunnion
 from trunnion.analysis.mechanics.state_evaluation import evaluate
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.importers import scene_of_mjcf
 from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.importers.test_mjcf import column, read
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.importers import scene_of_mjcf
 
 ACTING = 'damping="0.2" frictionloss="0.1" stiffness="2" springref="0.4" range="-3 3"'

@@ -12,7 +12,7 @@ import pytest
 
 from tests.importers.schema_examples import MJCF, REFUSED, SDF, URDF
 from tests.importers.schema_items import Items, mjcf, recorded
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.importers import intermediate_linkage, xml_reader
 from trunnion.importers.format_detection import scene_of
 from trunnion.importers.schema_coverage import ANY, Row, Table, schema

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import trunnion
 from trunnion.analysis.mechanics.state_evaluation import evaluate
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.importers import scene_of_mjcf, scene_of_sdf
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import Model

@@ -10,7 +10,7 @@ import pytest
 
 import trunnion
 from tests.importers.mujoco_comparison import accelerations, evaluable
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.importers import body_of_mesh, scene_of, scene_of_urdf
 from trunnion.importers.xml_reader import LARGEST

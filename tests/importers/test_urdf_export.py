@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.importers.mujoco_comparison import accelerations, evaluable
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers import scene_of_urdf, urdf_of_scene
 from trunnion.importers.pose_matrices import roll_pitch_yaw, rpy

@@ -14,7 +14,7 @@ import pytest
 from tests.models.reference_file_reader import columns_of, evaluate, expected, load_expected
 from tests.scalable_mechanisms import n_four_bar, revolute_chain
 from tests.scene.bodies.notation_kinematics import Poses, gaps
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import load_scene, model_names, models_dir
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.overrides import apply

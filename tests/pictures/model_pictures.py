@@ -11,7 +11,7 @@ import numpy as np
 
 from tests.pictures.designer_model_picture_settings import DESIGNS
 from tests.pictures.picture_settings import Choice, Plot
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.friction import DEFAULT
 from trunnion.plots.curves.curve_page import page, window
 from trunnion.plots.curves.panel_selection import Panel, Section, family, pretty, sections

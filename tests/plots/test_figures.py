@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Annotation, Text
 
 from tests.engine.stick_slip.test_active_set_many_pairs import links
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.plots import figure, mechanism, save_figure
 from trunnion.plots.curves.angle_curves import broken, rotation_vector
 from trunnion.plots.curves.curve_page import thousands, ylabel

@@ -12,7 +12,7 @@ from PIL import Image
 
 import trunnion.basics.atomic_files as files
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.plots import animate
 from trunnion.plots.animation.depth_raster import Sheet, Solid, halved, over
 from trunnion.plots.animation.film import FPS, USUAL, film, pace

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.engine.mechanisms.band_brakes_and_belt_drives import Band, Brake, Drive
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.plots.geometry import meshes
 from trunnion.plots.geometry.belts_and_brake_bands import THICK, WIDE, straps
 from trunnion.plots.geometry.mechanism_geometry import scenery

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tests.engine.mechanisms.rod_ladder import LENGTH, ladder
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.plots import animate, mechanism
 from trunnion.plots.animation.html_or_film import page
 from trunnion.plots.animation.viewer_data import MOST_BYTES, MOST_ROWS, content, thinned

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene import scene_from_dict, scene_from_text
 from trunnion.scene.findings.findings_and_paths import parse_path
 

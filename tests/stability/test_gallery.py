@@ -10,7 +10,7 @@ from tests.stability.entries.mass_springs_spin import massive
 from tests.stability.equivalent_scenes import TELLINGS, told
 from tests.stability.gallery import ROWS
 from tests.stability.gallery_entry import EDGE, Row
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import load_scene, models_dir
 from trunnion.scene.overrides import apply
 from trunnion.simulation.settings import kernel_choice

@@ -7,8 +7,8 @@ import numpy as np
 
 from trunnion.analysis.sensitivities.sensitivity import sensitivity
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply

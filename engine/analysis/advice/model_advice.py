@@ -30,8 +30,8 @@ from trunnion.analysis.work_precision.error_measure import ErrorMeasure, make_er
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant
 from trunnion.analysis.work_precision.reference_solution import Reference, find_reference
 from trunnion.analysis.work_precision.request_and_results import Progress
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import Model

@@ -11,8 +11,8 @@ import numpy as np
 from trunnion.analysis.fits.bounds_and_priors import BoundsAndPriors, check_start
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_curves import ModelCurves
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 
 MOST_EVALUATIONS = 50
 CONVERGED = 1e-9

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.fits.measurements import MeasuredRun
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.numbers_with_units import Per

@@ -10,8 +10,8 @@ from typing import Any
 from trunnion.analysis.fits.information_criteria import Criteria
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.parameter_estimation import Fit, fit, make_objective
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, apply, law_changes, scene_given

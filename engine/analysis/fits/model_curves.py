@@ -16,8 +16,8 @@ from trunnion.analysis.fits.bounds_and_priors import RUN_SEPARATOR, order_constr
 from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_values
 from trunnion.analysis.sensitivities.sensitivity import DifferentiatedRuns
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.basics.interrupts import heed
-from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.integrators import RK8
 from trunnion.scene.data_classes.scene import Scene

@@ -25,8 +25,8 @@ from trunnion.analysis.fits.measurements import CurveComparison, MeasuredRun, cu
 from trunnion.analysis.fits.model_curves import ModelCurves, start_values
 from trunnion.analysis.fits.profile_likelihood import BetterFitFound, Interval, Profiles, threshold
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_values
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import Given, list_parameters, scene_given
 from trunnion.scene.units.python_arguments import Names, names_given

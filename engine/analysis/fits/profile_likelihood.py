@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.fits.least_squares_objective import Objective
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.simulation.results.csv_and_parquet import finite
 
 END_TOLERANCE = 1e-3

@@ -18,8 +18,8 @@ from trunnion.analysis.fits.model_curves import parameter_names, start_values
 from trunnion.analysis.fits.parameter_estimation import fit
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
 from trunnion.analysis.sensitivities.request_checks import check_request
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.overrides import apply
 from trunnion.scene.units.python_arguments import Amounts, names_given

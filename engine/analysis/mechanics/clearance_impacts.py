@@ -23,9 +23,9 @@ from trunnion.analysis.mechanics.joint_clearances import (
     restrict_mobility,
     rotation_at,
 )
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.clearance import Play
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm

@@ -13,8 +13,8 @@ import numpy as np
 from trunnion.analysis.mechanics.friction_rest_ranges import Band, BandSearch
 from trunnion.analysis.mechanics.further_equilibrium_poses import kind_of, other_rests
 from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest, open_contacts, remove_friction
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given

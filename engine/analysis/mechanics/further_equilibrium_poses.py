@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.errors import SimulationError
 from trunnion.system.structure.bodies_and_joints import state_coordinates
 
 ONE_FREEDOM, SEVERAL = tuple(np.linspace(-1.0, 1.0, 17)), (-0.5, 0.5, 1.0)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given

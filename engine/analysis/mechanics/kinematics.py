@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import Status
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.units.python_arguments import Amount, Amounts, Names

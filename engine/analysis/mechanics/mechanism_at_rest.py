@@ -12,7 +12,7 @@ from trunnion.analysis.mechanics.linearization import state_names
 from trunnion.analysis.static_bounds.equilibrium_equations import mass_matrix
 from trunnion.analysis.static_bounds.kernel_function_calls import Probe
 from trunnion.analysis.static_bounds.start_pose_statics import hold_drives
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.errors import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.execution.failure_diagnosis import diagnose
 from trunnion.simulation.run import Model

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.results.external_tables import columns_of

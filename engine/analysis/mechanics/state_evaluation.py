@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.errors import SimulationError
 from trunnion.simulation.run import Model
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.system.structure.bodies_and_joints import state_coordinates

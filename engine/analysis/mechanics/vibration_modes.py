@@ -11,8 +11,8 @@ import numpy as np
 from trunnion.analysis.mechanics.equilibrium_pose import coordinates, find_rest, start_at
 from trunnion.analysis.mechanics.friction_rest_ranges import copy_latches
 from trunnion.analysis.mechanics.mechanism_at_rest import MechanismAtRest, open_contacts, remove_friction
+from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SimulationError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import Given, scene_given
 

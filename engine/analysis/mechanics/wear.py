@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.mechanics.dense_output_rows import with_rows_inside_steps
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import ContactElement, Place
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.basics.errors import SimulationError
 from trunnion.basics.optional_packages import Later
-from trunnion.basics.problems import SimulationError
 from trunnion.kernel.interface.output_columns import Column, needs_quadratures
 from trunnion.parts.kernels.derivative_units import Sensitivities, address_of
 from trunnion.simulation.run import Model

@@ -14,8 +14,8 @@ import numpy as np
 
 from trunnion.analysis.sensitivities.derivatives_at_one_state import SensitivityUnit
 from trunnion.analysis.sensitivities.step_record import RecordedStep
+from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import PairState
 from trunnion.system.structure.external_value_layout import INSIDE
 

@@ -12,9 +12,9 @@ from contextlib import suppress
 import numpy as np
 
 from trunnion.analysis.sensitivities.step_record import Tick
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_dependence import DependentNumbers, parameter
 from trunnion.scene.findings.findings_and_paths import parse_path

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column, columns, needs_quadratures, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import pattern_problems

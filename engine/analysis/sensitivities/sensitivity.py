@@ -13,8 +13,8 @@ from trunnion.analysis.sensitivities.initial_data_derivatives import differentia
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps
 from trunnion.analysis.sensitivities.variational_equation import EventShift, integrate_sensitivities
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError, SimulationError
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SimulationError
 from trunnion.runtime.abi import EventKind
 from trunnion.runtime.integrators import RK8
 from trunnion.simulation.results.audit import audit_of, judged

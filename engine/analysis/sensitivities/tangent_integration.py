@@ -11,7 +11,7 @@ import numpy as np
 from trunnion.analysis.sensitivities.derivatives_at_one_state import REGULAR, SensitivityUnit
 from trunnion.analysis.sensitivities.initial_data_derivatives import InitialDerivatives
 from trunnion.analysis.sensitivities.step_record import STEPS_PER_CALL, StepRecord
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.errors import SimulationError
 from trunnion.runtime.abi.tangent_records import TANGENTS
 from trunnion.runtime.integrators.rk8 import RK8
 from trunnion.simulation.runtime_interface.simulation_block import Block

@@ -12,8 +12,8 @@ import numpy as np
 from trunnion.analysis.static_bounds.kernel_function_calls import Probe
 from trunnion.analysis.static_bounds.loads_as_parameters import Load, pose_columns, release_drives
 from trunnion.analysis.static_bounds.start_pose_statics import hold_drives, start_at_rest
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.contact_element import SPAN
 from trunnion.elements.contact.registry import pairs_at_rest
 from trunnion.elements.contact.static_friction_capacity import Pair, Rubs

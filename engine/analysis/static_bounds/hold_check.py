@@ -24,8 +24,8 @@ from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress
 from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
 from trunnion.analysis.static_bounds.start_pose_statics import hold as one_answer
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.interrupts import held
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.contact.static_friction_capacity import Pair
 from trunnion.scene.overrides import Given, scene_given
 from trunnion.scene.queries.unilateral_joints import unilateral_problems

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.errors import SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.abi import Status
 from trunnion.scene.data_classes.scene import Constant, Drive, Joint, Scene

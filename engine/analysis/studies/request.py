@@ -12,8 +12,8 @@ import numpy as np
 from trunnion.analysis.studies.box_refinement import OUTCOME, BoxRefinement
 from trunnion.analysis.studies.evolution_strategy import GOALS, Optimisation
 from trunnion.analysis.studies.study_rounds import REVISION, Study, study_cases
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import ranges
 from trunnion.batch.cases.quantity_reader import number_at
 from trunnion.batch.plan_and_runner import Plan, Run, check_run

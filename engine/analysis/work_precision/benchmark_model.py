@@ -12,8 +12,8 @@ import numpy as np
 
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError, SimulationError
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import exact_of
 from trunnion.scene.data_classes.scene import Scene

@@ -11,7 +11,7 @@ from trunnion.analysis.work_precision.html_page import make_page
 from trunnion.analysis.work_precision.measurement_points import write_table
 from trunnion.analysis.work_precision.request_and_results import WorkPrecision
 from trunnion.basics.atomic_files import writing
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.plots.style.figure_files import reduce_colours, save_figure
 
 

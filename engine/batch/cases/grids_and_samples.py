@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.basics.errors import MOST, Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.batch.cases.distributions import BELOW_ONE, spread_of
 from trunnion.batch.cases.quantity_reader import Reader
 from trunnion.batch.cases.sample_points import BITS, REPLICATES, points, width

@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass
 from numbers import Real
 from typing import Any
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import parse_path
 from trunnion.scene.findings.name_suggestions import shown

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.execution.c_case_loop import Reduced, invalid
 from trunnion.batch.tables.case_table import table
 from trunnion.simulation.results.audit import Audit

@@ -17,9 +17,9 @@ from threading import Lock
 
 import numpy as np
 
+from trunnion.basics.errors import SceneError
 from trunnion.basics.interrupts import heed
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError
 from trunnion.batch.preparation.dependent_parameters import DependentParameters
 from trunnion.batch.preparation.parameter_formulas import total_mass
 from trunnion.batch.preparation.parameters_without_scene_builds import Placing

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from trunnion.basics.errors import SceneError
 from trunnion.basics.interrupts import heed
-from trunnion.basics.problems import SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.parameter_dependence import DependentNumbers, parameter
 

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.preparation.parameter_formulas import entries_of, total_mass
 from trunnion.scene.overrides import apply
 from trunnion.system.construction.system_builder import Built

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL, Spread, spread
 from trunnion.batch.sample_statistics.sobol_indices import Indices, indices

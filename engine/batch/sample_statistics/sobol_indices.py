@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.batch.cases.sample_points import REPLICATES
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
+from trunnion.basics.errors import MOST, Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import MOST_WILD, is_wild
-from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.basics.renamed_words import EVENTS, current
 from trunnion.kernel.interface.output_columns import Column, current_patterns, select
 from trunnion.runtime.abi import EventKind

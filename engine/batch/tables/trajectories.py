@@ -12,8 +12,8 @@ import numpy as np
 
 from trunnion.basics import arrow_columns
 from trunnion.basics.arrow_columns import field
+from trunnion.basics.errors import Problem
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem
 from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.simulation.run import pattern_problems
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trunnion.basics.problems import SimulationError
+from trunnion.basics.errors import SimulationError
 from trunnion.cli.options.argument_reader import ArgumentReader
 from trunnion.cli.options.option_declarations import Changes, Json, Plot, Scene, repeatable
 from trunnion.cli.output.exit_codes_and_errors import DONE

@@ -19,7 +19,7 @@ def command(as_json: Json = False) -> int:
 
 def title(name: str) -> str:
     """The title of a bundled model, or the reason why it cannot be read."""
-    from trunnion.basics.problems import SceneError
+    from trunnion.basics.errors import SceneError
     from trunnion.scene.scene_loader import load_scene
 
     try:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 
 FILES = (".yaml", ".yml", ".json")
 

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Iterable, Sequence
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 
 DONE, FAILED, WRONG_USE = 0, 1, 2
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.cli.output.exit_codes_and_errors import error_lines, problem_lines
 from trunnion.cli.output.printed_output import BOLD, DIM, GREEN, PLAIN, RED, number, print_lines, table
 from trunnion.simulation.results.error_statement import rough

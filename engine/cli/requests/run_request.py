@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trunnion.basics.errors import Problem
 from trunnion.basics.interrupts import held
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem
 from trunnion.cli.options.argument_reader import PICTURES, TABLES, ArgumentReader
 from trunnion.cli.output.exit_codes_and_errors import DONE, FAILED, print_json
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from trunnion.basics.errors import SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError
 from trunnion.importers.pose_matrices import Pose, about, least_turn, of_quaternion, pose
 from trunnion.importers.schema_coverage import schema
 from trunnion.importers.xml_reader import DEEPEST, Element, is_file, read_root, read_xml

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from trunnion.basics.errors import SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError
 from trunnion.importers.schema_coverage import schema
 from trunnion.importers.sdf.frames import OWN, WORLD, Frames
 from trunnion.importers.xml_reader import Element, Findings, is_file, read_xml

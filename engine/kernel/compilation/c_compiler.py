@@ -18,9 +18,9 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.util import find_spec
 from pathlib import Path
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import remedy, there
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.compilation import compiler_processes
 
 log = logging.getLogger("trunnion.kernel")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.runtime.abi import Coordinate, Post, RowKind, Wants
 from trunnion.runtime.abi.kernel_records import ELEMENT, PAIR, POST, UNILATERAL

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.plots.geometry.mechanism_geometry import ON_GROUND, Scenery
 from trunnion.simulation.results.result import Result

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.plots.geometry.mechanism_geometry import Scenery, scenery
 from trunnion.plots.geometry.motion_and_view import NEEDED, VIEW, arrow_scale, bounds, first_view, motion, rails, round_force

@@ -3,7 +3,7 @@ TOPICS."""
 
 from __future__ import annotations
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.scene.checks import (
     bodiless_joints,
     body_placement,

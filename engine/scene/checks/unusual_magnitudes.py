@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 
+from trunnion.basics.errors import MOST
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import matcher
-from trunnion.basics.problems import MOST
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import dotted
 from trunnion.scene.queries.numbers_by_path import numbers

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_parser import Formula, parse_formula
 from trunnion.scene.expressions.formula_values_and_dimensions import Gradient, slope, value

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
+from trunnion.basics.errors import MOST, Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.scene.findings.name_suggestions import Nearest
 
 Path = tuple[str | int, ...]

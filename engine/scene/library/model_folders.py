@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.findings.name_suggestions import did_you_mean, shown
 
 SCENE_FILE = "scene.yaml"

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.library.model_folders import SCENE_FILE, bundled_names, model_file
 
 SUFFIXES = (".yaml", ".yml", ".json")

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from string import Template
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.friction import DEFAULT, twin_of
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.data_classes.scene import Scene
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from numbers import Real
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene.units.numbers_with_units import Per
 from trunnion.scene.units.unit_parser import UnitError
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.basics.errors import MOST, Problem, SceneError
 from trunnion.basics.name_patterns import MOST_WILD, is_wild, unmatched
-from trunnion.basics.problems import MOST, Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column, columns, current_patterns, needs_quadratures, select
 from trunnion.kernel.shared_libraries import Kernel, kernel
 from trunnion.scene.data_classes.scene import Scene

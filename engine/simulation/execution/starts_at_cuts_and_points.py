@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints.point_on_line_or_plane import POINT_ON_PLANE
 from trunnion.kernel.interface.output_columns import Column, columns, select
 from trunnion.parts.kernels.scene_kernel import parts_kernel

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amount

@@ -23,10 +23,10 @@ import orjson
 
 from trunnion.basics import arrow_columns
 from trunnion.basics.atomic_files import writing
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ZERO_BELOW
 from trunnion.basics.optional_packages import brought
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.version import version
 from trunnion.simulation.results.error_columns import with_errors
 from trunnion.simulation.results.event import Event

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.simulation.results.csv_and_parquet import load_result_table
 
 

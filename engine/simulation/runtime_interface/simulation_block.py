@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.kernel.shared_libraries import Kernel
 from trunnion.runtime.abi import Array, Breaks, Status
 from trunnion.runtime.abi.kernel_records import OUTPUTS

@@ -8,7 +8,7 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.simulation.results.outcome import TOO_MANY_EVENTS, TOO_MANY_ROWS
 
 NUMBER = 8

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.kernel.interface.operation_counts import Work, most, work

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.runtime.integrators import REGISTRY as METHODS
 from trunnion.runtime.integrators import Impulses

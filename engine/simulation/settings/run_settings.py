@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem, SceneError
 from trunnion.basics.setting_declarations import Setting, offered
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.integrators import METHODS

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.elements.joints.coupled_and_light_freedoms import LIGHT_ROW
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.mass_properties import mass_properties

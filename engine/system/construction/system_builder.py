@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from trunnion.basics.errors import SceneError
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import SceneError
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm

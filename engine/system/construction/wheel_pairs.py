@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from trunnion.basics.errors import Problem
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.problems import Problem
 from trunnion.elements.joints import REGISTRY
 from trunnion.elements.joints.declaration_checks import Numeric
 from trunnion.elements.joints.wheel_pairs import Sizes, phase

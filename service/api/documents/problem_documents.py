@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.routing import Match
 
-from trunnion.basics.problems import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError
 from trunnion.service.basics.json_text import text_of
 from trunnion.service.executor.dask_cluster import NoCluster
 from trunnion.service.executor.part_file_format import CorruptPart

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.study_rounds import StudyProgress
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
 from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer, fit_answer

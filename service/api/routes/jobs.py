@@ -13,7 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.service.api.documents.job_document import Attempt, JobDocument, JobList, State, attempt_document, job_document
 from trunnion.service.api.documents.job_request_examples import EXAMPLES
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses, header_schema

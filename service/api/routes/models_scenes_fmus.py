@@ -13,7 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, Field
 from starlette.responses import HTMLResponse, Response
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.scene.file_format.json_schema import json_schema
 from trunnion.scene.library.model_folders import bundled_names, model_file
 from trunnion.scene.scene_loader import load_scene

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, Response, StreamingResponse
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.renamed_words import known_result
 from trunnion.basics.version import version
 from trunnion.service.api.documents.problem_documents import Refusal, content_schema, error_responses, header_schema

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body, Query
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
-from trunnion.basics.problems import Problem
+from trunnion.basics.errors import Problem
 from trunnion.service.api.documents.job_document import JobDocument, job_document, rfc3339
 from trunnion.service.api.documents.problem_documents import Json, Refusal, error_responses
 from trunnion.service.api.job_data.job_rows import find_job, find_own_job

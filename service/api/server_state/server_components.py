@@ -20,7 +20,7 @@ from typing import Any
 from fastapi import Request
 
 from trunnion.analysis.studies.study_rounds import StudyProgress
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.batch.plan_and_runner import Plan
 from trunnion.service.api.documents.job_document import job_document
 from trunnion.service.api.server_state.row_read_queue import ReadTurns

@@ -17,7 +17,7 @@ from trunnion.analysis.advice.simplified_models import apply_form, friction_form
 from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.reference_solution import Reference
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.scene import load_scene
 from trunnion.simulation.results.result import Result

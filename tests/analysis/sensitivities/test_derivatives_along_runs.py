@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.cli import main
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes.scene import Scene

@@ -10,8 +10,8 @@ import pytest
 
 from tests.documentation.reference_generators.result_pages import reference
 from trunnion.analysis.sensitivities.request_checks import check_request
+from trunnion.basics.errors import SceneError
 from trunnion.basics.number_declarations import NOT_NEGATIVE
-from trunnion.basics.problems import SceneError
 from trunnion.columns.declaration import ColumnKind, Quantity, registered
 from trunnion.columns.operands import provides_all
 from trunnion.columns.registry import REGISTRY

@@ -17,7 +17,7 @@ from tests.engine.parts.test_compiled_kernel_equivalence import agree
 from tests.engine.parts.test_jacobian import agree as derivatives_agree
 from tests.reference.scenes.random_streams import stream
 from trunnion import equilibrium, hold
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.sweep import sweep
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
 from trunnion.scene.overrides import apply

@@ -17,7 +17,7 @@ from scipy.special import ellipj, ellipk
 
 from tests.engine.checks.right_hand_side import rate
 from tests.paper_friction_law import PAPER
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.kernel.shared_libraries import RUNTIME
 from trunnion.runtime.abi import Status
 from trunnion.runtime.integrators import REGISTRY, RK5, RK8, Impulses, Rosenbrock, Tableau, method_c_code

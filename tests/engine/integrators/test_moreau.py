@@ -20,7 +20,7 @@ from tests.engine.stick_slip.test_slip_detection_and_energy import ratchet
 from tests.reference.scenes.interacting_devices import crossed
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.scenes.random_streams import stream
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.runtime.integrators import MOREAU
 from trunnion.scene import load_scene, scene_from_dict
 from trunnion.scene.data_classes import scene as sm

@@ -12,7 +12,7 @@ import pytest
 import trunnion
 from tests.reference.scenes.random_friction_scenes import DRY
 from tests.reference.scenes.random_scenes import random_loop, random_tree
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.kernel.interface.operation_counts import IMPULSES, ROW
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.settings.realtime_steps import COUNTERS

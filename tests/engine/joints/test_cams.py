@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from trunnion import sensitivity
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_text
 from trunnion.simulation.run import simulate

@@ -9,7 +9,7 @@ import pytest
 
 from tests.engine.mechanisms.gear_pairs import Row, flying
 from tests.reference.mechanics.rotation import cross
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_text
 from trunnion.simulation.run import simulate

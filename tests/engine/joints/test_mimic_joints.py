@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from trunnion import sensitivity
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.data_classes.joint_couplings import Mimic
 from trunnion.scene.scene_loader import scene_from_text

@@ -17,7 +17,7 @@ from tests.reference.scenes.random_scenes import Case, random_loop, random_tree
 from tests.reference.scenes.random_streams import stream
 from tests.reference.scenes.result_table import table
 from trunnion.analysis.mechanics.state_evaluation import evaluate
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.scene_loader import scene_from_dict

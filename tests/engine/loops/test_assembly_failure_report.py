@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.scene_loader import scene_from_dict
 from trunnion.simulation.run import simulate
 

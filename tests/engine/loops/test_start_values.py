@@ -10,7 +10,7 @@ import pytest
 
 from tests.default_case_selection import sampled
 from trunnion import sensitivity, simulate, sweep
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 
 JOINTS = ("crank_pivot", "crank_pin", "rocker_pin", "rocker_pivot")
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.default_case_selection import sampled
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.simulation.run import simulate
 
 G = 9.81

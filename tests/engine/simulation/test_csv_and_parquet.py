@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.simulation.results.csv_and_parquet import lines_of, load_result_table, to_arrow
 from trunnion.simulation.results.result import Result
 

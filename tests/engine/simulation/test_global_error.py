@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import models_dir
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.execution.runnable_model import Model

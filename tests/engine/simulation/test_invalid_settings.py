@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trunnion.analysis.mechanics.state_evaluation import evaluate
-from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.scene import load_scene
 from trunnion.simulation.run import Model, simulate
 

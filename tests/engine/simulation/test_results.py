@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.paper_friction_law import PAPER
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import Scene, load_scene
 from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation import run as running

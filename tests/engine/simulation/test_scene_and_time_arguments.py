@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import trunnion
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.scene import load_scene, scene_to_dict
 from trunnion.scene.data_classes.scene import Body, Joint, Scene

@@ -12,7 +12,7 @@ from fmpy import read_model_description, simulate_fmu
 
 from tests.fmu.exported_fmus import FOLDER, arm
 from tests.fmu.fmpy_host import Host
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.scene import models_dir
 

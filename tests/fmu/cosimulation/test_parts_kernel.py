@@ -13,7 +13,7 @@ from tests.fmu.engine_comparison import BEYOND, ROWS, engine_run, fmu_run
 from tests.fmu.exported_fmus import FOLDER, arm, exported
 from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_host import Host
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.fmu.binaries import platform_builds
 from trunnion.fmu.scene_export import export
 from trunnion.kernel.compilation import c_compiler

@@ -14,7 +14,7 @@ from fmpy import read_model_description
 import trunnion
 from tests.fmu.exported_fmus import arm, exported
 from tests.fmu.fmpy_validation import validated
-from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
 from trunnion.fmu.binaries.platform_builds import chosen, fat, library, prepare

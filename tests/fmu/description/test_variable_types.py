@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 import trunnion
 from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmpy_host import Host
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.runtime.abi import EventKind
 from trunnion.scene import scene_from_dict, scene_to_dict

@@ -16,7 +16,7 @@ import trunnion
 from tests.fmu.cosimulation.test_jams import ENDS
 from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmi3.event_mode_host import DISCARD, ERROR, Host3
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
 from trunnion.fmu.binaries.platform_builds import chosen

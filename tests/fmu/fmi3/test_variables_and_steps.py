@@ -21,7 +21,7 @@ from tests.fmu.exported_fmus import arm, exported
 from tests.fmu.fmi3.event_mode_host import ERROR, Host3
 from tests.fmu.fmpy_host import Host
 from tests.fmu.fmpy_validation import validated
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 

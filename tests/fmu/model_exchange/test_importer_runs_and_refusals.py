@@ -18,7 +18,7 @@ from tests.fmu.exported_fmus import FOLDER, arm
 from tests.fmu.fmi3.event_mode_host import Host3
 from tests.fmu.fmpy_validation import validated
 from tests.fmu.model_exchange.model_exchange_host import EVERY, Importer, engine_run, exchange, run_me, run_scipy, scene_of
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.fmu.scene_export import ExportedScene, export, started
 from trunnion.scene import model_names, scene_from_dict
 

@@ -22,7 +22,7 @@ from tests.fmu.fmpy_validation import validated
 from tests.fmu.native.test_floating_point_environments import HERE, PLAIN, UNUSUAL, bits_in
 from tests.fmu.sources.c_library_build import STRICT, Loaded, columns, foreign, write
 from tests.fmu.sources.msvc_rules import refused
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.fmu.c_library.library_files import Library, library, library_name
 from trunnion.fmu.c_text.constant_length_arrays import BoundMissing, fixed

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from tests.fmu.exported_fmus import arm, exported
 from tests.fmu.fmpy_host import Host
 from trunnion import load_scene, simulate
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.cli.command_group import COMMAND
 from trunnion.fmu.scene_export import export

@@ -9,7 +9,7 @@ import zlib
 import numpy as np
 import pytest
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.plots.geometry.mechanism_geometry import scenery
 from trunnion.scene.queries.packed_surfaces import GRID, HEAD, mirrored, packed, unpacked
 from trunnion.scene.scene_loader import scene_from_dict

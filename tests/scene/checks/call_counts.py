@@ -8,7 +8,7 @@ from cProfile import Profile
 from typing import Any
 
 from tests.scene.valid_scene import edited
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 
 FEW, MANY = 110, 330
 """Compared sizes. They exceed the number of problems that are reported, so that reporting costs the same in both."""

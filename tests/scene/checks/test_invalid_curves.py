@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.checks import problems
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.data_classes.joint_couplings import Curve

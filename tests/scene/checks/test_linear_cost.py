@@ -10,7 +10,7 @@ import pytest
 
 from tests.scene.checks.call_counts import LINEAR, SCENES, TEXTS, calls, extended, growth
 from tests.scene.valid_scene import VALID, edited, problems_of
-from trunnion.basics.problems import MOST, Problem, SceneError, rest
+from trunnion.basics.errors import MOST, Problem, SceneError, rest
 from trunnion.batch.cases.grids_and_samples import grid, listed
 from trunnion.batch.tables.reductions import reductions
 from trunnion.kernel.interface.output_columns import columns

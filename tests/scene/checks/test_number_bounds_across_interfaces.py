@@ -15,7 +15,7 @@ import pytest
 
 import trunnion
 from tests.scene.valid_scene import VALID
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.batch.preparation.case_parameters import Preparer, Run
 from trunnion.scene import load_scene, model_names, scene_from_dict, scene_from_text
 from trunnion.scene.findings.findings_and_paths import parse_path

@@ -11,7 +11,7 @@ import yaml
 
 from tests.scene.composition.test_mirror_and_turn_copies import CHAIN, SPATIAL
 from tests.scene.valid_scene import ARM
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene import scene_from_dict
 
 ODD: list[Any] = [

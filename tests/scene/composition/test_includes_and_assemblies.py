@@ -11,7 +11,7 @@ import pytest
 
 import trunnion
 from tests.scene.valid_scene import problems_in, problems_of
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.scene import load_scene, scene_from_dict, scene_from_text, scene_to_dict, scene_to_yaml
 from trunnion.scene.composition import data_with_source_lines
 from trunnion.scene.file_format.yaml_reader import MOST

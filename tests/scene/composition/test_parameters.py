@@ -9,7 +9,7 @@ import pytest
 
 import trunnion
 from tests.scene.valid_scene import ARM as TEXT
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.scene import scene_from_dict, scene_from_text, scene_to_dict, scene_to_yaml
 from trunnion.scene.data_classes.scene import Scene

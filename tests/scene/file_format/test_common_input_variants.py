@@ -8,7 +8,7 @@ import math
 import pytest
 
 from tests.scene.valid_scene import VALID, edited, problems_in, problems_of
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import load_scene, model_names, scene_from_dict
 from trunnion.scene.checks.unusual_magnitudes import USUAL, magnitude_notes
 from trunnion.scene.file_format.yaml_writer import yaml_text

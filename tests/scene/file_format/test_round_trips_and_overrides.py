@@ -10,7 +10,7 @@ import pytest
 
 from tests.scalable_mechanisms import n_four_bar, revolute_chain
 from tests.scene.valid_scene import VALID
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import load_scene, model_names, scene_from_dict, scene_from_text, scene_to_dict, scene_to_yaml
 from trunnion.scene.data_classes.scene import AxisAngle
 from trunnion.scene.overrides import apply, list_parameters, parse_assignment

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import load_scene, scene_from_text
 from trunnion.scene.data_classes.type_tree import keys_at
 from trunnion.scene.library.starter_scene import starter_text, write_starter

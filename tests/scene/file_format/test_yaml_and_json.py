@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.scene.valid_scene import VALID, problems_in
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene import load_scene, scene_from_text
 from trunnion.scene.file_format.yaml_reader import read
 from trunnion.scene.file_format.yaml_writer import yaml_text

@@ -24,7 +24,7 @@ from tests.service.api.test_keys_and_roles import with_key
 from tests.service.http_servers import PATIENCE, ROOT, SMALL, InProcess, Served, unstarted
 from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
 from tests.service.store.test_store_contract import ME, OTHER, taken
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.service.api.routes import jobs
 from trunnion.service.api.server_state.server_components import create_service
 from trunnion.service.api.transport import guard_middleware

@@ -21,7 +21,7 @@ import psutil
 import pytest
 
 from tests.service.http_servers import MU, PATIENCE, SMALL, InProcess, Served, eventually, new_keys
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.library.model_folders import model_file
 from trunnion.scene.scene_loader import load_scene

@@ -11,7 +11,7 @@ import pytest
 from tests.service.api.test_keys_and_roles import with_key
 from tests.service.http_servers import MU, SMALL, InProcess, unstarted
 from tests.service.store.test_store_contract import ME, submitted, taken
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.basics.server_settings import Limits, Settings
 from trunnion.service.cli.serve import kept_for

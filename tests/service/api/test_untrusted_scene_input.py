@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.kernel.c_sources import jacobian_source, kernel_source
 from trunnion.kernel.interface.output_columns import columns, needs_quadratures
 from trunnion.scene.file_format.yaml_writer import scene_to_dict

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from trunnion.basics.problems import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.service.request_models.job_request import JobRequest
 from trunnion.service.request_workers.worker_tasks import read_request
 

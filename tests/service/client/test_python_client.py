@@ -12,7 +12,7 @@ import pytest
 
 import trunnion
 from tests.service.http_servers import MU, PATIENCE, Served, as_stored
-from trunnion.basics.problems import SceneError, SimulationError
+from trunnion.basics.errors import SceneError, SimulationError
 from trunnion.service.client.remote_jobs import Connection, Job, connect
 
 FORCE, START = "max:ball.contact[1].normal_force", "gravity[3]"

@@ -22,7 +22,7 @@ from distributed.core import connect, rpc
 from distributed.security import Security
 
 from tests.service.http_servers import MU, PATIENCE, ROOT, SMALL, Served, eventually, free_port
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.service.cli.serve import certificates_of
 
 NOBODY = 65534

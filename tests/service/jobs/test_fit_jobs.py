@@ -15,7 +15,7 @@ from tests.analysis.fits.closed_form_motions import GLIDER, QD, TIME, Q, X, nois
 from tests.service.executor.test_failure_recovery import QUICK, children
 from tests.service.http_servers import PATIENCE, Served, eventually
 from tests.service.page.chromium_tab import browser, page, show, tab
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.scene.overrides import scene_given

@@ -13,7 +13,7 @@ import trunnion
 from tests.service.executor.test_failure_recovery import QUICK, children
 from tests.service.http_servers import PATIENCE, SMALL, Served, as_stored, eventually
 from tests.service.page.chromium_tab import browser, page, picture, show, tab, until, vary
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.cli import main
 from trunnion.service.client.remote_jobs import Connection, Job, connect
 

@@ -12,7 +12,7 @@ import pytest
 from alembic import command
 
 from tests.service.store.single_chunks import chunk_done, chunk_lost, cut
-from trunnion.basics.problems import SceneError
+from trunnion.basics.errors import SceneError
 from trunnion.service.api.transport.api_keys_and_rates import new_key
 from trunnion.service.store.database_connection import Unreachable, alembic_config, transaction
 from trunnion.service.store.job_store import BadCursor, Conflict
