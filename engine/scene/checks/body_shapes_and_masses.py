@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from trunnion.scene.data_classes.bodies import AxialInertia
 from trunnion.scene.data_classes.scene import Body, Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.queries.body_poses import vector
-from trunnion.scene.queries.mass_properties import matrix, principal_moments
+from trunnion.scene.queries.mass_properties import matrix, principal_moments, volume_and_moments
 from trunnion.scene.queries.packed_surfaces import unpacked
 
 SHAPES = ("box", "cylinder", "sphere")
@@ -41,6 +42,12 @@ def _shape(path: Path, b: Body) -> Iterator[Finding]:
     given = [s for s in SHAPES if getattr(b, s) is not None]
     for extra in given[1:]:
         yield Finding((*path, extra), f"two shapes: {given[0]} and {extra}", "keep one of them")
+    if len(given) != 1 or b.inertia is not None:
+        return
+    volume, gyration = volume_and_moments(b)
+    mass = b.mass if b.mass is not None else (b.density or 0.0) * volume
+    if not all(math.isfinite(mass * k) for k in gyration):
+        yield Finding((*path, given[0]), "the inertia of this size is no finite number", "check the unit of the size")
 
 
 def _amounts(path: Path, b: Body) -> Iterator[Finding]:

@@ -48,7 +48,7 @@ def volume_and_moments(body: Body) -> tuple[float, Triple]:
         return _cylinder(body.cylinder)
     if body.sphere is not None:
         r = float(body.sphere)
-        return 4 / 3 * math.pi * r**3, (0.4 * r * r, 0.4 * r * r, 0.4 * r * r)
+        return 4 / 3 * math.pi * (r * r * r), (0.4 * r * r, 0.4 * r * r, 0.4 * r * r)
     raise ValueError("a body without a shape needs mass and inertia")
 
 
