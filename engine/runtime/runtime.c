@@ -87,7 +87,7 @@ TR_RARE
 TR_OFTEN
 #include "events/event_log.c"
 #include "events/kink_and_stop_event_handling.c"
-#include "events/contact_separation.c"
+#include "events/contact_side_change.c"
 #include "events/follower_pulls.c"
 #include "events/end_stop_and_hook_release.c"
 TR_RARE

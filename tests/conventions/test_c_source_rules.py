@@ -104,7 +104,7 @@ def test_no_call_in_the_fmu_shell_goes_to_a_later_line(unit: Path) -> None:
 
 
 def calls() -> Iterator[tuple[str, str, str, str]]:
-    """(function, its file, a function that it names, the file of this function) of the runtime."""
+    """(function, its file, a function that it names, and the file of the named function) of the runtime."""
     text = {name_of(f): code(f.read_text(encoding="utf-8")) for f in RUNTIME.rglob("*.[ch]")}
     made = {f: list(definitions(t)) for f, t in text.items()}
     home = {d.name: f for f, ds in made.items() for d in ds}

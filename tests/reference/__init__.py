@@ -13,7 +13,8 @@ and contacts (``friction_laws`` → ``contact_roots`` → ``joint_friction``, wi
 complement equations, all ways to stick and slip (``mode_enumeration`` for any joint and loop, ``mode_enumeration_chains``), and
 contacts as stiff springs. ``dynamics`` solves a state; ``states_from_columns`` makes states of a run's rows. ``compliant`` runs any
 scene as a compliant mechanism and extrapolates to the rigid one. ``scenes``: ``random_components`` → ``random_scenes``;
-``frame_changes``, ``unit_changes`` and ``joint_reversal`` describe the same mechanism differently, ``result_table`` compares.
+``random_device_scenes`` draws scenes in which devices interact, by family (``random_wheel_scenes`` and others);
+``frame_changes``, ``unit_changes`` and ``joint_side_swap`` describe the same mechanism differently, ``result_table`` compares.
 """
 
 from tests.reference.contact_and_friction.complement_equation_roots import NoRoot

@@ -4,7 +4,7 @@ import pytest
 
 from tests.reference import solve
 from tests.reference.scenes.frame_changes import reframed, rotated, shuffled
-from tests.reference.scenes.joint_reversal import reversed_joint
+from tests.reference.scenes.joint_side_swap import swap_joint_sides
 from tests.reference.scenes.random_scenes import random_loop, random_tree
 from tests.reference.scenes.result_table import largest_difference, table
 from tests.reference.scenes.unit_changes import rescaled
@@ -24,7 +24,7 @@ def test_the_description_of_a_mechanism_does_not_change_its_results(seed):
     ways = [shuffled(case, seed), rotated(case, seed), reframed(case, seed), rescaled(case, 1000.0, 1e-3, 2.0)]
     for name in case.scene.joints:
         try:
-            ways.append(reversed_joint(case, name))
+            ways.append(swap_joint_sides(case, name))
         except ValueError:
             continue
     for moved in ways:

@@ -14,7 +14,7 @@ from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.numbers_with_units import Per
 from trunnion.scene.units.unit_parser import UnitError
-from trunnion.simulation.results.external_tables import columns_of
+from trunnion.simulation.results.user_table_reader import read_user_table
 from trunnion.system.construction.system_builder import build
 
 HEAD = re.compile(r"^(?P<name>.*\S)\s+[\[(](?P<unit>[^\])]*)[\])]$")
@@ -29,7 +29,7 @@ def read_measured_run(
 
     renamed: {column of the scene: name of the column in the file}; default: both names are equal. SceneError lists every problem.
     """
-    heads, numbers = columns_of(file, where)
+    heads, numbers = read_user_table(file, where)
     if len(heads) != numbers.shape[1]:
         what = f"{file!r} has {len(heads)} names for {numbers.shape[1]} columns"
         raise SceneError([Problem(where, what, "give one name for each column, separated by commas")])

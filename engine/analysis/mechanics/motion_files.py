@@ -10,7 +10,7 @@ import numpy as np
 from trunnion.basics.errors import Problem, SceneError
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Scene
-from trunnion.simulation.results.external_tables import columns_of
+from trunnion.simulation.results.user_table_reader import read_user_table
 
 COLUMN = re.compile(r"(?P<joint>.+)\.(q|qd|qdd)\[(?P<freedom>\d+)\]")
 
@@ -21,7 +21,7 @@ def read_motion(file: str, scene: Scene, only: Sequence[str] = ()) -> tuple[np.n
 
     only: joints to read; default: all joints with columns of freedoms that can be prescribed. SceneError for an unusable file.
     """
-    names, values = columns_of(file, "--motion")
+    names, values = read_user_table(file, "--motion")
     if "time" not in names:
         raise SceneError([Problem("--motion", f"{file!r} has no column time", f"it has {', '.join(names[:6])}")])
     if wrong := [n for n in only if not any(c.startswith(f"{n}.q[") for c in names)]:

@@ -8,8 +8,8 @@ from typing import Any
 
 from trunnion.basics.lazy_casadi import ca
 from trunnion.basics.number_declarations import Bound
-from trunnion.elements.contact.constant_friction import BACK_FORCE, BACK_TORQUE, FORCE, TORQUE
 from trunnion.elements.contact.contact_element import Size
+from trunnion.elements.contact.load_independent_friction import BACK_FORCE, BACK_TORQUE, FORCE, TORQUE
 from trunnion.elements.contact.transmission_losses import Losses, Numbers, transmission
 
 BELOW_ONE = Bound(0.0, 0.99, advice="from 1 on, a load would lock the joint; a self-locking gear unit is a gearbox")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from trunnion.basics.number_declarations import Number, merged
 from trunnion.basics.objects_by_import_path import objects
-from trunnion.elements.contact.constant_friction import BOTH, CROSSED, SLIDING, TURNING
 from trunnion.elements.contact.contact_element import ContactElement
 from trunnion.elements.contact.geared_joint_friction import LOADED, LOADED_BACK
 from trunnion.elements.contact.journal import PRELOAD
+from trunnion.elements.contact.load_independent_friction import BOTH, CROSSED, SLIDING, TURNING
 from trunnion.elements.contact.wrapped_band import BAND
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction import numbers as law_numbers
@@ -45,15 +45,15 @@ ELEMENTS = (
     "worm_thread.THREAD",
     "cam_follower.FOLLOWER",
     "plane_contact.PLANE",
-    "gear_unit.GEAR_UNIT",
+    "gearbox_losses.GEAR_UNIT",
     "geared_joint_friction.LOADED_HINGE",
     "geared_joint_friction.LOADED_GUIDE",
     "wrapped_band.BAND",
     "wrapped_band.BELT",
-    "constant_friction.TURNING",
-    "constant_friction.SLIDING",
-    "constant_friction.BOTH",
-    "constant_friction.CROSSED",
+    "load_independent_friction.TURNING",
+    "load_independent_friction.SLIDING",
+    "load_independent_friction.BOTH",
+    "load_independent_friction.CROSSED",
 )
 REGISTRY: dict[str, ContactElement] = registered(objects(__package__, ELEMENTS))
 CONSTANT = {(True,): TURNING.name, (False,): SLIDING.name, (False, True): BOTH.name, (True, True): CROSSED.name}

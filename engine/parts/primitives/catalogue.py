@@ -19,7 +19,7 @@ from trunnion.columns.registry import CONTACT, REGISTRY
 from trunnion.elements.contact import GIVEN, element_of
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import FIXED, OVERLAP
-from trunnion.elements.contact.gear_unit import EFFICIENCY, TABLES, table_labels
+from trunnion.elements.contact.gearbox_losses import EFFICIENCY, TABLES, table_labels
 from trunnion.elements.contact.journal import PRELOAD
 from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS

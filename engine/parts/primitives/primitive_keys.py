@@ -11,7 +11,7 @@ from typing import Any
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import OVERLAP
-from trunnion.elements.contact.gear_unit import EFFICIENCY_TABLES
+from trunnion.elements.contact.gearbox_losses import EFFICIENCY_TABLES
 from trunnion.elements.friction.coulomb import BY_SPEED
 from trunnion.elements.joints import REGISTRY
 from trunnion.system.structure.bodies_and_joints import Fit, FrictionElement, Joint

@@ -164,11 +164,11 @@ SideOf = Annotated[
 ]
 Entry = TypeVar("Entry")
 NumberPerFreedom = Annotated[
-    Annotated[Entry, SCALAR] | Annotated[tuple[Entry | None, ...], LIST], either("a number, or a list with one entry a freedom")
+    Annotated[Entry, SCALAR] | Annotated[tuple[Entry | None, ...], LIST], either("a number, or a list with one entry per freedom")
 ]
 GroupPerFreedom = Annotated[
     Annotated[Entry, GROUP] | Annotated[tuple[Entry | None, ...], LIST],
-    either("a group of keys, or a list with one entry a freedom"),
+    either("a group of keys, or a list with one entry per freedom"),
 ]
 """One entry for the only freedom of a joint, or a list with one entry for each freedom."""
 DampingOfFreedom = Annotated[float, AnyUnit(bound=Bound(0.0, advice="it opposes the motion by itself"))]
@@ -179,7 +179,7 @@ Efforts = Annotated[
     | Annotated[FromInput, Tag("·input")]
     | Annotated[Signal, Tag("·signal")]
     | Annotated[tuple[Load | None, ...], LIST],
-    load_or("a load, or a list with one entry a freedom"),
+    load_or("a load, or a list with one entry per freedom"),
 ]
 
 

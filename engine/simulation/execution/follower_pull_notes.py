@@ -13,7 +13,8 @@ it pushes at the start counts as the pushing side."""
 
 
 class FollowerPulls:
-    """The forces of followers without friction during a run. system: structure of the block; the block must have started."""
+    """Records, during a run, when the normal force of a cam's or curve's follower without friction first becomes a pull. system:
+    structure of the block; the block must have started."""
 
     def __init__(self, system: System, block: Block):
         watched = [j for j in system.cuts if j.kind.follows in (*ONE_SIDED, "curve") and not (j.friction or j.unilateral)]

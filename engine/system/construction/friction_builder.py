@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from trunnion.basics.monotone_curves import filled
-from trunnion.elements.contact.gear_unit import table_labels
+from trunnion.elements.contact.gearbox_losses import table_labels
 from trunnion.elements.contact.registry import preloads
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED

@@ -12,7 +12,7 @@ import pytest
 
 from tests.engine.checks.turned_mirrored_scaled_scenes import image, scaled
 from tests.reference.mechanics.rotation import random_rotation
-from tests.reference.scenes.interacting_devices import crossed
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion import SceneError, load_scene, simulate, wear
 from trunnion.analysis.mechanics.wear import BINS, integral
 from trunnion.cli import main

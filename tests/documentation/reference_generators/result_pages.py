@@ -30,7 +30,7 @@ EVENTS = """# Events
 
 A run reports these kinds of events: `result.events` in Python, the list in the summary, `events.*` in tables and FMUs. Each has a
 time, a joint and a part (which of its friction pairs, from 1). For every contact of the pair it has the angle before, the angle
-after, and the angle by which the normal turned. Reductions of batches count and find them: `count:slip`, `first:stick`.
+after, and the angle by which the normal turned. Reductions of batches count and find events: `count:slip`, `first:stick`.
 
 | event | meaning |
 |---|---|

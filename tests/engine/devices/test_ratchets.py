@@ -10,7 +10,7 @@ import pytest
 
 from tests.engine.devices.test_latches import AT, KERNELS, MASS, PULL, STIFF, thrown
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
-from tests.reference.scenes.interacting_devices import crossed
+from tests.reference.scenes.random_device_scenes import crossed
 from tests.reference.scenes.random_scenes import random_tree
 from trunnion import equilibrium, modes
 from trunnion.scene.data_classes import scene as sm

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from tests.engine.checks.runs_at_five_settings import MANY, SETTINGS, runs
-from tests.reference.scenes.interacting_devices import FAMILIES, crossed
+from tests.reference.scenes.random_device_scenes import FAMILIES, crossed
 from trunnion import simulate
 
 SEEDS = 118

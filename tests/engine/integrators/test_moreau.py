@@ -17,7 +17,7 @@ from tests.benchmarks.numerical_error.pendulum_error import alpha
 from tests.default_case_selection import sampled
 from tests.engine.stick_slip.test_hard_scenes_all_settings import CASES, worlds
 from tests.engine.stick_slip.test_slip_detection_and_energy import ratchet
-from tests.reference.scenes.interacting_devices import crossed
+from tests.reference.scenes.random_device_scenes import crossed
 from tests.reference.scenes.random_friction_scenes import rubbing
 from tests.reference.scenes.random_streams import stream
 from trunnion.basics.errors import SceneError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.reference.scenes.interacting_devices import crossed
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion.scene import load_scene, scene_from_dict
 from trunnion.scene.data_classes import scene as sm
 from trunnion.scene.overrides import apply

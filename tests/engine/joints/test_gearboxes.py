@@ -156,7 +156,7 @@ def test_two_gearboxes_in_a_row_multiply_their_ratios_and_efficiencies() -> None
                              "friction": {"efficiency": efficiency}}  # fmt: skip
     bodies = {n: {"mass": 1, "inertia": [0.01] * 3} for n in names}
     for load, efficiency in ((30.0, 0.72), (-30.0, 1 / ((2 - 1 / 0.9) * (2 - 1 / 0.8)))):
-        joints["on_c"]["effort"] = load  # the drum turns backward, so a positive torque drags it
+        joints["on_c"]["effort"] = load  # the drum turns backward, so a positive torque opposes its rotation
         r = simulate(scene_from_dict({"gravity": [0, 0, 0], "bodies": bodies, "joints": joints}), until=0.1, every=0.05)
         assert r["on_a.drive.effort[1]"][1:] == pytest.approx(load / 20 / efficiency, rel=1e-9)
         assert r["on_c.qd[1]"] == pytest.approx(-2.5, rel=1e-12)

@@ -14,7 +14,7 @@ import pytest
 
 from tests.default_case_selection import sampled
 from tests.engine.parts.test_compiled_kernel_equivalence import agree
-from tests.reference.scenes.interacting_devices import FAMILIES, crossed
+from tests.reference.scenes.random_device_scenes import FAMILIES, crossed
 from tests.reference.scenes.random_scenes import random_loop
 from trunnion import Scene, SceneError, scene_from_dict, simulate
 from trunnion.system.construction.system_builder import build

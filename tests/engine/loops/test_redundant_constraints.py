@@ -13,7 +13,7 @@ from tests.engine.mechanisms.redundant_loops import case_of, four_bar, open_reac
 from tests.reference.contact_and_friction.joint_friction import Rubbing, pin_of, reaction
 from tests.reference.contact_and_friction.stiff_spring_contacts import Compliant
 from tests.reference.scenes.frame_changes import reframed, rotated, shuffled
-from tests.reference.scenes.joint_reversal import reversed_joint
+from tests.reference.scenes.joint_side_swap import swap_joint_sides
 from tests.reference.scenes.result_table import Moved
 from tests.reference.scenes.unit_changes import rescaled
 from trunnion.simulation.run import simulate
@@ -88,7 +88,7 @@ def test_open_reactions_do_not_depend_on(which: str, way: str) -> None:
 @pytest.mark.parametrize(("which", "name"), [("bricard", "j5"), ("bricard", "j2"), ("regularized", "c"), ("regularized", "a")])
 def test_open_reactions_do_not_depend_on_the_side_a_joint_is_described_from(which: str, name: str) -> None:
     case = case_of(which)
-    moved = reversed_joint(case, name)
+    moved = swap_joint_sides(case, name)
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
     assert gap <= TOLERANCE, where
 

@@ -13,7 +13,7 @@ from tests.engine.checks.random_scene_properties import Property, both, rubs, so
 from tests.engine.checks.reference_comparison import engine_table, worst
 from tests.reference.mechanics.joint_constraints import of
 from tests.reference.scenes.frame_changes import reframed, rotated, shuffled
-from tests.reference.scenes.joint_reversal import reversed_joint
+from tests.reference.scenes.joint_side_swap import swap_joint_sides
 from tests.reference.scenes.random_components import RUBBING_TYPES
 from tests.reference.scenes.random_scenes import ALL_TYPES, Case, _started, first, random_loop, random_tree
 from tests.reference.scenes.result_table import Moved
@@ -85,13 +85,13 @@ def test_results_do_not_depend_on(way: str, which: str) -> None:
 def test_results_do_not_depend_on_the_side_a_joint_is_described_from(kind: str) -> None:
     devices = 0.6 if of(kind).coaxial else 0.0  # devices of other types have no description from the other side
     case = random_tree(11, 2, types=(kind,), friction=1.0, devices=devices, drives=0.0, t=TIME)
-    gap, where = difference(case, reversed_joint(case, "j2"))
+    gap, where = difference(case, swap_joint_sides(case, "j2"))
     assert gap <= TOLERANCE, where
 
 
 def test_results_do_not_depend_on_the_side_a_free_body_is_described_from() -> None:
     case = random_tree(11, 2, types=("free",), devices=0.0, drives=0.0, t=TIME)
-    gap, where = difference(case, reversed_joint(case, "j1"))
+    gap, where = difference(case, swap_joint_sides(case, "j1"))
     assert gap <= TOLERANCE, where
 
 
@@ -109,7 +109,7 @@ def test_results_do_not_depend_on_the_side_a_cut_joint_is_described_from(kind: s
     (name,) = span(case.scene).cut
     assert case.scene.joints[name].type == kind
     case = cut_at(case, name)
-    moved = reversed_joint(case, name)
+    moved = swap_joint_sides(case, name)
     assert span(moved.case.scene).cut == (name,)
     gap, where = difference(case, moved)
     assert gap <= TOLERANCE, where

@@ -11,7 +11,7 @@ import pytest
 
 from tests.reference.compliant.engine_comparison import compared
 from tests.reference.compliant.runs_and_limit import LEVELS
-from tests.reference.scenes.interacting_devices import crossed_dict
+from tests.reference.scenes.random_device_scenes import crossed_dict
 from trunnion import scene_from_dict
 
 NEAR = 1e-4

@@ -10,7 +10,7 @@ import pytest
 
 from tests.default_case_selection import crossed
 from tests.reference.scenes.epicyclic_trains import train
-from tests.reference.scenes.interacting_devices import crossed as crossed_scene
+from tests.reference.scenes.random_device_scenes import crossed as crossed_scene
 from trunnion import Scene, scene_from_dict, simulate
 from trunnion.batch.plan_and_runner import Runner, plan
 from trunnion.simulation.settings.run_settings import Run

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.reference.scenes.interacting_devices import crossed_dict
+from tests.reference.scenes.random_device_scenes import crossed_dict
 from trunnion import scene_from_dict, simulate
 from trunnion.simulation.results.result import Result
 

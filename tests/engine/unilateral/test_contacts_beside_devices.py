@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from tests.engine.checks.runs_at_five_settings import runs
-from tests.reference.scenes.interacting_devices import CONTACTS, crossed
+from tests.reference.scenes.random_device_scenes import CONTACTS, crossed
 
 SETTINGS: tuple[tuple[str, float, str], ...] = (("auto", 1e-6, "parts"), ("rosenbrock", 1e-6, "parts"), ("auto", 1e-9, "parts"))
 SEEDS = 60

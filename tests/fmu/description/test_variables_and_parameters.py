@@ -11,7 +11,7 @@ from fmpy import read_model_description
 import trunnion
 from tests.fmu.exported_fmus import FOLDER, exported
 from tests.fmu.fmpy_host import Host
-from tests.reference.scenes.interacting_devices import crossed
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion.fmu.scene_export import export
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.scene import scene_from_dict

@@ -18,7 +18,7 @@ from fmpy.fmi2 import free as release
 
 import trunnion
 from tests.fmu.exported_fmus import FOLDER
-from tests.reference.scenes.interacting_devices import crossed
+from tests.reference.scenes.random_device_scenes import crossed
 from trunnion.fmu.scene_export import export
 from trunnion.scene import scene_from_dict
 from trunnion.scene.overrides import apply

@@ -70,7 +70,7 @@ def without_guesses(scene, run):
 
 def main(family: str, first: str, last: str, until: str = "0.2") -> None:
     """A line for each scene."""
-    from tests.reference.scenes.interacting_devices import crossed
+    from tests.reference.scenes.random_device_scenes import crossed
 
     for seed in range(int(first), int(last)):
         scene = crossed(family, seed)

@@ -1,6 +1,6 @@
 """Results as one flat table, so that any two formulations can be compared and transformations inverted. Keys are (body or joint,
 quantity), and ("energy", "kinetic"). Quantities: qdd, reaction.force, reaction.torque, friction, normal_force, normal, angle,
-drive.effort (one entry a freedom, NaN where not driven), acceleration, angular_acceleration."""
+drive.effort (one entry per freedom, NaN where not driven), acceleration, angular_acceleration."""
 
 from __future__ import annotations
 

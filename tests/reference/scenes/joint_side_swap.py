@@ -21,7 +21,7 @@ SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 @dataclass(frozen=True)
-class Reversal:
+class SwappedJoint:
     """A joint described from its other side. rates: matrix from its rates to the new ones (freedoms x freedoms); q: its new
     coordinates."""
 
@@ -30,7 +30,7 @@ class Reversal:
     to_new: np.ndarray  # takes components in the old inboard joint frame to the new one
 
 
-def reversed_joint(case: Case, name: str) -> Moved:
+def swap_joint_sides(case: Case, name: str) -> Moved:
     """Swap the sides of joint ``name``; ValueError where this has no description: one-sided types, devices on freedoms that do not
     simply change sign."""
     joint = case.scene.joints[name]
@@ -39,7 +39,7 @@ def reversed_joint(case: Case, name: str) -> Moved:
     devices = (joint.spring, joint.damping, joint.end_stops, joint.drive, joint.effort)
     if not of(joint.type).coaxial and any(x is not None for x in devices):
         raise ValueError(f"{name}: devices of a {joint.type} joint cannot be described from the other side")
-    how = _reversal(joint, case.q[name])
+    how = _swapped(joint, case.q[name])
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]
     new = _started(_swapped(case.scene, joint), how.q, qd)
     joints = {n: new if n == name else j for n, j in case.scene.joints.items()}
@@ -47,11 +47,11 @@ def reversed_joint(case: Case, name: str) -> Moved:
     return Moved(moved, _undo(case, name, how))
 
 
-def _reversal(joint, q) -> Reversal:
+def _swapped(joint, q) -> SwappedJoint:
     """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega; the reverse map is the same."""
     R, s = joint_transform(joint, q)
     if of(joint.type).crossed:
-        return Reversal(-SWAP[:2, :2], -np.asarray(q)[::-1], SWAP.T @ R.T)
+        return SwappedJoint(-SWAP[:2, :2], -np.asarray(q)[::-1], SWAP.T @ R.T)
     rates = []
     for one in np.eye(freedoms(joint.type)):
         turn, slide = joint_rates(joint, R, one)
@@ -60,7 +60,7 @@ def _reversal(joint, q) -> Reversal:
     k = of(joint.type).scalars
     angles = [i for i, d in enumerate(of(joint.type).free[:k]) if d >= 3]
     back[angles] = -np.asarray(q)[angles]  # Measured angles would lie within a turn.
-    return Reversal(free_picker(joint) @ np.array(rates).reshape(-1, 6).T, back, R.T)
+    return SwappedJoint(free_picker(joint) @ np.array(rates).reshape(-1, 6).T, back, R.T)
 
 
 def _swapped(scene, joint: sm.Joint) -> sm.Joint:
@@ -117,7 +117,7 @@ def _minus_drive(drive: sm.Drive) -> sm.Drive:
     return sm.Drive(table=replace(drive.table, value=tuple(-v for v in drive.table.value)))
 
 
-def _undo(case: Case, name: str, how: Reversal) -> Callable:
+def _undo(case: Case, name: str, how: SwappedJoint) -> Callable:
     """Results of joint ``name`` mapped back to the old side; contact angles are left out where their frame changed."""
     joint, T = case.scene.joints[name], how.to_new.T
     universal, ball = of(joint.type).crossed, of(joint.type).ball

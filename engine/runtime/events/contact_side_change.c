@@ -1,4 +1,5 @@
-/* Separations: inside a step, the normal force of a contact passes through zero, and the normal turns to the other side. */
+/* Separations: inside a step, the normal force of a contact of two sides passes through zero, and its normal turns to the other side.
+ * (Contacts of joints that only push open and close: ``unilateral_event_location.c``.) */
 #include "events/events.h"
 
 #define TURNED 2.0     /* rad: larger than any steady turn of a normal within a step */

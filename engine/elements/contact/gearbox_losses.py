@@ -30,7 +30,7 @@ NO_LOAD = Size(
     symbol="T_0", bears=False, varies=True,
 )  # fmt: skip
 TABLES = ("torque", "speed")
-"""Quantities of which an efficiency may be a table: torque and speed of the output shaft."""
+"""An efficiency may be a table over one of these quantities of the output shaft."""
 
 
 def table_labels(name: str, over: str) -> tuple[tuple[str, str], ...]:

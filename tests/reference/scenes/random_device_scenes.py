@@ -8,11 +8,11 @@ from typing import Any
 
 from numpy.random import Generator
 
-from tests.reference.scenes import interacting_contacts as contacts
-from tests.reference.scenes import interacting_gear_units as drives
-from tests.reference.scenes import interacting_linkages as linkages
-from tests.reference.scenes import interacting_rods_loads_rotors as fields
-from tests.reference.scenes import interacting_wheels as wheels
+from tests.reference.scenes import random_contact_scenes as contacts
+from tests.reference.scenes import random_gearbox_scenes as drives
+from tests.reference.scenes import random_linkage_scenes as linkages
+from tests.reference.scenes import random_rod_load_rotor_scenes as fields
+from tests.reference.scenes import random_wheel_scenes as wheels
 from tests.reference.scenes.random_streams import stream
 from trunnion import Scene, scene_from_dict
 

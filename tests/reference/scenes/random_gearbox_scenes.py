@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from tests.reference.scenes.interacting_linkages import ORIGIN, crank_slider, four_bar, point
-from tests.reference.scenes.interacting_scene_draft import Draft
+from tests.reference.scenes.random_linkage_scenes import ORIGIN, crank_slider, four_bar, point
+from tests.reference.scenes.random_scene_draft import Draft
 
 
 def shaft(d: Draft, until: float, size: float, at: list[float], axis: str = "z", fast: float = 20.0) -> None:

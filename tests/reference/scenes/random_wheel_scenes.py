@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tests.reference.scenes.epicyclic_trains import train
-from tests.reference.scenes.interacting_scene_draft import Draft
+from tests.reference.scenes.random_scene_draft import Draft
 
 
 def gear_trains(rng: Generator) -> dict[str, Any]:

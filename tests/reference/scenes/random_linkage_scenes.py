@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from tests.reference.scenes.interacting_scene_draft import Draft
+from tests.reference.scenes.random_scene_draft import Draft
 
 ORIGIN = [0.0, 0.0, 0.0]
 

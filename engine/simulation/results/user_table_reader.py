@@ -10,7 +10,7 @@ from trunnion.basics.errors import Problem, SceneError
 from trunnion.simulation.results.csv_and_parquet import load_result_table
 
 
-def columns_of(file: str, where: str) -> tuple[list[str], np.ndarray]:
+def read_user_table(file: str, where: str) -> tuple[list[str], np.ndarray]:
     """(names, values (rows × names)) of a table. where: the option that names the file. SceneError for an unreadable file."""
     path = Path(file)
     try:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from tests.reference.scenes.interacting_linkages import ORIGIN, chain, point
-from tests.reference.scenes.interacting_scene_draft import Draft
+from tests.reference.scenes.random_linkage_scenes import ORIGIN, chain, point
+from tests.reference.scenes.random_scene_draft import Draft
 
 
 def surround(d: Draft, bodies: list[str], force: float, size: float) -> None:
