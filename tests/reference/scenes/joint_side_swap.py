@@ -39,7 +39,7 @@ def swap_joint_sides(case: Case, name: str) -> Moved:
     devices = (joint.spring, joint.damping, joint.end_stops, joint.drive, joint.effort)
     if not of(joint.type).coaxial and any(x is not None for x in devices):
         raise ValueError(f"{name}: devices of a {joint.type} joint cannot be described from the other side")
-    how = _swapped(joint, case.q[name])
+    how = _coordinates_after_swap(joint, case.q[name])
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]
     new = _started(_swapped(case.scene, joint), how.q, qd)
     joints = {n: new if n == name else j for n, j in case.scene.joints.items()}
@@ -47,7 +47,7 @@ def swap_joint_sides(case: Case, name: str) -> Moved:
     return Moved(moved, _undo(case, name, how))
 
 
-def _swapped(joint, q) -> SwappedJoint:
+def _coordinates_after_swap(joint, q) -> SwappedJoint:
     """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega; the reverse map is the same."""
     R, s = joint_transform(joint, q)
     if of(joint.type).crossed:
