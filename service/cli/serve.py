@@ -191,7 +191,8 @@ KEPT_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
 def kept_for(text: str) -> float:
-    """The seconds in a time such as 30d, 12h or 0. SceneError for any other text."""
+    """The seconds in a time such as 30d, 12h or 0. SceneError for any other text, and for times that are
+    too short."""
     number, unit = (text[:-1], text[-1:]) if text[-1:] in KEPT_UNITS else (text, "s")
     try:
         seconds = float(number or "0") * KEPT_UNITS[unit]

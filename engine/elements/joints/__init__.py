@@ -2,10 +2,10 @@
 names."""
 
 from trunnion.basics.objects_by_import_path import objects
-from trunnion.elements.joints.coupled_and_light_freedoms import TIES
 from trunnion.elements.joints.declaration_checks import registered
 from trunnion.elements.joints.free import FREE
 from trunnion.elements.joints.joint_kind import Axis, JointKind
+from trunnion.elements.joints.mimic_and_light_rows import TIES
 from trunnion.elements.joints.revolute import REVOLUTE
 from trunnion.elements.joints.spherical import SPHERICAL
 

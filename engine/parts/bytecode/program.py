@@ -102,8 +102,9 @@ class Builtin(IntEnum):
     """columns A, columns B, out; n, count of A, count of B, strides of A, B, out, whether to overwrite out (else add): out =
     AᵀB."""
     CUT_JOINT_FRICTION = 15
-    """D, columns Pw, columns P, p0, outputs M = (E + D Pw)⁻¹, −M D P, −M D p0, determinant of E + D Pw; number of freedoms, of
-    reaction components, of columns P."""
+    """D, columns Pw, columns P, p0, four outputs; number of freedoms, of reaction components, of columns P. The outputs are M =
+    (E + D Pw)⁻¹, −M D P, −M D p0, and the determinant of E + D Pw. Here η = e + D f is the linearised law, and f = p0 + P λ − Pw η
+    are the reactions."""
     FACTOR_LOOPS = 16
     """S, outputs L, U, and pivots with the diagonal of S; n rows, order of elimination, start of each pivot's nonzeros, rows of
     these nonzeros (``system.structure.loop_matrix_fill``); indices in S of the diagonal, of the entries below the pivots, of those

@@ -26,7 +26,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.friction.coulomb import BY_SPEED, Coulomb
 from trunnion.elements.joints import REGISTRY as JOINTS
 from trunnion.elements.joints import JointKind
-from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
+from trunnion.elements.joints.mimic_and_light_rows import MIMIC
 from trunnion.parts.primitives.primitive_keys import BARE, PIN_IN, PIN_OUT, BodyKey, FrictionKey, ParameterCounter, sized
 from trunnion.scene.force_laws.registry import REGISTRY as FORCE_LAWS
 from trunnion.scene.signals.registry import REGISTRY as KINDS

@@ -12,7 +12,7 @@ import casadi as ca
 from trunnion.elements.contact import REGISTRY as CONTACTS
 from trunnion.elements.contact.contact_element import COMPONENTS, OVERLAP
 from trunnion.elements.joints import REGISTRY
-from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
+from trunnion.elements.joints.mimic_and_light_rows import MIMIC
 from trunnion.kernel.interface.runtime_tables import MOTION
 from trunnion.kernel.units.motion_and_inertia_packing import unpack_motion
 from trunnion.parts.bytecode.body_and_joint_slots import ENDS

@@ -43,7 +43,7 @@ int open : whether the contact starts open
 int inside : index, among the stops, of the flag that is pressed while the parts can touch; -1: they always can
 """)
 
-PACE = Record("tr_pace", "A parameter that sets the frequency of a load.", """
+PACE = Record("tr_pace", "A parameter that sets the frequency of a harmonic signal or of a prescribed rotation.", """
 int parameter : index among the parameters
 double hertz : Hz per unit of the parameter
 """)

@@ -139,7 +139,7 @@ typedef struct tr_friction {
   int resumed;         /* number of failures that the run overcame at that time */
   int redecide;        /* whether the last decision of contacts failed, so that a remedy of friction must repeat it */
   int impending_laws;  /* whether balls in stuck groups share loads by the friction that they would have in the impending motion */
-  double pace;         /* frequency of the fastest periodic load, Hz */
+  double pace;         /* highest frequency of harmonic signals and of prescribed rotations, Hz */
   long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */
   int undecided;       /* whether the last decision found no solution and could not prove that none exists */
   int freed;           /* pair whose friction is removed as a trial (tr_find_obstructing_pair); -1: none */

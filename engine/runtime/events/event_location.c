@@ -17,7 +17,9 @@
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
 #define DIP 0.05        /* × the variation of a sliding speed over the stages: possible drop of the speed between stages */
 #define TURN_DIP 0.5    /* × this variation: possible drop between distant stages, if the speed has a minimum inside the step */
-#define SWING 0.5       /* × the variation of a violation over the stages: possible rise between stages a quarter period apart */
+/* × the variation of a stuck pair's violation over the stages: possible further rise between stages, which are at most a quarter
+ * period of the fastest load apart */
+#define SWING 0.5
 /* × this variation: possible rise for a spinning ball, whose axis at low speed turns within part of a step */
 #define CONE_SWING 2.0
 #define NEAR_RELEASE 0.05 /* × the friction ratio: if a stage is closer to release, the step may contain an event */

@@ -49,7 +49,7 @@ def _joints(scene: Scene) -> Iterator[Finding]:
             loose = [b for b in dict.fromkeys([*map(body_of, parts), *named]) if b in scene.bodies and pose_of(scene, b) is None]
             if loose:
                 hint = f"add position to {' and '.join(loose)}, or name points of both bodies"
-                yield Finding((*path, "at"), "a joint can have a place only between bodies that have a position", hint)
+                yield Finding((*path, "at"), f"`at` needs bodies with a position; there is none for {' and '.join(loose)}", hint)
         poses = poses_of(scene, j) if known else None
         two = REGISTRY[j.type].apart
         if two and j.at is not None:

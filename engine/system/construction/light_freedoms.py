@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from trunnion.basics.errors import Problem
-from trunnion.elements.joints.coupled_and_light_freedoms import LIGHT_ROW
+from trunnion.elements.joints.mimic_and_light_rows import LIGHT_ROW
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.mass_properties import mass_properties
 from trunnion.system.structure.bodies_and_joints import GROUND, Body, Joint, way_to_ground

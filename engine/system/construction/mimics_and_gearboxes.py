@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trunnion.elements.joints.coupled_and_light_freedoms import MIMIC
+from trunnion.elements.joints.mimic_and_light_rows import MIMIC
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.queries.numbers_by_path import unit_of
 from trunnion.scene.queries.shaft_joints import shaft_joints

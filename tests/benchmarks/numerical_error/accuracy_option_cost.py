@@ -68,7 +68,7 @@ def measured(given: tuple[str, str]) -> Found:
             if good and out.costs[-1] > DEAR:
                 by = f"{r.settings['method']} {r.settings['rtol']:.1e}, {_cost(r):.0f} evaluations for {min(good):.0f}"
                 out.dear.append(f"{out.costs[-1]:.1f} times the cheapest: {out.name} {a:g}: {by}")
-    except Exception as e:  # noqa: BLE001 (told, and the others go on)
+    except Exception as e:  # noqa: BLE001 (printed; the other scenes are still measured)
         out.wrong.append(f"{out.name}: {type(e).__name__} {e}"[:100])
     return out
 

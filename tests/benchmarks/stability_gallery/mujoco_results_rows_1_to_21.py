@@ -185,7 +185,7 @@ def stiff_springs() -> str:
 
 
 def fast_spin() -> str:
-    """Row 15: 4000 rad at 1e4 rad/s, both sides of the threshold."""
+    """Row 15: a free box spins by 4000 rad at 1e4 rad/s about its axis of middle or of least inertia; the limit is b = 0.3 m."""
     out = []
     for b in (0.3 * (1 - EDGE), 0.3 * (1 + EDGE)):
         inertia = f"{(b * b + 0.01) / 12!r} {0.1 / 12!r} {(0.09 + b * b) / 12!r}"

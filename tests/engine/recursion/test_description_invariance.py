@@ -83,7 +83,7 @@ def test_results_do_not_depend_on(way: str, which: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].nv < 6])
 def test_results_do_not_depend_on_the_side_a_joint_is_described_from(kind: str) -> None:
-    devices = 0.6 if of(kind).coaxial else 0.0  # devices of other types have no description from the other side
+    devices = 0.6 if of(kind).swaps_by_sign else 0.0  # devices of other types have no description from the other side
     case = random_tree(11, 2, types=(kind,), friction=1.0, devices=devices, drives=0.0, t=TIME)
     gap, where = difference(case, swap_joint_sides(case, "j2"))
     assert gap <= TOLERANCE, where
@@ -104,7 +104,7 @@ def cut_at(case: Case, name: str) -> Case:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].cuttable and REGISTRY[k].nv < 6])
 def test_results_do_not_depend_on_the_side_a_cut_joint_is_described_from(kind: str) -> None:
-    devices = 0.6 if of(kind).coaxial else 0.0
+    devices = 0.6 if of(kind).swaps_by_sign else 0.0
     case = random_loop(kind, bodies=2, t=TIME, closing=(kind,), cut=True, friction=1.0, devices=devices)
     (name,) = span(case.scene).cut
     assert case.scene.joints[name].type == kind

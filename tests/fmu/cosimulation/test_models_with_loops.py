@@ -12,7 +12,7 @@ from tests.fmu.engine_comparison import claim_equal_to_engine
 from tests.fmu.exported_fmus import FOLDER
 from tests.fmu.fmpy_host import Host
 from tests.fmu.model_exchange.model_exchange_host import run_me
-from tests.fmu.scene_value_checks import claim_refuses_what_the_scene_refuses
+from tests.fmu.refused_parameter_values import claim_refuses_what_the_scene_refuses
 from trunnion.fmu.scene_export import export
 from trunnion.scene import model_names
 

@@ -8,7 +8,7 @@ from fmpy.fmi1 import FMICallException
 from tests.fmu.engine_comparison import claim_equal_to_engine
 from tests.fmu.exported_fmus import exported
 from tests.fmu.fmpy_host import Host
-from tests.fmu.scene_value_checks import claim_refuses_what_the_scene_refuses, said_by_the_scene
+from tests.fmu.refused_parameter_values import claim_refuses_what_the_scene_refuses, said_by_the_scene
 from trunnion.fmu.variables.outputs_inputs_parameters import variables
 from trunnion.scene import scene_from_dict
 from trunnion.scene.overrides import list_parameters

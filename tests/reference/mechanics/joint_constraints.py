@@ -42,8 +42,9 @@ class Reference:
         return len(self.free) - 3 * self.ball
 
     @property
-    def coaxial(self) -> bool:
-        """Whether a description from the other side changes only the sign of its rates."""
+    def swaps_by_sign(self) -> bool:
+        """Whether swapping the joint's inboard and outboard sides changes only the signs of its rates. (With crossed axes, it
+        changes their order, too.)"""
         return self.crossed or len({d % 3 for d in self.free}) <= 1
 
 

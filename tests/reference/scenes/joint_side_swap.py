@@ -37,7 +37,7 @@ def swap_joint_sides(case: Case, name: str) -> Moved:
     if of(joint.type).one_sided:
         raise ValueError(f"{name}: a {joint.type} joint means something else from the other side")
     devices = (joint.spring, joint.damping, joint.end_stops, joint.drive, joint.effort)
-    if not of(joint.type).coaxial and any(x is not None for x in devices):
+    if not of(joint.type).swaps_by_sign and any(x is not None for x in devices):
         raise ValueError(f"{name}: devices of a {joint.type} joint cannot be described from the other side")
     how = _coordinates_after_swap(joint, case.q[name])
     qd = how.rates @ case.qd[name] if len(case.qd[name]) else case.qd[name]

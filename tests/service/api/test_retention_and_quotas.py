@@ -136,7 +136,7 @@ def test_times_to_keep_jobs_for_are_read_with_their_units() -> None:
 
 
 @pytest.mark.parametrize("text", ["30s", "9m", "599"])
-def test_a_time_to_keep_jobs_for_that_cannot_be_kept_is_refused(text: str) -> None:
-    """Expired jobs are looked for every ten minutes."""
+def test_a_retention_time_below_ten_minutes_is_refused(text: str) -> None:
+    """The server looks for expired jobs every ten minutes."""
     with pytest.raises(SceneError, match=f"{text} is shorter than the 10 min"):
         kept_for(text)
