@@ -224,8 +224,8 @@ def idle_train(rng: np.random.Generator) -> tuple[dict[str, Any], str, float]:
 
 
 @pytest.mark.default_cases(2)
-@pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("method", ["auto", "moreau", "rk5", "rk8", "rosenbrock"])
+@pytest.mark.parametrize("seed", [1, 0, *range(2, 8)])
 def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, method: str) -> None:
     """Coasting takes (Σ J i²) ω/(friction ∓ effort) seconds. From then on the shaft's friction balances only its effort."""
     scene, shaft, effort = idle_train(np.random.default_rng(seed))
