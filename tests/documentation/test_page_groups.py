@@ -3,6 +3,7 @@ the pages."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,9 @@ from tests.documentation.code_blocks import pages, steps
 from tests.documentation.page_groups import GROUPS, INSTALLED, ROOT, alone, begins
 from tests.documentation.shell_session import Reader
 from tests.documentation.virtual_environments import Home
+
+COMMAND = re.compile(r"(\.venv/bin/)?(trunnion|python3?|pip|fmpy|pytest|curl|cc|git|cd|for|done|export|kill|bash)(?=\s|$)|#|\s|[A-Z_]+=")
+"""The beginning of a line of a shell block: a command, a comment, an indented continuation, or a variable."""
 
 
 def test_every_page_with_something_to_run_is_run() -> None:
@@ -24,6 +28,12 @@ def test_every_page_begins_with_its_installation() -> None:
         first = begins(page)[0].text
         assert "pip install" in first, f"{page} begins with {first.splitlines()[0]!r}"
     assert "[README](../README.md)" in (ROOT / "models" / "README.md").read_text(encoding="utf-8")
+
+
+def test_every_line_of_a_shell_block_is_a_command() -> None:
+    """A formatter that fills paragraphs would break the lines of blocks."""
+    shell = [(page, line) for page in pages(ROOT) for step in steps(page) if step.kind == "bash" for line in step.text.splitlines()]
+    assert [x for x in shell if x[1].strip() and not COMMAND.match(x[1])] == []
 
 
 def test_a_second_process_that_runs_pages_of_one_kind_is_refused(tmp_path: Path) -> None:
