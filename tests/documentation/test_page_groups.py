@@ -13,7 +13,7 @@ from tests.documentation.page_groups import GROUPS, INSTALLED, ROOT, alone, begi
 from tests.documentation.shell_session import Reader
 from tests.documentation.virtual_environments import Home
 
-COMMAND = re.compile(r"(\.venv/bin/)?(trunnion|python3?|pip|fmpy|pytest|curl|cc|git|cd|for|done|export|kill|bash)(?=\s|$)|#|\s|[A-Z_]+=")
+COMMAND = re.compile(r"((\.venv/bin/)?(trunnion|python3?|pip|fmpy|curl|cc|git|cd|for|done|export|kill))(?=\s|$)|[#\s]|[A-Z_]+=")
 """The beginning of a line of a shell block: a command, a comment, an indented continuation, or a variable."""
 
 
