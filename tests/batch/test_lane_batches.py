@@ -168,6 +168,7 @@ def test_a_scene_with_tables_steps_alone_whatever_was_asked() -> None:
     assert np.array_equal(numbers(tables[0]), numbers(tables[1]))
 
 
+@pytest.mark.slow
 def test_sine_and_cosine_are_right_to_one_unit_in_the_last_place(tmp_path: Path) -> None:
     text = f"#define WIDTH {WIDTH}\n" + (FOLDER / "vector_type.hpp").read_text(encoding="utf-8")
     text += 'extern "C" void both(const V*a,V*s,V*c,int n){for(int i=0;i<n;++i) s[i]=sin(a[i]),c[i]=cos(a[i]);}\n'

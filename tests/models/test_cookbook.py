@@ -13,8 +13,8 @@ import pytest
 from tests.models.cookbook_notebooks import FOLDER, PAGES, notebook
 from trunnion.cli import main
 
-SLOW = {"system", "data"}
-"""Pages that take ten seconds and more. The tests of pages also run all of them, as printed and in the environment where they are
+SLOW = {"system_engineer", "data_scientist"}
+"""Pages that take five seconds and more. The tests of pages also run all of them, as printed and in the environment where they are
 installed."""
 
 

@@ -119,6 +119,7 @@ def test_a_column_the_lesser_model_does_not_have_counts_as_zero() -> None:
     assert a.chosen.joints == ("slider_pin",)
 
 
+@pytest.mark.slow
 def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "reduced.yaml"
     words = ["advise", "crank_slider", "--error", "1e-4", "--outputs", "crank_pivot.drive.effort[1]", "--until", "0.65"]

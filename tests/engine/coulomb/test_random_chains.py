@@ -75,6 +75,7 @@ def test_a_chain_whose_friction_has_no_solution_ends_there_with_that_outcome(see
     has_no_answer(chain(seed), 3.0)
 
 
+@pytest.mark.slow
 def test_the_search_finds_a_solution_for_chains_whose_runs_finish() -> None:
     """The independent search finds a solution where one exists: at the starts of chains whose runs finish."""
     for seed in (2, 3, 5):

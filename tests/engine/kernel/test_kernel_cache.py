@@ -198,6 +198,7 @@ def compile_one(folder: Path, number: int) -> Path:
     return library
 
 
+@pytest.mark.slow
 def test_builds_do_not_make_the_compilers_cache_grow(tmp_path: Path) -> None:
     def files() -> set[Path]:
         return set(c_compiler.shared_cache(tmp_path).rglob("*"))

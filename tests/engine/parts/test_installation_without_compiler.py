@@ -150,6 +150,7 @@ def test_stored_facts_of_a_part_equal_those_of_a_new_build(folder: Path, listed:
         assert store.facts_of(kept) == store.facts_of(store._cached(key) or anew)
 
 
+@pytest.mark.slow
 def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process keeps its knowledge of parts as long as it lives; the cache keeps parts while they are used."""
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
