@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.fmu.variables.model_exchange_states import KINDS, does
 from trunnion.simulation.settings.run_settings import ALONE
 
@@ -63,5 +63,4 @@ def check(flavour: str, kernel: str, kind: str, target: Path, step: float, befor
         problems.append(Problem("--type", f"{kind!r} is not a type of FMU", f"one of {', '.join(KINDS)}"))
     if not 0.0 <= step < float("inf"):
         problems.append(Problem("--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)

@@ -11,7 +11,7 @@ from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, ParameterValue, add_units, parameter_set
 from trunnion.fmu.ssp.connection_arithmetic import computed_by_components
@@ -75,8 +75,7 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
     wrong = destination_problems(str(target), (".ssp",), "-o")
     if not Path(file).is_file():
         wrong = [Problem("SYSTEM", f"there is no file {file}", "components: and connections: in a YAML file"), *wrong]
-    if wrong:
-        raise SceneError(wrong)
+    raise_problems(wrong)
     mapped = with_mapped_values(load_system(Path(file)))
     system = mapped.system
     parts, sums, copied = _parts(system, platform)
@@ -104,8 +103,7 @@ def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, Fmu
     units = {n: {v: (x.unit, p.units.get(x.unit, {})) for v, x in p.ports.items()} for n, p in fmus.items()}
     sums, copied = computed_by_components(system, {n: s.inputs for n, s in scenes.items()}, units)
     made = dict(_each(system, problems, lambda name, c: _exported(scenes[name], c, platform, sums.get(name, {})), scenes))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return {n: fmus.get(n) or made[n] for n in system.components}, sums, copied
 
 

@@ -15,7 +15,7 @@ from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_comparison import Candidate
 from trunnion.analysis.fits.model_curves import MOST_CACHED
 from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amounts, names_given
 from trunnion.service.basics.server_settings import Limits
@@ -118,8 +118,7 @@ def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, w
     problems += [Problem(n, "a fit does not accept this field", hint) for n in ALONE if asked.get(n)]
     q = make_fit_request(asked["fit"], rtol)
     problems += [*_limit_problems(q, limits), *(replace(p, where=f"fit, {p.where}") for p in request_problems(scene, q))]
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return make_fit_plan(scene, q)
 
 

@@ -24,7 +24,7 @@ from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress
 from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
 from trunnion.analysis.static_bounds.start_pose_statics import hold as one_answer
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.interrupts import held
 from trunnion.elements.contact.static_friction_capacity import Pair
 from trunnion.scene.overrides import Given, scene_given
@@ -83,8 +83,7 @@ def hold(
         problems.append(Problem("budget", f"{budget} s is not a positive time", "give seconds above 0"))
     if cells is not None and cells < 1:
         problems.append(Problem("cells", f"{cells} is below 1", f"default: {CELLS}, {FEWER} beyond {FEW} open directions"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     answer, st = one_answer(loaded), statics(loaded)
     pairs = tuple(st.pairs())
     with held() as interrupt:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
-from trunnion.basics.errors import MOST, Problem, SceneError
+from trunnion.basics.errors import MOST, Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import MOST_WILD, is_wild
 from trunnion.basics.renamed_words import EVENTS, current
@@ -81,8 +81,7 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
         if not new and texts:
             problems.append(_unmatched(where, text, kind, what, names if len(problems) < MOST else ()))
         found |= {r.name: r for r in new}
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return tuple(found.values())
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 
 if TYPE_CHECKING:
@@ -44,8 +44,7 @@ class ArgumentReader:
 
     def end(self) -> None:
         """Raise SceneError with all mistakes, if there are any."""
-        if self.problems:
-            raise SceneError(self.problems)
+        raise_problems(self.problems)
 
     def checked(self, value: T | None) -> T:
         """The value, which is None only after a mistake. SceneError with all mistakes, if there are any."""

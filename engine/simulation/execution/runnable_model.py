@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.errors import MOST, Problem, SceneError
+from trunnion.basics.errors import MOST, Problem, raise_problems
 from trunnion.basics.name_patterns import MOST_WILD, is_wild, unmatched
 from trunnion.kernel.interface.output_columns import Column, columns, current_patterns, needs_quadratures, select
 from trunnion.kernel.shared_libraries import Kernel, kernel
@@ -36,8 +36,7 @@ class Model:
         self.built: Built = built or build_with_starts(scene)
         self.available: list[Column] = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
-        if problems := pattern_problems(self.available, wanted):
-            raise SceneError(problems)
+        raise_problems(pattern_problems(self.available, wanted))
         self.columns: list[Column] = select(self.available, wanted)
         self.build_seconds = 0.0
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.setting_declarations import Setting, offered
 from trunnion.elements.friction import REGISTRY as LAWS
@@ -101,8 +101,7 @@ def settings_read(
 def settings_given(who: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """SI values of the settings of an interface. SceneError, with all problems, if a value is wrong."""
     values, problems = settings_read(who, given)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return values
 
 
