@@ -5,13 +5,13 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.atomic_files import destination_problems
 from trunnion.basics.errors import Problem, SceneError, raise_problems
+from trunnion.basics.name_patterns import suggestion
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, ParameterValue, add_units, parameter_set
 from trunnion.fmu.ssp.connection_arithmetic import computed_by_components
@@ -200,8 +200,7 @@ def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, 
     port = parts[name].ports.get(variable)
     if port is None:
         known = [v for v, p in parts[name].ports.items() if p.causality == causality]
-        near = get_close_matches(variable, known, 1)
-        hint = f"did you mean {near[0]}?" if near else f"its {causality}s: {', '.join(known[:8]) or 'none'}"
+        hint = suggestion(variable, known, f"its {causality}s: {', '.join(known[:8]) or 'none'}")
         return Finding(c.place, f"{name} has no variable {variable}", hint)
     if port.causality != causality:
         hint = f"name it in outputs: of {name}" if causality == "output" and port.causality == "local" else ""
@@ -229,9 +228,7 @@ def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong
             port = parts[name].ports.get(variable)
             if port is None or port.causality not in ("parameter", "input") or variable in sums.get(name, ()):
                 known = [v for v, p in parts[name].ports.items() if p.causality == "parameter"]
-                near = get_close_matches(variable, known, 1)
-                hint = f"did you mean {near[0]}?" if near else ""
-                wrong.append(Finding(setting.place, f"{name} has no parameter {variable}", hint))
+                wrong.append(Finding(setting.place, f"{name} has no parameter {variable}", suggestion(variable, known)))
                 continue
             try:
                 yield _given(f"{name}.{variable}", port, parts[name].units.get(port.unit, {}), setting)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
+from trunnion.basics.name_patterns import suggestion
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.simulation.results.audit import Audit
 from trunnion.simulation.results.error_statement import Certainty
@@ -86,11 +87,8 @@ class ResultData:
         try:
             return self.data[:, self._index[name]]
         except KeyError:
-            from difflib import get_close_matches
-
-            near = get_close_matches(name, self.names, 3)
-            hint = f"; did you mean {', '.join(near)}?" if near else ""
-            raise KeyError(f"no column {name!r}{hint}") from None
+            hint = suggestion(name, self.names, most=3)
+            raise KeyError(f"no column {name!r}{'; ' * bool(hint)}{hint}") from None
 
     def __contains__(self, name: str) -> bool:
         return name in self._index
