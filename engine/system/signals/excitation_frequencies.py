@@ -29,12 +29,8 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
         if joint.friction is not None:
             yield from ((x, False) for _, x in joint.friction.numbers if isinstance(x, Signal))
         for rate, device in enumerate(joint.devices):
-            if device.effort is not None:
-                yield device.effort, False
-            if device.motor is not None:
-                yield device.motor.signal, False
-            if device.latch is not None:
-                yield device.latch.release, False
+            own = (device.effort, device.motor and device.motor.signal, device.latch and device.latch.release)
+            yield from ((s, False) for s in own if s is not None)
             if device.drive is not None:
                 yield device.drive, joint.kind.axes[rate][0].rot
     for load in system.loads:
