@@ -53,11 +53,9 @@ def spreads_of(
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"
-    out = []
-    for name in list(of) or [r.name for r in kept if r.kind != ERROR]:
-        values = np.where(done, table[name].to_numpy().astype(float), np.nan)
-        out.append(spread(name, units[name], values, cases.sampling, at, bounds.get(name, ())))
-    return out
+    names = list(of) or [r.name for r in kept if r.kind != ERROR]
+    results = ((name, np.where(done, table[name].to_numpy().astype(float), np.nan)) for name in names)
+    return [spread(name, units[name], values, cases.sampling, at, bounds.get(name, ())) for name, values in results]
 
 
 def refused(

@@ -10,7 +10,7 @@ import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.name_patterns import suggestion
-from trunnion.kernel.interface.output_columns import Column
+from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.simulation.results.audit import Audit
 from trunnion.simulation.results.error_statement import Certainty
 from trunnion.simulation.results.event import Event
@@ -104,14 +104,10 @@ class ResultData:
 
     def matching(self, pattern: str) -> list[str]:
         """Names of columns that match a shell-style pattern."""
-        from trunnion.kernel.interface.output_columns import select
-
         return [c.name for c in select(list(self.columns), (pattern,))]
 
     def keeping(self, patterns: Sequence[str]) -> Self:
         """The result with only the columns that match one of the patterns."""
-        from trunnion.kernel.interface.output_columns import select
-
         chosen = {c.name for c in select(list(self.columns), tuple(patterns))}
         if len(chosen) == len(self.columns):
             return self
