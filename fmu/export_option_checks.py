@@ -45,7 +45,7 @@ def apart(
         (kind == "me" and step > 0.0, "--step", "in model exchange, the importing tool's solver makes the steps",
          "omit --step, or choose --type cs"),
     )  # fmt: skip
-    return wrong + [Problem(*words) for is_wrong, *words in checks if is_wrong]
+    return wrong + [Problem(where, what, hint) for is_wrong, where, what, hint in checks if is_wrong]
 
 
 def check(flavour: str, kernel: str, kind: str, target: Path, step: float, before: Sequence[Problem]) -> None:
@@ -57,4 +57,4 @@ def check(flavour: str, kernel: str, kind: str, target: Path, step: float, befor
         (kind not in KINDS, "--type", f"{kind!r} is not a type of FMU", f"one of {', '.join(KINDS)}"),
         (not 0.0 <= step < float("inf"), "--step", f"{step:g} is not a step", "a time such as 1 ms, or 0 for error control"),
     )
-    raise_problems(problems + [Problem(*words) for is_wrong, *words in checks if is_wrong])
+    raise_problems(problems + [Problem(where, what, hint) for is_wrong, where, what, hint in checks if is_wrong])

@@ -82,7 +82,7 @@ def hold(
         (cells is not None and cells < 1, "cells", f"{cells} is below 1",
          f"default: {CELLS}, {FEWER} beyond {FEW} open directions"),
     )  # fmt: skip
-    raise_problems(problems + [Problem(*words) for is_wrong, *words in checks if is_wrong])
+    raise_problems(problems + [Problem(where, what, hint) for is_wrong, where, what, hint in checks if is_wrong])
     answer, st = one_answer(loaded), statics(loaded)
     pairs = tuple(st.pairs())
     with held() as interrupt:

@@ -102,7 +102,7 @@ def sampled(
         (method == "sobol" and count > 1 << BITS, "count", f"{count} exceeds the {1 << BITS} points of Sobol",
          "use latin or random"),
     )  # fmt: skip
-    problems = [Problem(f"{where}.{field}", *words) for is_wrong, field, *words in checks if is_wrong]
+    problems = [Problem(f"{where}.{field}", what, hint) for is_wrong, field, what, hint in checks if is_wrong]
     spreads, units = [], []
     for path, given in ranges.items():
         reader = Reader(scene, path, f"{where}.{path}", problems)

@@ -29,7 +29,8 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
         if joint.friction is not None:
             yield from ((x, False) for _, x in joint.friction.numbers if isinstance(x, Signal))
         for rate, device in enumerate(joint.devices):
-            own = (device.effort, device.motor and device.motor.signal, device.latch and device.latch.release)
+            motor, latch = device.motor, device.latch
+            own = (device.effort, motor.signal if motor else None, latch.release if latch else None)
             yield from ((s, False) for s in own if s is not None)
             if device.drive is not None:
                 yield device.drive, joint.kind.axes[rate][0].rot
