@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_hex
 
 from trunnion.fmu.c_library.library_files import Library, filled, library, plain
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
@@ -107,7 +108,7 @@ def _parts(drawn: Scenery) -> list[dict[str, Any]]:
     meshes = [(i, p.mesh, p.color) for i, p in enumerate(drawn.parts)]
     meshes += [(on, mesh, JOINT) for j in drawn.joints for on, mesh in j.pins]
     return [
-        {"body": on, "color": [*bytes.fromhex(color[1:7])], "vertices": np.round(mesh.vertices, DIGITS).tolist(),
+        {"body": on, "color": [*bytes.fromhex(to_hex(color)[1:])], "vertices": np.round(mesh.vertices, DIGITS).tolist(),
          "faces": [list(f) for f in mesh.faces]}
         for on, mesh, color in meshes
     ]  # fmt: skip
