@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.optional_packages import remedy, there
 
 PARQUET = ".parquet"
@@ -45,8 +45,7 @@ def writing(path: str | os.PathLike[str], suffixes: Sequence[str], where: str = 
 
     Raises SceneError for an unknown suffix, a folder that is not writable, or a full disk."""
     problems = destination_problems(path, suffixes, where)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     try:
         with replacing(path) as work:
             yield work

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from trunnion.basics.lazy_data_classes import dataclass
 
@@ -68,6 +68,12 @@ class SceneError(ValueError):
     def __reduce__(self) -> tuple[type[SceneError], tuple[tuple[Problem, ...]]]:
         """Pickle the problems too, so that an error from another process keeps them."""
         return SceneError, (self.problems,)
+
+
+def raise_problems(problems: Collection[Problem]) -> None:
+    """Raise SceneError if there are problems."""
+    if problems:
+        raise SceneError(problems)
 
 
 class SimulationError(RuntimeError):

@@ -25,6 +25,15 @@ def matcher(patterns: Iterable[str]) -> Callable[[str], bool]:
     return lambda name: name in plain or match(name) is not None
 
 
+def suggestion(word: str, names: Iterable[str], otherwise: str = "", most: int = 1, cutoff: float = 0.6) -> str:
+    """The hint "did you mean …?" with up to ``most`` names similar to a word; ``otherwise`` if no name is similar. cutoff: smallest
+    similarity, between 0 and 1."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(word, list(names), most, cutoff)
+    return f"did you mean {', '.join(near)}?" if near else otherwise
+
+
 def unmatched(patterns: Iterable[str], names: Iterable[str]) -> list[str]:
     """The patterns that match no name, without repetitions."""
     known = tuple(names)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.interrupts import Unwanted
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.renamed_words import current_paths
@@ -139,8 +139,7 @@ def check_run(scene: Scene, run: Run) -> None:
     unlimited = [
         Problem(n, f"{v:g} is not finite") for n, v in (("until", until), ("every", every), ("rtol", rtol)) if not isfinite(v)
     ]
-    if unlimited:
-        raise SceneError(unlimited)
+    raise_problems(unlimited)
     check_settings(until, every, bl.Settings(rtol=rtol, method=run.method_of(scene), **bounds_of(scene)), scene)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.importers.xml_reader import existing
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
@@ -34,8 +34,7 @@ def body_of_mesh(file: str | Path, density: float, unit: str = "mm", notes: list
         problems.append(Problem(str(file), "its surface is not closed, so the mesh has no volume", "export a solid, or repair it"))
     elif mesh.volume <= 0:
         problems.append(Problem(str(file), "its surface is inside out: the normals point inwards", "flip its normals"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     mesh.apply_scale(UNITS[unit])
     apart = density * mesh.volume
     mesh = _united(mesh, str(file))

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as xml
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.elements.joints import REGISTRY
 from trunnion.importers.intermediate_linkage import GROUND, MOMENTS, Names, floats, listed
 from trunnion.importers.pose_matrices import Pose, along, inverse, least_turn, pose, roll_pitch_yaw
@@ -78,8 +78,7 @@ class UrdfWriter:
             for n, _, forward in self.spanning.tree
             if not forward and REGISTRY[self.scene.joints[n].type].nv > 1
         ]
-        if wrong:
-            raise SceneError(wrong)
+        raise_problems(wrong)
 
     def text(self) -> str:
         """The text of the file."""

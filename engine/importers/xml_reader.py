@@ -8,7 +8,7 @@ from dataclasses import field
 from pathlib import Path
 from xml.parsers import expat
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 
 LARGEST = 20_000_000
@@ -83,8 +83,7 @@ class Findings:
 
     def end(self) -> None:
         """Raise SceneError if there are problems."""
-        if self.problems:
-            raise SceneError(self.problems)
+        raise_problems(self.problems)
 
     def numbers(self, at: Element, name: str, given: str, counts: Sequence[int]) -> list[float] | None:
         """The numbers in the text ``given``, whose count must be in ``counts``. For other text, the result is None and a problem is

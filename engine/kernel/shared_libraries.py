@@ -72,10 +72,7 @@ def kernel_key(system: System, parameters: int, chosen: list[Column], quadrature
 @lru_cache(maxsize=1)
 def runtime() -> ctypes.CDLL:
     """The stepping library. If this library is not installed, this machine compiles it once."""
-    found = built.library("runtime")
-    if found:
-        return found
-    return ctypes.CDLL(str(compiled_runtime()))
+    return built.library("runtime") or ctypes.CDLL(str(compiled_runtime()))
 
 
 def compiled_runtime(machine: c_compiler.Machine | None = None) -> Path:

@@ -109,10 +109,8 @@ class Symbols:
 
     def rates(self, j: Joint) -> list[SX]:
         """All rates of a tree joint: states for free freedoms, signals for driven freedoms."""
-        out: list[SX] = []
-        for k, device in enumerate(j.devices):
-            out.append(self.v[j.v0 + j.free.index(k)] if device.drive is None else self.motion(device.drive)[1])
-        return out
+        given = [d.drive for d in j.devices]
+        return [self.v[j.v0 + j.free.index(k)] if d is None else self.motion(d)[1] for k, d in enumerate(given)]
 
     def driven_accelerations(self, j: Joint) -> dict[int, SX]:
         """Accelerations of the driven freedoms of a joint, by freedom."""

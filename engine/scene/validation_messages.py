@@ -108,17 +108,9 @@ def _text(path: Path, e: Error) -> Finding:
     return Finding(path, f"text is expected, not {shown(e['input'])}", hint)
 
 
-def _truth(path: Path, e: Error) -> Finding:
-    return Finding(path, f"true or false is expected, not {shown(e['input'])}")
-
-
 def _value(path: Path, e: Error) -> Finding:
     error = e["ctx"]["error"]
     return Finding(path, error.what, error.hint) if isinstance(error, UnitError) else Finding(path, str(error))
-
-
-def _form(path: Path, e: Error) -> Finding:
-    return Finding(path, f"{e['msg']} is expected, not {shown(e['input'])}")
 
 
 def _kind(path: Path, e: Error) -> Finding:
@@ -143,8 +135,8 @@ _RULES: dict[str, Callable[[Path, Error], Finding]] = {
     "tuple_type": _list,
     "literal_error": _choice,
     "string_type": _text,
-    "bool_type": _truth,
+    "bool_type": lambda path, e: Finding(path, f"true or false is expected, not {shown(e['input'])}"),
     "value_error": _value,
-    "wrong_form": _form,
+    "wrong_form": lambda path, e: Finding(path, f"{e['msg']} is expected, not {shown(e['input'])}"),
     "unknown_kind": _kind,
 }

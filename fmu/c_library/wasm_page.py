@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_hex
 
 from trunnion.fmu.c_library.library_files import Library, filled, library, plain
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
@@ -104,22 +105,13 @@ def _control(v: Variable, index: int) -> dict[str, Any]:
 
 def _parts(drawn: Scenery) -> list[dict[str, Any]]:
     """The meshes of bodies and of joint pins, each in the coordinates of its body."""
-    meshes = [(i, p.mesh, p.color) for i, p in enumerate(drawn.parts)] + [
-        (on, mesh, JOINT) for j in drawn.joints for on, mesh in j.pins
-    ]
+    meshes = [(i, p.mesh, p.color) for i, p in enumerate(drawn.parts)]
+    meshes += [(on, mesh, JOINT) for j in drawn.joints for on, mesh in j.pins]
     return [
-        {
-            "body": on,
-            "color": _rgb(color),
-            "vertices": np.round(mesh.vertices, DIGITS).tolist(),
-            "faces": [list(f) for f in mesh.faces],
-        }
+        {"body": on, "color": [*bytes.fromhex(to_hex(color)[1:])], "vertices": np.round(mesh.vertices, DIGITS).tolist(),
+         "faces": [list(f) for f in mesh.faces]}
         for on, mesh, color in meshes
-    ]
-
-
-def _rgb(color: str) -> list[int]:
-    return [int(color[k : k + 2], 16) for k in (1, 3, 5)]
+    ]  # fmt: skip
 
 
 def _view(made: Library, drawn: Scenery) -> list[float]:

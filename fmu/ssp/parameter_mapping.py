@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
+from trunnion.basics.name_patterns import suggestion
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, SSV, BaseUnits, ParameterValue, base_of, parameter_set
 from trunnion.fmu.ssp.system_yaml import Component, Link, Setting, System
 from trunnion.fmu.xml_document import with_prefix, xml_bytes
@@ -52,8 +52,7 @@ def with_mapped_values(system: System) -> MappedSystem:
         name, variable = link.end
         known = components.get(name)
         if link.start not in parameters:
-            near = get_close_matches(link.start, parameters, 1)
-            mistakes.append(Finding(link.place, f"there is no parameter {link.start}", f"did you mean {near[0]}?" if near else ""))
+            mistakes.append(Finding(link.place, f"there is no parameter {link.start}", suggestion(link.start, parameters)))
         elif known is None:
             mistakes.append(Finding(link.place, f"there is no component {name}", f"one of {', '.join(components)}"))
         elif variable in known.parameters:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
+from trunnion.basics.name_patterns import suggestion
 from trunnion.fmu import zip_archive
 from trunnion.fmu.model_description.parameter_set_ssv import SSC, TYPE, BaseUnits, ParameterValue, add_units, parameter_set
 from trunnion.fmu.ssp.connection_arithmetic import computed_by_components
@@ -75,8 +75,7 @@ def export_system(file: str | Path, target: str | Path, platform: Sequence[str] 
     wrong = destination_problems(str(target), (".ssp",), "-o")
     if not Path(file).is_file():
         wrong = [Problem("SYSTEM", f"there is no file {file}", "components: and connections: in a YAML file"), *wrong]
-    if wrong:
-        raise SceneError(wrong)
+    raise_problems(wrong)
     mapped = with_mapped_values(load_system(Path(file)))
     system = mapped.system
     parts, sums, copied = _parts(system, platform)
@@ -104,8 +103,7 @@ def _parts(system: System, platform: Sequence[str] | str) -> tuple[dict[str, Fmu
     units = {n: {v: (x.unit, p.units.get(x.unit, {})) for v, x in p.ports.items()} for n, p in fmus.items()}
     sums, copied = computed_by_components(system, {n: s.inputs for n, s in scenes.items()}, units)
     made = dict(_each(system, problems, lambda name, c: _exported(scenes[name], c, platform, sums.get(name, {})), scenes))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return {n: fmus.get(n) or made[n] for n in system.components}, sums, copied
 
 
@@ -202,8 +200,7 @@ def _port(c: Connection, end: tuple[str, str], causality: str, parts: dict[str, 
     port = parts[name].ports.get(variable)
     if port is None:
         known = [v for v, p in parts[name].ports.items() if p.causality == causality]
-        near = get_close_matches(variable, known, 1)
-        hint = f"did you mean {near[0]}?" if near else f"its {causality}s: {', '.join(known[:8]) or 'none'}"
+        hint = suggestion(variable, known, f"its {causality}s: {', '.join(known[:8]) or 'none'}")
         return Finding(c.place, f"{name} has no variable {variable}", hint)
     if port.causality != causality:
         hint = f"name it in outputs: of {name}" if causality == "output" and port.causality == "local" else ""
@@ -231,9 +228,7 @@ def _values(system: System, parts: dict[str, FmuComponent], sums: Sources, wrong
             port = parts[name].ports.get(variable)
             if port is None or port.causality not in ("parameter", "input") or variable in sums.get(name, ()):
                 known = [v for v, p in parts[name].ports.items() if p.causality == "parameter"]
-                near = get_close_matches(variable, known, 1)
-                hint = f"did you mean {near[0]}?" if near else ""
-                wrong.append(Finding(setting.place, f"{name} has no parameter {variable}", hint))
+                wrong.append(Finding(setting.place, f"{name} has no parameter {variable}", suggestion(variable, known)))
                 continue
             try:
                 yield _given(f"{name}.{variable}", port, parts[name].units.get(port.unit, {}), setting)

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from trunnion.basics.errors import SceneError
+from trunnion.basics.name_patterns import suggestion
 from trunnion.scene.file_format.yaml_reader import Document, read
 from trunnion.scene.findings.findings_and_paths import Finding, error_of
 from trunnion.scene.units.numbers_with_units import Quantity, number
@@ -112,8 +112,7 @@ class _Reader:
                 self.note(path, "a group of keys is required")
             return {}
         for key in [k for k in data if known and k not in known]:
-            near = get_close_matches(str(key), known, 1)
-            self.note((*path, str(key)), "no such key", f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}")
+            self.note((*path, str(key)), "no such key", suggestion(str(key), known, f"one of {', '.join(known)}"))
         return data
 
     def component(self, name: str, data: Any) -> Component:

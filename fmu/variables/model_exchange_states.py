@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.fmu.variables.outputs_inputs_parameters import Variable, followed
 from trunnion.kernel.interface.runtime_tables import names_of_powers
 from trunnion.runtime.integrators import REGISTRY, Impulses
@@ -46,8 +46,7 @@ def does(kind: str, bit: str) -> bool:
 def exchanged(model: Model) -> ModelExchangeVariables:
     """The variables of model exchange. SceneError with all reasons when the scene does not allow model exchange."""
     wrong = refusals(model)
-    if wrong:
-        raise SceneError(wrong)
+    raise_problems(wrong)
     n = model.built.numbers
     size = {"m": n.length, "rad/s": n.rate, "m/s": n.length * n.rate, "J": n.energy}
     states = []

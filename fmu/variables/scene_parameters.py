@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.elements.joints import REGISTRY
 from trunnion.fmu.variables.input_sums import Sums, with_input_sources
 from trunnion.fmu.variables.outputs_inputs_parameters import PARAMETER, Variable
@@ -62,8 +62,7 @@ def begun(all_: FmuVariables, starts: Mapping[str, float]) -> FmuVariables:
     given = {v.name: starts[v.name] for v in all_.listed if v.causality == "parameter" and v.name in starts}
     bounds = {v.name: v.bound for v in all_.listed}
     wrong = [Problem(n, bounds[n].refusal(n.rpartition(".")[2], x)) for n, x in given.items() if not bounds[n].holds(x)]
-    if wrong:
-        raise SceneError(wrong)
+    raise_problems(wrong)
     return replace(all_, listed=[replace(v, start=given.get(v.name, v.start)) for v in all_.listed])
 
 

@@ -18,7 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from trunnion.basics.control_characters import visible
-from trunnion.basics.errors import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError, raise_problems
 from trunnion.basics.optional_packages import absent
 from trunnion.basics.renamed_words import SETTINGS, current
 from trunnion.service.basics.server_settings import KEEP_PERIOD, Limits, Settings
@@ -120,8 +120,7 @@ def command(
     chunk_seconds: Annotated[float, typer.Option(hidden=True, min=0.01)] = 2.0,
 ) -> int:
     """Serve simulations and sweeps over HTTP, with a web page."""
-    if problems := absent("service", "trunnion serve"):
-        raise SceneError(problems)
+    raise_problems(absent("service", "trunnion serve"))
     from trunnion.service.store.database_connection import Unreachable
 
     limits, certificates = limits_of(rate, limit), certificates_of(scheduler, scheduler_ca, scheduler_cert, scheduler_key)
@@ -159,8 +158,7 @@ def certificates_of(scheduler: str, *files: Path | None) -> dict[str, str] | Non
     problems += [Problem(o, f"there is no file {str(f)!r}") for o, f in zip(options, files, strict=True) if f and not f.is_file()]
     if not scheduler.startswith("tls://"):
         problems.append(Problem("--scheduler", f"{scheduler!r} is not a tls:// address", "such as tls://host:8786"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return dict(zip(("tls_ca_file", "tls_client_cert", "tls_client_key"), map(str, given), strict=True))
 
 
@@ -182,8 +180,7 @@ def limits_of(rate: str, texts: list[str]) -> Limits:
             problems.append(Problem("--limit", f"{text!r} is not NAME=N", "such as cases=100000"))
         if name not in limit_names():
             problems.append(Problem("--limit", f"there is no limit {name!r}", f"one of {', '.join(limit_names())}"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return Limits(rate=rate, **given)
 
 

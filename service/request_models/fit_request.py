@@ -15,7 +15,7 @@ from trunnion.analysis.fits.measurements import MeasuredRun
 from trunnion.analysis.fits.model_comparison import Candidate
 from trunnion.analysis.fits.model_curves import MOST_CACHED
 from trunnion.analysis.fits.request_and_answer import FitRequest, request_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.python_arguments import Amounts, names_given
 from trunnion.service.basics.server_settings import Limits
@@ -94,20 +94,15 @@ class Fit(RequestModel):
 
 def make_fit_request(f: Mapping[str, Any], rtol: float | None) -> FitRequest:
     """The fit that the field ``fit`` of a request describes. rtol: tolerance of its runs; None for the default."""
-    runs = [
-        MeasuredRun(np.array(r["time"], float), {n: np.array(v, float) for n, v in r["curves"].items()}, **_others(r))
-        for r in f["runs"]
-    ]  # fmt: skip
+    curves = [{n: np.array(v, float) for n, v in r["curves"].items()} for r in f["runs"]]
+    runs = [MeasuredRun(np.array(r["time"], float), c, r["overrides"], r["noise"], r["name"])
+            for r, c in zip(f["runs"], curves, strict=True)]  # fmt: skip
     laws = {n: Candidate(tuple(c["parameters"]), c["law"], c["overrides"], c["bounds"], c["priors"])
             for n, c in f["candidates"].items()}  # fmt: skip
     trials = {n: Experiment(**t) for n, t in f["trials"].items()}
     same = {n: f[n] for n in ("bounds", "priors", "level", "intervals")}
     own = tuple(f["own"])
     return FitRequest(tuple(f["parameters"]), tuple(runs), own, rtol=rtol or RTOL, candidates=laws, trials=trials, **same)
-
-
-def _others(run: Mapping[str, Any]) -> dict[str, Any]:
-    return {n: run[n] for n in ("overrides", "noise", "name")}
 
 
 def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, wrong: list[Problem], limits: Limits) -> FitPlan:
@@ -118,8 +113,7 @@ def fit_of_request(scene: Scene, asked: Mapping[str, Any], rtol: float | None, w
     problems += [Problem(n, "a fit does not accept this field", hint) for n in ALONE if asked.get(n)]
     q = make_fit_request(asked["fit"], rtol)
     problems += [*_limit_problems(q, limits), *(replace(p, where=f"fit, {p.where}") for p in request_problems(scene, q))]
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return make_fit_plan(scene, q)
 
 

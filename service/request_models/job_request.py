@@ -13,7 +13,7 @@ from pydantic import Field, StringConstraints, WithJsonSchema, create_model
 
 from trunnion.analysis.studies.request import make_study, with_case_values
 from trunnion.analysis.studies.study_rounds import ReportedCases, Study
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.number_declarations import Bound
 from trunnion.basics.renamed_words import SETTINGS, deprecation_notes
 from trunnion.basics.setting_declarations import offered
@@ -227,8 +227,7 @@ def plan_of_request(request: JobRequest, limits: Limits) -> Plan:
         what = f"{made.cases.count} cases of {width} columns are more than the {limits.output_bytes:.3g} bytes allowed"
         problems.append(Problem("reductions", what, "keep fewer reductions, or split the batch"))
     problems += _kept_row_problems(made, limits)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return made
 
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from trunnion.analysis.sensitivities.request_checks import check_request
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
 from trunnion.service.basics.server_settings import Limits
 from trunnion.service.request_models.job_request import Path, PlainText, SceneSource, scene_of, with_settings
@@ -57,8 +57,7 @@ def plain(asked: SensitivityRequest, limits: Limits) -> tuple[dict[str, Any], fl
     except SceneError as e:
         problems += e.problems
     problems += wrong
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return {"scene": scene_to_dict(scene), "parameters": asked.parameters, "outputs": asked.outputs, **values}, seconds
 
 

@@ -76,8 +76,8 @@ def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeyp
 
 def test_events_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, asked = str(trunnion.models_dir() / "stability" / "21_ratchet.yaml"), {"until": 20.0, "every": 0.1}
-    monkeypatch.setattr(run_loop, "first_steps", lambda numbers: 20)  # short calls into C make many calls
-    monkeypatch.setattr(run_loop, "next_steps", lambda steps, seconds: steps)
+    monkeypatch.setattr(run_loop.OneRun, "_first_steps", lambda self: 20)  # short calls into C make many calls
+    monkeypatch.setattr(run_loop.OneRun, "_next_steps", lambda self, steps, seconds: steps)
     whole = trunnion.simulate(scene, **asked)
     assert whole.outcome.ok
     assert len(whole.events) > 4

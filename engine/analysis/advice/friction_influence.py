@@ -35,14 +35,9 @@ def rank_influences(
         s = sensitivity(scene, [n for n, _ in given.values()], measure.names, until, until / samples, rtol=1e-8)
     except (SceneError, SimulationError) as e:
         return [FrictionInfluence(j, float("nan")) for j in joints], str(e).splitlines()[0]
-    out = []
-    for j in joints:
-        if j not in given:
-            out.append(FrictionInfluence(j, float("nan")))
-            continue
-        path, value = given[j]
-        change = s.derivatives[:, :, s.parameters.index(path)] * value
-        out.append(FrictionInfluence(j, measure.error(s.values - change, s.values)))
+    changes = {j: s.derivatives[:, :, s.parameters.index(path)] * value for j, (path, value) in given.items()}
+    predicted = {j: measure.error(s.values - change, s.values) for j, change in changes.items()}
+    out = [FrictionInfluence(j, predicted.get(j, float("nan"))) for j in joints]
     return sorted(out, key=lambda i: -i.predicted if np.isfinite(i.predicted) else -np.inf), "; ".join(s.notes)
 
 

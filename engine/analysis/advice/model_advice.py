@@ -30,7 +30,7 @@ from trunnion.analysis.work_precision.error_measure import ErrorMeasure, make_er
 from trunnion.analysis.work_precision.measurement_points import FrictionVariant
 from trunnion.analysis.work_precision.reference_solution import Reference, find_reference
 from trunnion.analysis.work_precision.request_and_results import Progress
-from trunnion.basics.errors import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
@@ -132,8 +132,7 @@ def _check(error: float, outputs: tuple[str, ...]) -> None:
         problems.append(Problem("error", f"{error:g} is out of range", "relative, between 1e-9 and 1; for example 1e-3"))
     if not outputs:
         problems.append(Problem("outputs", "no output is given", "name outputs that must be accurate, such as slider.position[1]"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
 
 
 class _Ladder:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.batch.cases.distributions import WRITTEN
 from trunnion.scene.data_classes.scene import Scene
@@ -146,5 +146,4 @@ def check_start(scene_values: np.ndarray, known_: BoundsAndPriors) -> None:
         Problem("bounds", f"the start value {n} = {v:g} is outside the bounds", "change it in the scene (overrides)")
         for n, v, a, b in zip(known_.names, scene_values, known_.low, known_.high, strict=True) if not a <= v <= b
     ]  # fmt: skip
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)

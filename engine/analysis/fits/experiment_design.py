@@ -11,7 +11,7 @@ import numpy as np
 
 from trunnion.analysis.fits.parameter_estimation import Fit
 from trunnion.analysis.sensitivities.sensitivity import sensitivity
-from trunnion.basics.errors import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SceneError, SimulationError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.scene.overrides import apply
 from trunnion.scene.units.python_arguments import Amounts, Names, names_given
@@ -92,8 +92,7 @@ def propose(found: Fit, trials: Mapping[str, Experiment | Mapping[str, Any]]) ->
             problems += [Problem(f"trial {name}, {p.where}", p.what, p.hint) for p in e.problems]
         except SimulationError as e:
             out.append(RankedExperiment(name, -math.inf, {}, str(e)))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return tuple(sorted(out, key=lambda p: -p.gain))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trunnion.analysis.fits.measurements import MeasuredRun
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.units.numbers_with_units import Per
@@ -45,8 +45,7 @@ def read_measured_run(
     if not wanted:
         hint = f"name the file's column for a scene column: --column 'JOINT.q[1]={next((n for n in found if n != 'time'), 'NAME')}'"
         problems.append(Problem(where, f"no column of {file!r} has the name of a column of the scene", hint))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     curves = {c: _to_si(found[n], units[c], f"{where}, {n}") for c, n in wanted.items()}
     unused = tuple(n for n in found if n != "time" and n not in wanted.values())
     return MeasuredRun(_to_si(found["time"], "s", f"{where}, time"), curves, dict(overrides or {}), noise), unused

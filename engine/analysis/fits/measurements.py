@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import columns
 from trunnion.scene.data_classes.scene import Scene
@@ -90,8 +90,7 @@ def normalise_runs(scene: Scene, runs: Sequence[MeasuredRun]) -> list[MeasuredRu
     problems += [Problem("runs", f"two runs are called {n}", "give each run a different name") for n in twice]
     if 0 < sum(r.noise is not None for r in named) < len(named):
         problems.append(Problem("noise", "is given for only some of the runs", "give it for all runs, or for none"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return named
 
 

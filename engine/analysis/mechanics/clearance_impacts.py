@@ -23,7 +23,7 @@ from trunnion.analysis.mechanics.joint_clearances import (
     restrict_mobility,
     rotation_at,
 )
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.elements.contact.clearance import Play
@@ -111,8 +111,7 @@ def knocks(result: Result, clearance: Mapping[str, float] | float) -> list[Clear
     needed = [f"{n}.{c}" for n in asked if n in able for c in ("reaction.force[1]", "reaction.force[3]", "q[1]")]
     hint = "run with all outputs of joints"
     wrong += [Problem("outputs", f"knocks need the column {c}", hint) for c in needed if c not in result]
-    if wrong:
-        raise SceneError(wrong)
+    raise_problems(wrong)
     found = [k for name, c in asked.items() for k in _find_impacts(result, name, c)]
     return sorted(found, key=lambda k: k.time)
 

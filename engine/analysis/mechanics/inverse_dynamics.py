@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SimulationError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.optional_packages import brought
 from trunnion.elements.joints import REGISTRY
@@ -120,8 +120,7 @@ def _curves(scene: sm.Scene, t: np.ndarray, motion: Mapping[str, Any]) -> dict[F
             problems.append(Problem(f"motion.{joint}.q[{k + 1}]", f"a curve needs at least {DEGREE + 1} times, not {len(t)}"))
     if not given and not problems:
         problems.append(Problem("motion", "no freedom is prescribed", "for example {'arm.q[1]': …}"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return {freedom: _completed(t, have) for freedom, have in given.items()}
 
 

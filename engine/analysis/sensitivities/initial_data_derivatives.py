@@ -12,7 +12,7 @@ from contextlib import suppress
 import numpy as np
 
 from trunnion.analysis.sensitivities.step_record import Tick
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.basics.number_declarations import ANY
 from trunnion.scene.data_classes.scene import Scene
@@ -58,8 +58,7 @@ class InitialDerivatives:
 
 def parameter_values(scene: Scene, parameters: Sequence[str]) -> list[float]:
     """Values of the parameters, SI units. SceneError names every path that is not a single number of the scene."""
-    if problems := parameter_problems(scene, parameters):
-        raise SceneError(problems)
+    raise_problems(parameter_problems(scene, parameters))
     return [_value(scene, n) for n in parameters]
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.kernel.interface.output_columns import Column, columns, needs_quadratures, select
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.simulation.run import pattern_problems
@@ -37,8 +37,7 @@ def check_request(
         problems.append(Problem("every", f"{spacing:g} s is not a valid spacing for a run of {end:g} s", "0 < every <= until"))
     else:
         problems += row_problems(end, spacing, columns=(1 + len(chosen)) * (1 + len(parameters)))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return chosen, end, spacing, TOLERANCE if rtol is None else rtol
 
 

@@ -13,7 +13,7 @@ from trunnion.analysis.sensitivities.initial_data_derivatives import differentia
 from trunnion.analysis.sensitivities.request_checks import check_request
 from trunnion.analysis.sensitivities.step_record import Tick, record_steps
 from trunnion.analysis.sensitivities.variational_equation import EventShift, integrate_sensitivities
-from trunnion.basics.errors import Problem, SceneError, SimulationError
+from trunnion.basics.errors import Problem, SimulationError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column
 from trunnion.scene.data_classes.scene import Scene
@@ -192,5 +192,4 @@ def _check_unique(model: Model, chosen: list[Column], values: np.ndarray, rows: 
         if np.abs(difference).max() > UNIQUE * size:
             hint = "choose columns of the motion, or make the mechanism statically determinate"
             problems.append(Problem("outputs", f"{c.name} is not unique, because the loops have redundant constraints", hint))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import inf
 from typing import Any, Literal, overload
 
 from trunnion.analysis.static_bounds.bounds_results import HoldBounds, PairBounds
@@ -24,7 +25,7 @@ from trunnion.analysis.static_bounds.search_budget import SearchBudget
 from trunnion.analysis.static_bounds.slip_onset_and_self_stress import Stress
 from trunnion.analysis.static_bounds.start_pose_statics import HoldReport
 from trunnion.analysis.static_bounds.start_pose_statics import hold as one_answer
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.interrupts import held
 from trunnion.elements.contact.static_friction_capacity import Pair
 from trunnion.scene.overrides import Given, scene_given
@@ -73,18 +74,15 @@ def hold(
     if not bounds:
         return one_answer(loaded)
     problems = unilateral_problems(loaded, "bounds: admissible states may differ in their contacts")
-    if self_stress is not None and not 0.0 <= self_stress < float("inf"):
-        problems.append(Problem("self_stress", f"{self_stress} is not a valid force", "give newtons, 0 or more"))
-    if misfit is not None and not 0.0 <= misfit < float("inf"):
-        problems.append(Problem("misfit", f"{misfit} is not a valid length", "give metres, 0 or more"))
-    if misfit is not None and self_stress is not None:
-        problems.append(Problem("misfit", "both misfit and self_stress limit the self-stress", "give one of them"))
-    if budget is not None and not budget > 0.0:
-        problems.append(Problem("budget", f"{budget} s is not a positive time", "give seconds above 0"))
-    if cells is not None and cells < 1:
-        problems.append(Problem("cells", f"{cells} is below 1", f"default: {CELLS}, {FEWER} beyond {FEW} open directions"))
-    if problems:
-        raise SceneError(problems)
+    checks = (
+        (not 0.0 <= (self_stress or 0.0) < inf, "self_stress", f"{self_stress} is not a valid force", "give newtons, 0 or more"),
+        (not 0.0 <= (misfit or 0.0) < inf, "misfit", f"{misfit} is not a valid length", "give metres, 0 or more"),
+        (None not in (misfit, self_stress), "misfit", "both misfit and self_stress limit the self-stress", "give one of them"),
+        (budget is not None and not budget > 0.0, "budget", f"{budget} s is not a positive time", "give seconds above 0"),
+        (cells is not None and cells < 1, "cells", f"{cells} is below 1",
+         f"default: {CELLS}, {FEWER} beyond {FEW} open directions"),
+    )  # fmt: skip
+    raise_problems(problems + [Problem(where, what, hint) for is_wrong, where, what, hint in checks if is_wrong])
     answer, st = one_answer(loaded), statics(loaded)
     pairs = tuple(st.pairs())
     with held() as interrupt:
@@ -140,15 +138,13 @@ def _first(
 
 
 def _notes(a: AdmissibleStates, there: bool | None, unheld: int, all_found: bool, balanced: bool) -> list[str]:
-    out = []
-    if not balanced:
-        out.append("a freedom without friction is not in balance: the mechanism moves")
-    if there is None:
-        out.append("the search did not decide whether friction can hold the mechanism: raise cells or budget")
-    if unheld and balanced:
-        out.append(f"{unheld} freedoms without friction and without load are in balance only while nothing disturbs them")
-    if not all_found:
-        out.append("not all motions were examined: guaranteed loads are valid only for the examined motions")
-    if any(not c.exact for p in a.space.pairs for c in p.capacities):
-        out.append("for shafts, only bounds of the friction capacity are known, so the intervals of shafts may be too wide")
-    return out
+    inexact = any(not c.exact for p in a.space.pairs for c in p.capacities)
+    notes = (
+        (not balanced, "a freedom without friction is not in balance: the mechanism moves"),
+        (there is None, "the search did not decide whether friction can hold the mechanism: raise cells or budget"),
+        (unheld and balanced,
+         f"{unheld} freedoms without friction and without load are in balance only while nothing disturbs them"),
+        (not all_found, "not all motions were examined: guaranteed loads are valid only for the examined motions"),
+        (inexact, "for shafts, only bounds of the friction capacity are known, so the intervals of shafts may be too wide"),
+    )  # fmt: skip
+    return [note for applies, note in notes if applies]

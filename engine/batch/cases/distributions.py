@@ -45,10 +45,6 @@ def _standard(u: np.ndarray) -> np.ndarray:
     return np.fromiter(map(NORMAL.inv_cdf, inside.ravel().tolist()), float, inside.size).reshape(u.shape)
 
 
-def _uniform(n: Sequence[float]) -> Inverse:
-    return lambda u: n[0] + (n[1] - n[0]) * u
-
-
 def _normal(n: Sequence[float]) -> Inverse:
     mean, deviation, *ends = n
     low, high = (NORMAL.cdf((end - mean) / deviation) for end in ends) if ends else (0.0, 1.0)
@@ -89,7 +85,7 @@ def _wrong_normal(n: Sequence[float]) -> str:
 
 
 KINDS: dict[str, Kind] = {
-    "uniform": Kind(("low", "high"), 2, lambda n: "", _uniform),
+    "uniform": Kind(("low", "high"), 2, lambda n: "", lambda n: lambda u: n[0] + (n[1] - n[0]) * u),
     "normal": Kind(("mean", "deviation", "low", "high"), 2, _wrong_normal, _normal),
     "lognormal": Kind(
         ("mean", "deviation"), 2, lambda n: "" if min(n) > 0.0 else "mean and standard deviation must be positive", _lognormal

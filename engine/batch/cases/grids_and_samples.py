@@ -92,18 +92,17 @@ def sampled(
     method: "latin" (one case in each of ``count`` strips of every range), "random" (independent cases), "sobol" (scrambled Sobol
     points, best for powers of 2) or "saltelli". "saltelli" crosses two Sobol samples of ``count`` points for Sobol indices: 2 ×
     paths + 2 cases for each point. SceneError lists every mistake."""
-    problems: list[Problem] = []
-    if count < 1:
-        problems.append(Problem(f"{where}.count", f"{count} is not positive", "give a positive number of cases"))
-    if seed < 0:
-        problems.append(Problem(f"{where}.seed", f"{seed} is negative", "give a whole number from 0"))
-    if method not in SAMPLINGS:
-        problems.append(Problem(f"{where}.method", f"{method!r} is unknown", f"one of {', '.join(SAMPLINGS)}"))
-    if method == "saltelli" and 1 <= count < LEAST_POINTS:
-        what = f"{count} points are too few for confidence intervals of the indices"
-        problems.append(Problem(f"{where}.count", what, f"give at least {LEAST_POINTS}; a few hundred are usual"))
-    if method == "sobol" and count > 1 << BITS:
-        problems.append(Problem(f"{where}.count", f"{count} exceeds the {1 << BITS} points of Sobol", "use latin or random"))
+    few = method == "saltelli" and 1 <= count < LEAST_POINTS
+    checks = (
+        (count < 1, "count", f"{count} is not positive", "give a positive number of cases"),
+        (seed < 0, "seed", f"{seed} is negative", "give a whole number from 0"),
+        (method not in SAMPLINGS, "method", f"{method!r} is unknown", f"one of {', '.join(SAMPLINGS)}"),
+        (few, "count", f"{count} points are too few for confidence intervals of the indices",
+         f"give at least {LEAST_POINTS}; a few hundred are usual"),
+        (method == "sobol" and count > 1 << BITS, "count", f"{count} exceeds the {1 << BITS} points of Sobol",
+         "use latin or random"),
+    )  # fmt: skip
+    problems = [Problem(f"{where}.{field}", what, hint) for is_wrong, field, what, hint in checks if is_wrong]
     spreads, units = [], []
     for path, given in ranges.items():
         reader = Reader(scene, path, f"{where}.{path}", problems)

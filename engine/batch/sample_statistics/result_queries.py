@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.batch.cases.grids_and_samples import Cases
 from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL, Spread, spread
 from trunnion.batch.sample_statistics.sobol_indices import Indices, indices
@@ -30,8 +30,7 @@ def indices_of(cases: Cases, kept: Sequence[Reduction], table: pyarrow.Table, of
     if cases.sampling != "saltelli":
         what = "Sobol indices need a crossed sample"
         problems.append(Problem("sampling", what, "sample with the method saltelli"))
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return indices(table, cases.paths, list(of) or [r.name for r in kept if r.kind != ERROR], {r.name: r.unit for r in kept})
 
 
@@ -48,18 +47,15 @@ def spreads_of(
     above: {result: bounds}, units allowed. SceneError unless the cases are a sample, and for every problem of the query."""
     above, units = above or {}, {r.name: r.unit for r in kept}
     problems = refused(cases, kept, of, at, above)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     bounds = {n: [bound(b, units[n], f"above.{n}", problems) for b in given] for n, given in above.items()}
     if cases.sampling == "saltelli":  # the first and last case of each point are a sample; other cases mix their numbers
         each = 2 * len(cases.paths) + 2
         table = table.filter(np.isin(table["case"].to_numpy() % each, (0, each - 1)))
     done = np.array(table["outcome"].to_pylist(), object) == "done"
-    out = []
-    for name in list(of) or [r.name for r in kept if r.kind != ERROR]:
-        values = np.where(done, table[name].to_numpy().astype(float), np.nan)
-        out.append(spread(name, units[name], values, cases.sampling, at, bounds.get(name, ())))
-    return out
+    names = list(of) or [r.name for r in kept if r.kind != ERROR]
+    results = ((name, np.where(done, table[name].to_numpy().astype(float), np.nan)) for name in names)
+    return [spread(name, units[name], values, cases.sampling, at, bounds.get(name, ())) for name, values in results]
 
 
 def refused(

@@ -8,11 +8,10 @@ s) or ``count``. The prefix ``error:`` means the global error of a reduction.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
 
-from trunnion.basics.errors import MOST, Problem, SceneError
+from trunnion.basics.errors import MOST, Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.basics.name_patterns import MOST_WILD, is_wild
+from trunnion.basics.name_patterns import MOST_WILD, is_wild, suggestion
 from trunnion.basics.renamed_words import EVENTS, current
 from trunnion.kernel.interface.output_columns import Column, current_patterns, select
 from trunnion.runtime.abi import EventKind
@@ -81,8 +80,7 @@ def reductions(texts: Sequence[str], everything: Sequence[Column], where: str = 
         if not new and texts:
             problems.append(_unmatched(where, text, kind, what, names if len(problems) < MOST else ()))
         found |= {r.name: r for r in new}
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return tuple(found.values())
 
 
@@ -122,11 +120,10 @@ def _of_columns(kind: str, pattern: str, names: Mapping[str, Column]) -> list[Re
 
 def _unmatched(where: str, text: str, kind: str, what: str, names: Iterable[str]) -> Problem:
     known = [*EVENT_NUMBERS, "any"] if kind in OF_EVENTS else list(names)
-    near = get_close_matches(what[:80], known, 3, 0.4)
     things, hint = "column", "see `trunnion check SCENE --columns`"
     if kind in OF_EVENTS:
         things, hint = "kind of event", f"one of {', '.join(known)}"
-    return Problem(where, f"{text!r} matches no {things}", f"did you mean {', '.join(near)}?" if near else hint)
+    return Problem(where, f"{text!r} matches no {things}", suggestion(what[:80], known, hint, 3, 0.4))
 
 
 def wanted_columns(chosen: Sequence[Reduction]) -> tuple[str, ...]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
-from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trunnion.basics.atomic_files import destination_problems
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
+from trunnion.basics.name_patterns import suggestion
 
 if TYPE_CHECKING:
     from typer import Context
@@ -44,8 +44,7 @@ class ArgumentReader:
 
     def end(self) -> None:
         """Raise SceneError with all mistakes, if there are any."""
-        if self.problems:
-            raise SceneError(self.problems)
+        raise_problems(self.problems)
 
     def checked(self, value: T | None) -> T:
         """The value, which is None only after a mistake. SceneError with all mistakes, if there are any."""
@@ -77,8 +76,7 @@ class ArgumentReader:
         """The text, which must be one of the words; None without text, or after a mistake."""
         if text is None or text in words:
             return text
-        near = get_close_matches(text.lower(), words, 1)
-        self.add(where, f"{text!r} is unknown", f"did you mean {near[0]}?" if near else f"one of {', '.join(words)}")
+        self.add(where, f"{text!r} is unknown", suggestion(text.lower(), words, f"one of {', '.join(words)}"))
         return None
 
     def destination(self, text: str | None, suffixes: Sequence[str], where: str = "-o") -> Path | None:
@@ -147,8 +145,7 @@ class ArgumentReader:
                 skip = False
             elif word.startswith("-") and word != "-":
                 name = word.split("=", 1)[0]
-                near = get_close_matches(name, long_options(context.command), 1)
-                self.add(name, "there is no such option", f"did you mean {near[0]}?" if near else "see --help")
+                self.add(name, "there is no such option", suggestion(name, long_options(context.command), "see --help"))
                 others = [w for w in words[i + 1 :] if not w.startswith("-")]
                 follows = i + 1 < len(words) and not words[i + 1].startswith("-")
                 skip = "=" not in word and follows and (len(others) > 1 or bool(rest))

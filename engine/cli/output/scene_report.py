@@ -22,10 +22,8 @@ def examined(scene: Scene) -> tuple[dict[str, Any], list[Column]]:
     model = Model(scene)
     system = model.system
     every = columns(system)
-    bodies = []
-    for b in system.bodies:
-        mass, center, _ = mass_properties(model.built.scene.bodies[b.name])
-        bodies.append({"name": b.name, "mass": mass, "center": list(center)})
+    masses = ((b.name, mass_properties(model.built.scene.bodies[b.name])) for b in system.bodies)
+    bodies = [{"name": name, "mass": mass, "center": list(center)} for name, (mass, center, _) in masses]
     cut = [j.name for j in system.joints if j.cut]
     (one, why), (many, _) = kernel_of(system), kernel_of(system, RUNS)
     report = {

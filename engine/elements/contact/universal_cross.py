@@ -114,12 +114,8 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 def _places(g: Mapping[str, float]) -> list[Place]:
     """Positions of the contacts. The contacts of journal 1 are on the inboard e1, the contacts of journal 2 on the outboard e2."""
-    ends = [(k, side * g[f"half_length[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
-    out = []
-    for k, along in ends:
-        r = g[f"radius[{k + 1}]"]
-        out.append(Place(("inboard", "outboard")[k], k, along, r, k, 2 * r * abs(along), r * abs(along)))
-    return out
+    ends = [(k, side * g[f"half_length[{k + 1}]"], g[f"radius[{k + 1}]"]) for k in (0, 1) for side in (-1, 1)]
+    return [Place(("inboard", "outboard")[k], k, along, r, k, 2 * r * abs(along), r * abs(along)) for k, along, r in ends]
 
 
 def _pins(g: Mapping[str, float]) -> list[Solid]:

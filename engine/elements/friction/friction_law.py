@@ -104,23 +104,19 @@ class Law:
     def _mistakes(cls) -> list[str]:
         """Faults of the declaration."""
         by_name = {n.name: n for n in cls.numbers if isinstance(n, Number)}
-        found = []
-        if not _NAME.fullmatch(cls.name):
-            found.append("its name must consist of small letters, digits and _")
-        if not by_name:
-            found.append("it declares no numbers")
-        if cls.scale not in by_name or not by_name[cls.scale].needed:
-            found.append(f"its friction is proportional to {cls.scale}, which is not one of its required numbers")
-        if not cls.formula or not cls.at_rest:
-            found.append("formula and at_rest are missing, which the documents need")
-        found += cls._branches()
-        if cls.kinks == (cls.kink is Law.kink):
-            found.append("a law has a kink speed when rest is Rest.KINK, and only then")
-        if cls.bristles == (cls.drift is Law.drift or cls.carried is Law.carried or cls.state_scale not in by_name):
-            found.append("a law has drift, carried and state_scale when rest is Rest.BRISTLES, and only then")
-        if cls.sets and cls.exact:
-            found.append("a set-valued law cannot smooth another law")
-        return found
+        unscaled = cls.scale not in by_name or not by_name[cls.scale].needed
+        no_bristles = cls.drift is Law.drift or cls.carried is Law.carried or cls.state_scale not in by_name
+        checks = (
+            (not _NAME.fullmatch(cls.name), "its name must consist of small letters, digits and _"),
+            (not by_name, "it declares no numbers"),
+            (unscaled, f"its friction is proportional to {cls.scale}, which is not one of its required numbers"),
+            (not cls.formula or not cls.at_rest, "formula and at_rest are missing, which the documents need"),
+            *((True, fault) for fault in cls._branches()),
+            (cls.kinks == (cls.kink is Law.kink), "a law has a kink speed when rest is Rest.KINK, and only then"),
+            (cls.bristles == no_bristles, "a law has drift, carried and state_scale when rest is Rest.BRISTLES, and only then"),
+            (cls.sets and cls.exact, "a set-valued law cannot smooth another law"),
+        )
+        return [fault for is_wrong, fault in checks if is_wrong]
 
     @classmethod
     def _branches(cls) -> list[str]:

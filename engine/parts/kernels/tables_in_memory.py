@@ -20,10 +20,7 @@ from trunnion.runtime.abi.kernel_records import DIRECTIONS, SCENE
 @lru_cache(maxsize=1)
 def interpreter() -> ctypes.CDLL:
     """The library of the interpreter. If this library is not installed, this machine compiles it once."""
-    found = prebuilt_libraries.library("interpreter")
-    if found:
-        return found
-    return ctypes.CDLL(str(compiled_interpreter()))
+    return prebuilt_libraries.library("interpreter") or ctypes.CDLL(str(compiled_interpreter()))
 
 
 def _addresses(s: SceneTables) -> Any:

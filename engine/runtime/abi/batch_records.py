@@ -1,7 +1,5 @@
 """Records of a batch, in which one call runs many cases of one structure."""
 
-from __future__ import annotations
-
 from trunnion.runtime.abi import run_records
 from trunnion.runtime.abi.record_definition import Record
 

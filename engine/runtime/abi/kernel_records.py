@@ -1,7 +1,5 @@
 """Records of a kernel: sizes, tables and functions of one mechanism."""
 
-from __future__ import annotations
-
 from trunnion.runtime.abi.record_definition import Record
 
 STATE = "const double *x, const double *y, const double *c"

@@ -1,7 +1,5 @@
 """Records of requests to the SIMD lanes, which step cases of a batch together."""
 
-from __future__ import annotations
-
 from trunnion.runtime.abi.record_definition import Record
 
 REQUEST = Record("tr_request", "Request of a case to the lanes, and its results.", """

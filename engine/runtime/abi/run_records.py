@@ -1,8 +1,6 @@
 """Records of a run: signals and modes, results of a kernel's functions, inputs and settings, events and verdicts. All records
 except settings and statistics contain only doubles."""
 
-from __future__ import annotations
-
 from trunnion.runtime.abi.enumerations import AuditLaw
 from trunnion.runtime.abi.record_definition import Record
 from trunnion.runtime.integrators import METHODS

@@ -1,7 +1,5 @@
 """Record for the tangents of a run: a sensitivity unit, the directions of its parameters, and work space."""
 
-from __future__ import annotations
-
 from trunnion.runtime.abi.kernel_records import STATE
 from trunnion.runtime.abi.record_definition import Record
 

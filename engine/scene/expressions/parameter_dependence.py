@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.expressions.formula_parser import Formula, parse_formula
 from trunnion.scene.expressions.formula_values_and_dimensions import Gradient, slope, value
@@ -57,8 +57,7 @@ class DependentNumbers:
             if n not in changes:
                 known[n] = _value_or(lambda f=self.named[n]: value(f.root, known), f"{NAMED}.{n}", problems, known[n])
         out = [_value_or(lambda f=self.numbers[p]: value(f.root, known), p, problems, 0.0) for p in paths]
-        if problems:
-            raise SceneError(problems)
+        raise_problems(problems)
         return out
 
     def slopes(self, name: str) -> dict[str, float]:
@@ -74,8 +73,7 @@ class DependentNumbers:
         for path in self.of([name]):
             by = _value_or(lambda f=self.numbers[path]: slope(f.root, known, along)[1], path, problems, {})
             out[path] = by.get(name, 0.0)
-        if problems:
-            raise SceneError(problems)
+        raise_problems(problems)
         return out
 
 

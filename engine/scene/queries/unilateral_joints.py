@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.scene.data_classes.scene import Scene
 
 
@@ -15,5 +15,4 @@ def unilateral_problems(scene: Scene, what: str) -> list[Problem]:
 
 def refuse_unilateral(scene: Scene, what: str) -> None:
     """SceneError if the scene has joints that only push."""
-    if found := unilateral_problems(scene, what):
-        raise SceneError(found)
+    raise_problems(unilateral_problems(scene, what))

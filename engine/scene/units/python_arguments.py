@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from numbers import Real
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.scene.units.numbers_with_units import Per
 from trunnion.scene.units.unit_parser import UnitError
 
@@ -48,5 +48,4 @@ class Amounts:
 
     def end(self) -> None:
         """Raise SceneError with all collected mistakes; without mistakes, do nothing."""
-        if self.problems:
-            raise SceneError(self.problems)
+        raise_problems(self.problems)

@@ -172,11 +172,12 @@ class OneRun:
 
     def _first_steps(self) -> int:
         """Number of steps of the first call into C."""
-        return first_steps(self.model.block.ny)
+        return min(max(FIRST_STEPS, FIRST_NUMBERS // max(self.model.block.ny, 1)), MOST_STEPS)
 
     def _next_steps(self, steps: int, seconds: float) -> int:
         """Number of steps of the next call into C. steps, seconds: length and duration of the last call."""
-        return next_steps(steps, seconds)
+        wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
+        return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))
 
     def _attach_jacobian(self, interrupt: DeferredInterrupt) -> None:
         """Build and attach the Jacobian unit. An interrupt during the build leaves the block unchanged. The time counts as build
@@ -188,14 +189,3 @@ class OneRun:
             self.model.block.attach_jacobian()
         finally:
             self.build += time.perf_counter() - started
-
-
-def first_steps(numbers: int) -> int:
-    """Number of steps of the first call into C. numbers: size of the state."""
-    return min(max(FIRST_STEPS, FIRST_NUMBERS // max(numbers, 1)), MOST_STEPS)
-
-
-def next_steps(steps: int, seconds: float) -> int:
-    """Number of steps of the next call into C. steps, seconds: length and duration of the last call."""
-    wanted = steps * min(4.0, CHUNK_SECONDS / max(seconds, 1e-9))
-    return int(min(max(wanted, LEAST_STEPS), MOST_STEPS))

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from trunnion.basics.errors import MOST, Problem, SceneError
-from trunnion.basics.name_patterns import MOST_WILD, is_wild, unmatched
+from trunnion.basics.errors import MOST, Problem, raise_problems
+from trunnion.basics.name_patterns import MOST_WILD, is_wild, suggestion, unmatched
 from trunnion.kernel.interface.output_columns import Column, columns, current_patterns, needs_quadratures, select
 from trunnion.kernel.shared_libraries import Kernel, kernel
 from trunnion.scene.data_classes.scene import Scene
@@ -36,8 +36,7 @@ class Model:
         self.built: Built = built or build_with_starts(scene)
         self.available: list[Column] = columns(self.built.system)
         wanted = names_given(outputs if outputs is not None else scene.outputs)
-        if problems := pattern_problems(self.available, wanted):
-            raise SceneError(problems)
+        raise_problems(pattern_problems(self.available, wanted))
         self.columns: list[Column] = select(self.available, wanted)
         self.build_seconds = 0.0
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
@@ -93,8 +92,6 @@ class Model:
 
 def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where: str = "outputs") -> list[Problem]:
     """A problem for every pattern that matches no column. The first MOST problems suggest similar names."""
-    from difflib import get_close_matches
-
     patterns = tuple(current_patterns(patterns, everything))
     wild = sum(map(is_wild, patterns))
     if wild > MOST_WILD:
@@ -102,7 +99,7 @@ def pattern_problems(everything: list[Column], patterns: tuple[str, ...], where:
     problems: list[Problem] = []
     names = [c.name for c in everything]
     for p in unmatched((p for p in patterns if p != "*"), names):
-        near = get_close_matches(p[:80], names, 3, 0.4) if len(problems) < MOST else []
-        hint = f"did you mean {', '.join(near)}?" if near else "see `trunnion check SCENE --columns` for the names"
+        near = names if len(problems) < MOST else ()
+        hint = suggestion(p[:80], near, "see `trunnion check SCENE --columns` for the names", 3, 0.4)
         problems.append(Problem(where, f"pattern {shown(p, 80)} matches no column", hint))
     return problems

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.scene.data_classes.scene import Scene
@@ -75,8 +75,7 @@ class ErrorRequest:
             )
         if self.accuracy is not None and (self.tolerance or self.settings.step > 0.0):
             problems.append(Problem("accuracy", "chooses the tolerance itself", "leave rtol and step out"))
-        if problems:
-            raise SceneError(problems)
+        raise_problems(problems)
 
 
 def run_with_error(

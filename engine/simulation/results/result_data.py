@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from trunnion.basics.lazy_data_classes import dataclass
-from trunnion.kernel.interface.output_columns import Column
+from trunnion.basics.name_patterns import suggestion
+from trunnion.kernel.interface.output_columns import Column, select
 from trunnion.simulation.results.audit import Audit
 from trunnion.simulation.results.error_statement import Certainty
 from trunnion.simulation.results.event import Event
@@ -86,11 +87,8 @@ class ResultData:
         try:
             return self.data[:, self._index[name]]
         except KeyError:
-            from difflib import get_close_matches
-
-            near = get_close_matches(name, self.names, 3)
-            hint = f"; did you mean {', '.join(near)}?" if near else ""
-            raise KeyError(f"no column {name!r}{hint}") from None
+            hint = suggestion(name, self.names, most=3)
+            raise KeyError(f"no column {name!r}{'; ' * bool(hint)}{hint}") from None
 
     def __contains__(self, name: str) -> bool:
         return name in self._index
@@ -106,14 +104,10 @@ class ResultData:
 
     def matching(self, pattern: str) -> list[str]:
         """Names of columns that match a shell-style pattern."""
-        from trunnion.kernel.interface.output_columns import select
-
         return [c.name for c in select(list(self.columns), (pattern,))]
 
     def keeping(self, patterns: Sequence[str]) -> Self:
         """The result with only the columns that match one of the patterns."""
-        from trunnion.kernel.interface.output_columns import select
-
         chosen = {c.name for c in select(list(self.columns), tuple(patterns))}
         if len(chosen) == len(self.columns):
             return self

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.runtime.integrators import REGISTRY as METHODS
 from trunnion.runtime.integrators import Impulses
@@ -33,8 +33,7 @@ def check_settings(
         what = f"{s.method} cannot integrate the friction law {stiff[0]}"
         problems.append(Problem("method", what, f"use law {STEPPED}, or method auto"))
     problems += bounded(scene, s.method, every, step)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
 
 
 def unsuitable_laws(scene: Scene, method: str) -> list[str]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
+from trunnion.basics.name_patterns import suggestion
 from trunnion.basics.setting_declarations import Setting, offered
 from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.runtime.integrators import METHODS
@@ -101,8 +101,7 @@ def settings_read(
 def settings_given(who: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """SI values of the settings of an interface. SceneError, with all problems, if a value is wrong."""
     values, problems = settings_read(who, given)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
     return values
 
 
@@ -112,8 +111,7 @@ def _read(s: Setting, who: str, given: Any, where: str, problems: list[Problem])
         known = known_words()[s.words]
         if given in known:
             return given
-        near = get_close_matches(str(given).lower()[:80], known, 1)
-        hint = f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}"
+        hint = suggestion(str(given).lower()[:80], known, f"one of {', '.join(known)}")
         problems.append(Problem(where, f"{given!r} is unknown", hint))
         return None
     read, bound = Amounts(), s.bound_at(who)

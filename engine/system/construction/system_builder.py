@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from trunnion.basics.errors import SceneError
+from trunnion.basics.errors import raise_problems
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.contact_element import OVERLAP
 from trunnion.elements.joints import REGISTRY
@@ -74,8 +74,7 @@ class _Maker(Points):
         rolls = any(REGISTRY[scene.joints[n].type].rolls for n in spanning.cut)
         self.stands = stands(scene, spanning) if rolls else {}
         wrong = misfits(scene, spanning, self.stands) if rolls else []
-        if wrong:
-            raise SceneError(wrong)
+        raise_problems(wrong)
 
     def system(self) -> System:
         """The structure of the whole mechanism."""
@@ -91,8 +90,7 @@ class _Maker(Points):
         joints = self.place(tuple(made))
         tied = ties(self.scene, self.table, joints)
         light = light_freedoms(self.scene, self.table, bodies, joints, tied)
-        if undetermined := massless_and_free(self.scene, bodies, joints, light):
-            raise SceneError(undetermined)
+        raise_problems(massless_and_free(self.scene, bodies, joints, light))
         added = light_rows(joints, light, sum(j.kind.rows for j in (*joints, *tied) if j.cut))
         joints = with_inertias(joints, light) if light else joints
         loads = tuple(load(self, name, f) for name, f in self.scene.forces.items())

@@ -29,12 +29,9 @@ def _signals(system: System) -> Iterator[tuple[Signal, bool]]:
         if joint.friction is not None:
             yield from ((x, False) for _, x in joint.friction.numbers if isinstance(x, Signal))
         for rate, device in enumerate(joint.devices):
-            if device.effort is not None:
-                yield device.effort, False
-            if device.motor is not None:
-                yield device.motor.signal, False
-            if device.latch is not None:
-                yield device.latch.release, False
+            motor, latch = device.motor, device.latch
+            own = (device.effort, motor.signal if motor else None, latch.release if latch else None)
+            yield from ((s, False) for s in own if s is not None)
             if device.drive is not None:
                 yield device.drive, joint.kind.axes[rate][0].rot
     for load in system.loads:

@@ -97,19 +97,14 @@ FMI3_SET(Int64, FMU_INT64)
 FMI3_SET(UInt64, FMU_UINT64)
 FMI3_SET(Boolean, FMU_BOOLEAN)
 
-#define FMI3_NO_TYPE(Name) \
-  fmi3Status fmu_fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Name value[], size_t nvalues) { \
-    FMU_ENTER(c); \
-    (void)vr, (void)value, (void)nvalues; \
-    FMU_NONE(n, #Name); \
-    return fmi3OK; \
-  } \
-  fmi3Status fmu_fmi3Set##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Name value[], size_t nvalues) { \
+#define FMI3_NO_ACCESS(call, Name, array) \
+  fmi3Status fmu_fmi3##call##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, array value[], size_t nvalues) { \
     FMU_ENTER(c); \
     (void)vr, (void)value, (void)nvalues; \
     FMU_NONE(n, #Name); \
     return fmi3OK; \
   }
+#define FMI3_NO_TYPE(Name) FMI3_NO_ACCESS(Get, Name, fmi3##Name) FMI3_NO_ACCESS(Set, Name, const fmi3##Name)
 
 FMI3_NO_TYPE(Float32)
 FMI3_NO_TYPE(Int8)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, raise_problems
 from trunnion.basics.renamed_words import known_result
 from trunnion.batch.sample_statistics.bin_statistics import MOST_BINS, Axis, Bins, Within, binned, picked
 from trunnion.scene.file_format.yaml_writer import scene_to_yaml
@@ -125,8 +125,7 @@ def _bins(s: Service, job: str, named: tuple[str, str, str], most: tuple[int, in
     named = (known_result(named[0], schema.names), known_result(named[1], schema.names), known_result(named[2], schema.names))
     names = {n: _number(schema, where, n, problems) for where, n in zip(("x", "y", "of"), named, strict=True) if n}
     conditions = tuple(w for text in within if (w := _within(schema, text, problems)) is not None)
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)
 
     def counted() -> bytes:
         return text_of(_counted(s, job, named, most, conditions))

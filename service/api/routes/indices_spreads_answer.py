@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from trunnion.analysis.fits.fits_as_batch_cases import FitPlan
 from trunnion.analysis.studies.study_rounds import StudyProgress
-from trunnion.basics.errors import SceneError
+from trunnion.basics.errors import raise_problems
 from trunnion.batch.sample_statistics.quantiles_and_probabilities import USUAL
 from trunnion.batch.sample_statistics.result_queries import indices_of, refused, spreads_of
 from trunnion.service.api.documents.fit_and_study_answers import StudyAnswer, fit_answer
@@ -164,8 +164,7 @@ def _spreads(s: Service, job: str, of: list[str] | None, at: list[float] | None,
         name, _, value = text.rpartition("=")
         bounds.setdefault(name.strip(), []).append(value.strip())
     names, chosen = list(of or [r.name for r in plan.reductions]), list(at or USUAL)
-    if problems := refused(plan.cases, plan.reductions, names, chosen, bounds):
-        raise SceneError(problems)
+    raise_problems(refused(plan.cases, plan.reductions, names, chosen, bounds))
     table, drawn = _table(s, job, [*names, *bounds])
     told = spreads_of(plan.cases, plan.reductions, table, names, chosen, bounds)
     return Json({"complete": there.done == there.cases, "spreads": [x.document() for x in told], "drawn": drawn})

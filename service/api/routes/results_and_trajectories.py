@@ -12,7 +12,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, Response, StreamingResponse
 
-from trunnion.basics.errors import Problem, SceneError
+from trunnion.basics.errors import Problem, SceneError, raise_problems
 from trunnion.basics.renamed_words import known_result
 from trunnion.basics.version import version
 from trunnion.service.api.documents.problem_documents import Refusal, content_schema, error_responses, header_schema
@@ -195,5 +195,4 @@ def _check_size(s: Service, job: str, changes: dict[str, float], outputs: list[s
         problems.append(
             Problem("outputs", f"{size:.3g} bytes are more than the {REPLAY_BYTES:.3g} allowed", "request fewer columns")
         )
-    if problems:
-        raise SceneError(problems)
+    raise_problems(problems)

@@ -10,13 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
+import trunnion
 from tests.fmu.sources.c_library_build import Loaded, columns
 from tests.plots.webgl_browser import Opened, browsers
 from trunnion.cli import main
 from trunnion.fmu.c_library import wasm_page as made_web
 from trunnion.fmu.c_library.library_files import library
 from trunnion.fmu.c_library.wasm_page import wasm, web
+from trunnion.plots.geometry.mechanism_geometry import scenery
 
 SCENE, STEPS, EVERY = "spherical_pendulum", 50, 0.02
 SAME = 1e-12
@@ -50,6 +53,13 @@ def test_a_page_knows_poses_and_what_can_be_set_and_asks_for_nothing(scene: str,
         v = made.called[list(made.called)[c["index"]]]
         assert (v.name, v.minimum <= c["low"] <= c["value"] <= c["high"] <= v.maximum) == (c["name"], True)
     assert model["controls"][model["control"]]["name"].endswith("friction.mu")
+
+
+def test_a_page_draws_bodies_whose_colours_are_names() -> None:
+    drawn = scenery(trunnion.load_scene("gear_train"))
+    assert any(not p.color.startswith("#") for p in drawn.parts)
+    for part, shown in zip(drawn.parts, made_web._parts(drawn), strict=False):
+        assert np.allclose(np.array(shown["color"]) / 255, to_rgb(part.color), rtol=0.0, atol=0.5 / 255)
 
 
 @pytest.mark.slow

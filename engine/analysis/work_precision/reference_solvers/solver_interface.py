@@ -71,11 +71,8 @@ class ReferenceSolver(ABC):
     def by_position(self, positions: np.ndarray) -> np.ndarray:
         """The compared columns (samples × columns), taken from the positions of all mass centres (samples × bodies × 3), m."""
         index = {p.name: i for i, p in enumerate(self.scene.parts)}
-        out = []
-        for name in self.ready.measure.names:
-            body, _, rest = name.partition(".position[")
-            out.append(positions[:, index[body], int(rest[:-1]) - 1])
-        return np.column_stack(out)
+        places = [name.partition(".position[") for name in self.ready.measure.names]
+        return np.column_stack([positions[:, index[body], int(rest[:-1]) - 1] for body, _, rest in places])
 
 
 def compares_only_positions(ready: BenchmarkModel, scene: Snapshot) -> bool:
