@@ -13,6 +13,7 @@ import numpy as np
 
 from trunnion.analysis.static_bounds.equilibrium_equations import FrictionJoint, Statics
 from trunnion.analysis.static_bounds.sum_of_norms_program import Across, Program, Row, term_index
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.basics.lazy_data_classes import dataclass
 from trunnion.elements.contact.static_friction_capacity import Norm, Pair
 
@@ -125,11 +126,15 @@ def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _driving_row(st: Statics, width: int, joint: FrictionJoint) -> np.ndarray:
-    """The driving force of teeth as a row over x (width). The reactions of the joint depend on one multiplier of the loop
-    constraints only."""
+    """The driving force of teeth as a row over x (width). SceneError if the reactions of the joint depend on several multipliers of
+    the loop constraints."""
     by = np.linalg.norm(st.reaction[joint.reactions, : st.eta0], axis=0)
+    found = np.flatnonzero(by > RANK * by.max(initial=0.0))
+    if len(found) > 1:
+        what = f"the reactions of its teeth depend on {len(found)} multipliers, so that bounds at rest are not available"
+        raise SceneError([Problem(f"joints.{joint.rubs.joint}", what, "use --hold without --bounds")])
     row = np.zeros(width)
-    row[int(np.argmax(by))] = by.max()
+    row[found] = by[found]
     return row
 
 

@@ -60,10 +60,11 @@ static void tr_rates_of_state(tr_sim *s, int i, double *rates);
 /* Surface speed of pair i in the state `y`, m/s. May make `y` the current state (see tr_rates_of_state). */
 static double tr_speed_of_state(tr_sim *s, int i);
 
-/* Set the levers: factors from rates to surface speeds. Levers follow from the surface forces of unit frictions. */
+/* Set the levers: factors from rates to surface speeds. Levers follow from the surface forces of unit frictions. The lever of a
+ * multiplier without a pair (the force between wheels that teeth push apart) is 1. */
 static void tr_set_levers(tr_sim *s);
 
-/* Largest friction of all multipliers, N, with torques divided by their levers. Returns 0 if no law is set-valued: levers are then
+/* Largest friction of all pairs, N, with torques divided by their levers. Returns 0 if no law is set-valued: levers are then
  * unknown. */
 static double tr_largest_surface_friction(const tr_sim *s);
 

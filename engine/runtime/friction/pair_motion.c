@@ -56,6 +56,7 @@ static void tr_set_levers(tr_sim *s) {
   const tr_kernel *k = s->k;
   double u[k->neta + 1], none[k->nn + 1];
   memset(none, 0, sizeof none);
+  for (int i = 0; i < k->neta; ++i) TR_A(s, lever)[i] = 1.0; /* multipliers of no pair are forces of freedoms that do not slide */
   for (int part = 0; part < 3; ++part) {
     memset(u, 0, sizeof u);
     for (int i = 0; i < k->nsliders; ++i)
@@ -68,9 +69,10 @@ static void tr_set_levers(tr_sim *s) {
 
 static double tr_largest_surface_friction(const tr_sim *s) {
   double most = 0.0;
-  for (int i = 0; i < s->k->neta; ++i) {
-    const double lever = TR_A(s, lever)[i];
-    if (lever > 0.0) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / lever);
-  }
+  for (int m = 0; m < s->k->nsliders; ++m)
+    for (int i = tr_pair_of(s, m)->eta0; i < tr_pair_of(s, m)->eta0 + tr_pair_of(s, m)->neta; ++i) {
+      const double lever = TR_A(s, lever)[i];
+      if (lever > 0.0) most = fmax(most, fabs(TR_A(s, z)[s->k->active + i]) / lever);
+    }
   return most;
 }

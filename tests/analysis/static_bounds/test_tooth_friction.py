@@ -12,7 +12,9 @@ import pytest
 
 from tests.engine.mechanisms.gear_pairs import flying
 from tests.engine.mechanisms.worm_gears import random_worm
-from trunnion import hold, scene_from_dict, simulate
+from trunnion import SceneError, hold, scene_from_dict, simulate
+from trunnion.analysis.static_bounds.equilibrium_equations import statics
+from trunnion.analysis.static_bounds.equilibrium_space import _driving_row
 from trunnion.scene.data_classes import scene as sm
 
 EDGE = 1e-6
@@ -83,6 +85,18 @@ def test_bounds_of_teeth_are_those_of_runs(kind: str) -> None:
 @pytest.mark.parametrize("seed", range(100, 125))
 def test_bounds_of_many_teeth_are_those_of_runs(kind: str, seed: int) -> None:
     check(kind, seed)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_driving_force_of_teeth_is_one_multiplier_and_several_are_refused(kind: str) -> None:
+    st = statics(pair(kind, 1))
+    (joint,) = st.joints
+    by = np.abs(st.reaction[joint.reactions, : st.eta0]).max(axis=0)
+    assert by.max() > 0.0
+    assert np.sort(by)[:-1] == pytest.approx(0.0, abs=1e-9 * by.max())
+    twice = np.insert(st.reaction, 0, st.reaction[:, int(np.argmax(by))], axis=1)
+    with pytest.raises(SceneError, match=rf"joints\.{joint.rubs.joint}: the reactions of its teeth depend on 2 multipliers"):
+        _driving_row(replace(st, reaction=twice, multipliers=st.multipliers + 1), twice.shape[1], joint)
 
 
 def train(seed: int) -> tuple[sm.Scene, float, float]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.default_case_selection import crossed, sampled
+from tests.default_case_selection import crossed
 from tests.engine.checks.event_list_difference import difference
 from tests.reference.scenes.random_scenes import random_loop
 from trunnion import scene_from_dict, sensitivity, simulate, sweep
@@ -181,13 +181,15 @@ def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() 
     assert max(float(np.abs(found[0][c] - found[1][c]).max()) for c in places) < 1e-9
 
 
-@pytest.mark.parametrize("cut", sampled(("j1", "j4", "loop1"), ("j4",)))
-def test_a_run_ends_where_a_root_of_friction_ends_wherever_the_loop_is_cut(cut: str) -> None:
-    """Earlier, 20,000 steps of length 0 ended this run as no_progress, or friction jumped to roots that ended 5 to 24 µs later. In
-    some builds, the root ends, returns at once, and ends 5 µs later."""
-    r = run_loop(cut_everywhere(rubbing_loop(134))[cut], 1e-9)
+@pytest.mark.default_cases(2)
+@pytest.mark.parametrize(("cut", "rtol"), crossed(["j1", "j4", "loop1"], [1e-6, 1e-7, 1e-8, 1e-9]))
+def test_a_run_ends_where_a_root_of_friction_ends_wherever_the_loop_is_cut(cut: str, rtol: float) -> None:
+    """The time of this end converges to 0.49815015 s for every cut. Its error is up to 23 s × rtol, so that ends differ by 12 µs at
+    1e-6. Earlier, 20,000 steps of length 0 ended this run as no_progress, or friction jumped to roots that ended 5 to 24 µs later.
+    In some builds, the root ends, returns at once, and ends 5 µs later."""
+    r = run_loop(cut_everywhere(rubbing_loop(134))[cut], rtol)
     assert r.outcome.name == "jammed"
-    assert r.outcome.time == pytest.approx(0.498152, abs=4e-6)
+    assert r.outcome.time == pytest.approx(0.498152, abs=4e-6 + 30 * rtol)
     assert "fold" not in {e.kind for e in r.events}
     assert r.stats.steps < 1000
 
