@@ -141,7 +141,8 @@ def test_a_spindle_whose_torque_reverses_while_it_rests_slips_at_the_torque_of_i
     bearing = {"mu": 0.3, "mu_static": rest, "radius": 1e-9, "half_length": 0.05, "thrust_radius": collar}
     bodies = {n: {"mass": 1.0, "inertia": [1e-3] * 3} for n in ("spindle", "nut")}
     joints: dict[str, Any] = {
-        "turn": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "spindle", "friction": bearing, "effort": torque},
+        "turn": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "spindle", "friction": bearing,
+                 "effort": torque},
         "guide": {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": "nut", "effort": -load},
         "thread": {"type": "screw", "axis": "z", "inboard": "spindle", "outboard": "nut", "pitch": -pitch * side,
                    "friction": {"mu": mu, "radius": r, "flank_angle": beta}},
