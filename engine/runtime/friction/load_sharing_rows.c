@@ -119,18 +119,21 @@ static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *et
   return kept - eta[i];
 }
 
-/* Reverse the impending motion of groups in which the solution's friction has the wrong sign. Returns 1 if a reversed group has
- * balls; the friction of these balls then changes, so the equations must be solved again. Requires a solution of tr_newton. */
+/* Reverse the impending motion of groups in which the solution's friction has the wrong sign. Returns 1 if this changes the value of
+ * a member: of a ball, or of a pair whose capacity depends on the sense of its friction (a thread). The equations must then be solved
+ * again. Requires a solution of tr_newton. */
 static int tr_reverse_impending(tr_sim *s, const double *eta) {
   const tr_kernel *k = s->k;
-  int turns[k->neta], turned = 0;
-  double d[k->neta];
+  int turns[k->neta], turned = 0, any = 0;
+  double d[k->neta], before[k->nsliders];
   memset(turns, 0, sizeof turns);
   for (int i = 0; i < k->neta; ++i) {
     const tr_leader *lead = tr_leaders(s) + i;
     if (tr_row_kinds(s)[i] != TR_ROW_SHARE) continue;
     turns[i] = turns[lead->multiplier] = eta[lead->multiplier] * tr_share_value(s, lead->pair, lead->dhold, lead->multiplier, d) < 0.0;
+    any |= turns[i];
   }
+  if (!any) return 0;
   for (int m = 0; m < k->nsliders; ++m) {
     const tr_pair *pair = tr_pair_of(s, m);
     const int ball = tr_has_impending_axis(s, m);
@@ -140,5 +143,8 @@ static int tr_reverse_impending(tr_sim *s, const double *eta) {
       if (ball) TR_A(s, impending)[pair->rate0 + j] *= -1.0, turned = 1;
     }
   }
+  for (int m = 0; m < k->nsliders; ++m) before[m] = tr_hold_of(s, m)->capacity;
+  k->held(TR_A(s, NN), TR_A(s, share), TR_A(s, x), TR_A(s, c) + k->c_held, TR_A(s, hold), TR_A(s, dhold));
+  for (int m = 0; m < k->nsliders; ++m) turned |= tr_hold_of(s, m)->capacity != before[m];
   return turned;
 }

@@ -93,7 +93,7 @@ static int tr_newton(tr_sim *s, double *eta) {
 /* Like tr_newton. If the direction of a group's load requires the opposite impending motion, reverses it and solves again. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
-  if (!s->friction.impending_laws || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
+  if (!s->friction.shared || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
   memset(eta, 0, sizeof(double) * s->k->neta);
   return tr_newton(s, eta);
 }

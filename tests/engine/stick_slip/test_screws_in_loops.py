@@ -127,3 +127,26 @@ def test_a_screw_that_loses_its_root_jams_by_every_method(method: str) -> None:
     r = simulate(scene_from_dict(crossed_dict("screw_levers", 20)), method=method, rtol=1e-8, kernel="parts")
     assert (r.outcome.name, r.outcome.joint) == ("jammed", "turn")
     assert r.outcome.time == pytest.approx(0.770411, abs=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_spindle_whose_torque_reverses_while_it_rests_slips_at_the_torque_of_its_new_direction(side: float) -> None:
+    """A torque that presses a nut's load down turns into one that raises it. The thread's normal force depends on the direction in
+    which its friction acts. Earlier, the thread kept the direction of before and slipped at a smaller torque."""
+    r, pitch, mu, beta, load, rest, collar = 0.0075, 0.006, 0.11, 0.1, 12.0, 0.4, 0.01
+    lead, rub = math.atan(pitch / (2 * math.pi * r)), mu / math.cos(beta)
+    raising = load * (r * (math.tan(lead) + rub) / (1 - rub * math.tan(lead)) + rest * collar)
+    lowering = load * (r * (rub - math.tan(lead)) / (1 + rub * math.tan(lead)) + rest * collar)
+    torque = {"ramp": {"start": -0.9 * lowering * side, "end": 1.1 * raising * side, "duration": 1.0}}
+    bearing = {"mu": 0.3, "mu_static": rest, "radius": 1e-9, "half_length": 0.05, "thrust_radius": collar}
+    bodies = {n: {"mass": 1.0, "inertia": [1e-3] * 3} for n in ("spindle", "nut")}
+    joints: dict[str, Any] = {
+        "turn": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "spindle", "friction": bearing,
+                 "effort": torque},
+        "guide": {"type": "prismatic", "axis": "z", "inboard": "ground", "outboard": "nut", "effort": -load},
+        "thread": {"type": "screw", "axis": "z", "inboard": "spindle", "outboard": "nut", "pitch": -pitch * side,
+                   "friction": {"mu": mu, "radius": r, "flank_angle": beta}},
+    }  # fmt: skip
+    scene = {"schema": 1, "gravity": [0, 0, 0], "bodies": bodies, "joints": joints, "simulation": {"until": 1.0, "every": 1.0}}
+    run = simulate(scene_from_dict(scene), kernel="parts")
+    assert release(run) == pytest.approx((raising + 0.9 * lowering) / (1.1 * raising + 0.9 * lowering), rel=1e-7)

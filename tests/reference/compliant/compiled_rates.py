@@ -54,7 +54,7 @@ class Compiled:
     """The rates of a model."""
 
     def __init__(self, model):
-        self.model, self.keep = model, {}
+        self.model, self.keep, self.times, self.hooks = model, {}, None, None
         self.library, structure, self.folder = library()
         self.s = structure()
         self._constant()
@@ -179,16 +179,12 @@ class Compiled:
         self._put(s, "spring_data", np.array([(x.stiffness, x.damping, x.length) for x, _ in loads.springs]))
 
     def _timed(self, t: np.ndarray) -> None:
-        """The quantities that depend on time, at every state, and the states of hooks and pairs."""
+        """The quantities that depend on time, at increasing times."""
         m, s, n = self.model, self.s, len(t)
         for name, law in self.laws.items():
             target = self.keep[name]
             for key in ("mu", "rest"):
                 self._put(target, key, _each(getattr(law, key)(t), n))
-            self._put(target, "slides", law.slides, int)
-            law.share = np.zeros((n, len(law.kinds)))
-            self.keep[name, "share"] = law.share
-            target.share = law.share.ctypes.data
         preload = np.zeros((n, len(m.fits.names)))
         for where, signal in self.preloads:
             preload[:, where] = signal(t)
@@ -204,23 +200,42 @@ class Compiled:
             for j, (i, e) in enumerate(entries):
                 effort[:, i] += values[:, j] * getattr(e, "stall", 1.0)
         if d.drives:
-            times, back = np.unique(t, return_inverse=True)
             for i, drive in d.drives:
-                wanted[:, :, i] = np.array([drive_motion(drive, float(x))[:2] for x in times])[back].T
-        for key, value in (("effort", effort), ("wanted", wanted[0]), ("wanted_rate", wanted[1]), ("near", m.free.near)):
+                wanted[:, :, i] = np.array([drive_motion(drive, float(x))[:2] for x in t]).T
+        for key, value in (("effort", effort), ("wanted", wanted[0]), ("wanted_rate", wanted[1])):
             self._put(s, key, value)
-        sides = [(i, e, x, side) for i, e in d.stops for x, side in ((e.lower, 1.0), (e.upper, -1.0))]
-        stops = [(i, side, x, e.stiffness, e.damping) for i, e, x, side in sides if x is not None]
-        stops += [(i, *d._hook(j), e.stiffness, e.damping) for j, (i, e) in enumerate(d.latches) if d.down[j]]
-        self._put(s, "stops", len(stops))
-        self._put(s, "stop_at", np.array([x[0] for x in stops], int), int)
-        self._put(s, "stop", np.array([x[1:] for x in stops], float))
         if m.loads.single:
             self._put(s, "single_value", np.stack([_each(x(t), n) for *_, x in m.loads.single], axis=1))
 
+    def _discrete(self, states: int) -> None:
+        """The states of hooks and pairs, and the angles to continue from."""
+        d = self.model.devices
+        for name, law in self.laws.items():
+            target = self.keep[name]
+            self._put(target, "slides", law.slides, int)
+            law.share = np.zeros((states, len(law.kinds)))
+            self.keep[name, "share"] = law.share
+            target.share = law.share.ctypes.data
+        self._put(self.s, "near", self.model.free.near)
+        hooks = (tuple(d.down), tuple(d.tooth))
+        if hooks == self.hooks:
+            return
+        self.hooks = hooks
+        sides = [(i, e, x, side) for i, e in d.stops for x, side in ((e.lower, 1.0), (e.upper, -1.0))]
+        stops = [(i, side, x, e.stiffness, e.damping) for i, e, x, side in sides if x is not None]
+        stops += [(i, *d._hook(j), e.stiffness, e.damping) for j, (i, e) in enumerate(d.latches) if d.down[j]]
+        self._put(self.s, "stops", len(stops))
+        self._put(self.s, "stop_at", np.array([x[0] for x in stops], int), int)
+        self._put(self.s, "stop", np.array([x[1:] for x in stops], float))
+
     def __call__(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
         """The rates of states at times."""
-        self._timed(np.broadcast_to(t, (len(y),)))
+        times, row = np.unique(np.broadcast_to(t, (len(y),)), return_inverse=True)
+        if not np.array_equal(times, self.times):
+            self._timed(times)
+            self.times = times
+        self._discrete(len(y))
+        self._put(self.s, "instant", row, int)
         y = np.ascontiguousarray(y)
         out = np.empty_like(y)
         pointers = (ctypes.c_void_p(y.ctypes.data), ctypes.c_void_p(out.ctypes.data))

@@ -19,10 +19,10 @@ static void back(const double *A, const double *x, double *o) {
 static void column(const double *A, long k, double *o) { o[0] = A[k], o[1] = A[3 + k], o[2] = A[6 + k]; }
 static double most(double a, double b) { return a > b ? a : b; }
 
-static double slope(const Law *l, long s, long i, double speed) {
-    double mu = most(l->mu[s * l->n + i], 0), rest = most(l->rest[s * l->n + i], mu);
+static double slope(const Law *l, const Body *b, long i, double speed) {
+    double mu = most(l->mu[b->t * l->n + i], 0), rest = most(l->rest[b->t * l->n + i], mu);
     double held = isinf(l->fall[i]) ? !l->slides[i] : exp(-(speed / l->fall[i]) * (speed / l->fall[i]));
-    l->share[s * l->n + i] = speed / l->eps[i];
+    l->share[b->s * l->n + i] = speed / l->eps[i];
     return (l->viscous[i] ? 0 : (mu + (rest - mu) * held) / most(speed, l->eps[i])) + l->drag[i];
 }
 
@@ -58,7 +58,7 @@ static void push(Body *b, long body, const double *at, const double *F, const do
 static void shaft(const Model *M, Body *b, long i, RelativeMotion *s) {
     double r = M->radius[i], way = s->slide[0] * M->slides[i], rate = s->spin[0], k = M->each[i];
     long nj = M->fits.n;
-    double grip = slope(&M->shaft, b->s, M->slot[i], hypot(way, r * rate)), load = M->preload[b->s * nj + i];
+    double grip = slope(&M->shaft, b, M->slot[i], hypot(way, r * rate)), load = M->preload[b->t * nj + i];
     for (int side = -1; side < 2; side += 2) {
         double at = s->ends + side * M->half[i];
         double N1 = k * (s->x[1] + s->turn[2] * at), N2 = k * (s->x[2] - s->turn[1] * at), f = sqrt(N1 * N1 + N2 * N2 + 1e-300);
@@ -74,8 +74,8 @@ static void shaft(const Model *M, Body *b, long i, RelativeMotion *s) {
 }
 
 static void sleeve(const Model *M, Body *b, long i, RelativeMotion *s) {
-    double way = s->slide[0], k = M->each[i], load = M->preload[b->s * M->fits.n + i];
-    double grip = slope(&M->sleeve, b->s, M->slot[i], fabs(way)) * way;
+    double way = s->slide[0], k = M->each[i], load = M->preload[b->t * M->fits.n + i];
+    double grip = slope(&M->sleeve, b, M->slot[i], fabs(way)) * way;
     for (int side = -1; side < 2; side += 2) {
         double at = s->ends + side * M->half[i];
         double wide = k * (s->x[1] + s->turn[2] * at), high = k * (s->x[2] - s->turn[1] * at);
@@ -96,16 +96,16 @@ static void ball(const Model *M, Body *b, long i, RelativeMotion *s) {
     double f = sqrt(dot(N, N) + 1e-300);
     cross(s->spin, N, across);
     cross(N, across, twice);
-    double speed = r * sqrt(dot(across, across)) / f, grip = slope(&M->ball, b->s, M->slot[i], speed);
+    double speed = r * sqrt(dot(across, across)) / f, grip = slope(&M->ball, b, M->slot[i], speed);
     for (int k = 0; k < 3; k++) s->F[k] += N[k] - grip * r * across[k], s->T[k] += grip * r * r / f * twice[k];
     b->taken += grip * f * speed * speed;
 }
 
 static void given(const Model *M, Body *b, long i, RelativeMotion *s) {
-    long g = M->given[i], at = b->s * M->turn.n + g;
+    long g = M->given[i], at = b->t * M->turn.n + g;
     double way = s->slide[0], rate = s->spin[0], sign = M->sign[i];
     double T = rate * sign >= 0 ? M->torque[at] : M->back_torque[at], F = way * sign >= 0 ? M->force[at] : M->back_force[at];
-    double torque = slope(&M->turn, b->s, g, fabs(rate)) * rate * T, force = slope(&M->way, b->s, g, fabs(way)) * way * F;
+    double torque = slope(&M->turn, b, g, fabs(rate)) * rate * T, force = slope(&M->way, b, g, fabs(way)) * way * F;
     s->T[0] += torque, s->F[0] += force;
     b->taken += torque * rate + force * way;
 }
@@ -220,7 +220,7 @@ static void wheels(const Model *M, Body *b, const double *rolled, double *rates)
         double f = -M->wheel_k[i] * (rolled[i] + M->delay * rate), sliding = dot(o.turn, r.slip), torque = 0;
         if (slot >= 0) {
             double v = M->tooth_arm[i] * sliding;
-            torque = slope(&M->teeth, b->s, slot, fabs(v)) * v * M->tooth_arm[i] * fabs(f) / cos(M->angle[i]);
+            torque = slope(&M->teeth, b, slot, fabs(v)) * v * M->tooth_arm[i] * fabs(f) / cos(M->angle[i]);
         }
         double away = fabs(f) * tan(M->angle[i]), F2[3], F1[3], T2[3], T1[3];
         for (int k = 0; k < 3; k++) {
@@ -245,8 +245,8 @@ static void screws(const Model *M, Body *b, const double *rolled, double *rates)
         if (M->screw_slot[i] >= 0) {
             long j = M->screw_slot[i];
             double c = cos(M->helix[i]), v = M->screw_radius[i] * spin / c;
-            double load = fabs(f) / (cos(M->flank[i]) * c) + M->screw_preload[b->s * M->thread.n + j];
-            double rub = slope(&M->thread, b->s, j, fabs(v)) * v * load;
+            double load = fabs(f) / (cos(M->flank[i]) * c) + M->screw_preload[b->t * M->thread.n + j];
+            double rub = slope(&M->thread, b, j, fabs(v)) * v * load;
             force -= rub * sin(M->helix[i]), torque -= rub * M->screw_radius[i] * c;
             b->taken += rub * v;
         }
@@ -278,7 +278,7 @@ static void devices(const Model *M, Body *b) {
     double q[n + 1], qd[n + 1], e[n + 1], axis[n + 1][3], at[n + 1][3];
     for (long i = 0; i < n; i++) {
         Pair o;
-        long j = b->s * n + i;
+        long j = b->t * n + i;
         pair_of(&M->free, i, b, &o);
         q[i] = coordinate(M, i, &o, axis[i]);
         memcpy(at[i], o.q, sizeof o.q);
@@ -312,8 +312,8 @@ static void loads(const Model *M, Body *b) {
     for (long j = 0; j < M->singles; j++) {
         long body = M->single_at[3 * j];
         double v[3], arm[3], m[3];
-        memcpy(v, M->single_value + 3 * (b->s * M->singles + j), sizeof v);
-        if (M->single_at[3 * j + 2]) times(b->R[body], M->single_value + 3 * (b->s * M->singles + j), v);
+        memcpy(v, M->single_value + 3 * (b->t * M->singles + j), sizeof v);
+        if (M->single_at[3 * j + 2]) times(b->R[body], M->single_value + 3 * (b->t * M->singles + j), v);
         times(b->R[body], M->single_x + 3 * j, arm);
         cross(arm, v, m);
         for (int k = 0; k < 3; k++) {
@@ -377,7 +377,7 @@ void rates(const Model *M, long count, const double *states, double *out) {
         const double *y = states + s * M->size;
         double *o = out + s * M->size;
         place(M, y, &b);
-        b.s = s;
+        b.s = s, b.t = M->instant[s];
         fits(M, &b);
         wheels(M, &b, y + M->at_rolled, o + M->at_rolled);
         screws(M, &b, y + M->at_rolled + M->wheels.n, o + M->at_rolled + M->wheels.n);

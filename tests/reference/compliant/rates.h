@@ -1,4 +1,5 @@
-/* The numbers of a compliant mechanism, which compiled_rates.py fills in by the names of the fields. */
+/* The numbers of a compliant mechanism, which compiled_rates.py fills in by the names of the fields.
+ * Quantities that depend on time have a row for each time; instant: the row of each state. */
 
 #ifndef RATES_H
 #define RATES_H
@@ -9,6 +10,7 @@ typedef struct { long n; const long *one, *two; const double *x1, *F1, *x2, *F2;
 typedef struct { long n; const double *eps, *fall, *drag, *mu, *rest; const long *viscous, *slides; double *share; } Law;
 
 typedef struct {
+    const long *instant;
     long nb, size, at_q, at_v, at_w, at_rolled, at_taken;
     double delay;
     const double *mass, *inertia, *inverse, *weight;
@@ -44,7 +46,7 @@ typedef struct {
     const double *spring_x, *spring_data;
 } Model;
 
-typedef struct { double R[MOST][9], c[MOST][3], v[MOST][3], w[MOST][3], f[MOST][3], m[MOST][3], taken; long s; } Body;
+typedef struct { double R[MOST][9], c[MOST][3], v[MOST][3], w[MOST][3], f[MOST][3], m[MOST][3], taken; long s, t; } Body; /* s, t: the numbers of its state and of its time */
 typedef struct { double A[9], B[9], p[3], q[3], slide[3], turn[3]; } Pair;
 typedef struct { double x[3], turn[3], slide[3], spin[3], ends, F[3], T[3]; } RelativeMotion;
 
