@@ -72,8 +72,8 @@ def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> Source:
 
 
 def apply(scene: Scene, changes: Mapping[str, Any], checks: bool = True) -> Scene:
-    """The scene with other values at dotted paths, checked again. checks: whether to check more than the form of values, which takes
-    half of the time. SceneError lists every wrong path and value."""
+    """The scene with other values at dotted paths, checked again. checks: whether to check more than the form of values,
+    which takes half of the time. SceneError lists every wrong path and value."""
     data = opened(scene)
     if wrong := set_values(data, changes):
         every_path = cache(lambda: [p.path for p in list_parameters(scene)])

@@ -76,21 +76,22 @@ static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
 static double tr_spectral_radius(int n, double *H) {
   static const double none[KRYLOV];
   const int all = KRYLOV * KRYLOV;
-  double exponent = 0.0, power = 1.0, square[KRYLOV * KRYLOV] = {0.0};
+  double exponent = 0.0, power = 1.0, size = tr_dot(H, H, all), square[KRYLOV * KRYLOV] = {0.0}; /* size: of the matrix, squared */
   for (int k = 0;; ++k, power *= 0.5) {
     double trace = 0.0, off[KRYLOV * KRYLOV];
-    const double norm = sqrt(tr_dot(H, H, all));
+    const double norm = sqrt(size);
     int shift;
     if (!(norm > 0.0 && norm < INFINITY)) return norm;
     if (k == SQUARINGS) return pow(2.0, exponent) * pow(norm, power);
     frexp(norm, &shift);
     const double unit = ldexp(1.0, -shift);
-    for (int i = 0; i < all; ++i) H[i] *= unit;
+    for (int i = 0; i < all; i += TR_LANES) *(tr_vec *)(H + i) = *(const tr_vec *)(H + i) * unit;
     exponent += shift * power;
     for (int i = 0; i < n; ++i) trace += H[i + KRYLOV * i];
     for (int j = 0; j < n; ++j) tr_affine_map(KRYLOV, n, none, H, H + KRYLOV * j, square + KRYLOV * j);
-    for (int i = 0; i < all; ++i) off[i] = square[i] - trace * H[i];
-    if (tr_dot(off, off, all) <= ONE_DIRECTION * ONE_DIRECTION * tr_dot(square, square, all))
+    for (int i = 0; i < all; i += TR_LANES) *(tr_vec *)(off + i) = *(const tr_vec *)(square + i) - *(const tr_vec *)(H + i) * trace;
+    size = tr_dot(square, square, all);
+    if (tr_dot(off, off, all) <= ONE_DIRECTION * ONE_DIRECTION * size)
       return pow(2.0, exponent) * pow(fabs(trace), power); /* the only eigenvalue is the trace */
     memcpy(H, square, sizeof square);
   }
