@@ -20,10 +20,7 @@ void tr_op_add(double *const *a, const int *how) {
 void tr_op_combine(double *const *a, const int *how) {
   const int n = how[0];
   memcpy(a[3], a[0], sizeof(double) * n);
-  for (int k = 0; k < how[1]; ++k) {
-    const double *column = a[1] + (size_t)k * how[2], z = a[2][k];
-    for (int i = 0; i < n; ++i) a[3][i] += column[i] * z;
-  }
+  for (int k = 0; k < how[1]; ++k) add_multiple(n, a[1] + (size_t)k * how[2], a[2][k], a[3]);
 }
 
 void tr_op_select(double *const *a, const int *how) {
@@ -45,13 +42,11 @@ void tr_op_add_row_dots(double *const *a, const int *how) {
 }
 
 void tr_op_add_columns(double *const *a, const int *how) {
-  for (int k = 0; k < how[1]; ++k)
-    for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[0] + i] * a[1][k];
+  for (int k = 0; k < how[1]; ++k) add_multiple(how[0], a[0] + (size_t)k * how[0], a[1][k], a[2]);
 }
 
 void tr_op_add_strided_columns(double *const *a, const int *how) {
-  for (int k = 0; k < how[1]; ++k)
-    for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[2] + i] * a[1][k];
+  for (int k = 0; k < how[1]; ++k) add_multiple(how[0], a[0] + (size_t)k * how[2], a[1][k], a[2]);
 }
 
 void tr_op_add_transposed_product(double *const *a, const int *how) {
