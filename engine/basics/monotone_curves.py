@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from trunnion.basics.lazy_casadi import SX, ca
 
@@ -51,6 +52,12 @@ def straight_beyond(x: SX, at: Sequence[SX], value: Sequence[SX]) -> tuple[SX, S
         out += h[i] * u * (a + u * (b + u * c))
         area += h[i] * u * (value[i] + h[i] * u * (a / 2 + u * (b / 3 + u * c / 4)))
     return out, area
+
+
+def pieces_below(x: SX, at: Sequence[SX]) -> SX:
+    """Number of pieces of a curve below x, with fractions: 0 at the first point, constant beyond the ends."""
+    inside = (ca.if_else(b > a, (x - a) / ca.if_else(b > a, b - a, 1), 0) for a, b in pairwise(at))
+    return sum((ca.fmin(ca.fmax(u, 0), 1) for u in inside), ca.SX(0))
 
 
 def _slope(h: Sequence[SX], rise: Sequence[SX]) -> SX:

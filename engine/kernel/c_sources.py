@@ -20,6 +20,7 @@ from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.runtime.abi.kernel_records import ELEMENT, JACOBIAN, KERNEL, LINEAR, OUTPUTS, PACE, PAIR, POST, UNILATERAL
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.curve_positions import curve_positions
 from trunnion.system.structure.loop_joints import rows_of
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
 from trunnion.system.structure.redundant_loop_groups import reaction_groups
@@ -95,7 +96,7 @@ def _kernel_text(system: System, main: MainUnit) -> str:
     paces, filled = frequencies(system), fill(system, main.active)
     sizes = main.sizes | {
         "abi": "TR_ABI", "nsliders": len(system.sliders), "nstops": system.stops,
-        "nlatches": system.latches, "nunilateral": len(system.unilateral),
+        "nlatches": system.latches, "npositions": curve_positions(system), "nunilateral": len(system.unilateral),
         "ntables": system.tables, "nquat": len(quat), "nelements": len(main.elements), "ndn": dn,
         "nmore": sum(n for _, n in main.turned.values()),
         "ndmore": sum(main.turned.get(e.joint.name, (0, 0))[1] * (len(e.needs) + e.joint.kind.nv) for e in main.elements),

@@ -72,7 +72,7 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
         return wrenches_of(bushing(sym, motions, load), load)
     body = load.bodies[0]
     if load.kind == "field":
-        at = point_motion(motions[body], motions[body].R @ sym.leaves(load.points[0]))[0]
+        at = place_of(sym, motions, load)
         value = vector([SX(0) if s is None else at_place(sym, s, at) for s in load.vector])
     else:
         value = vector([SX(0) if s is None else sym.load(s) for s in load.vector])
@@ -84,6 +84,12 @@ def wrenches(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]
     if load.kind == "drag":
         value = drag(value, point_motion(motions[body], lever)[1])
     return [(body, ca.sparsify(ca.vertcat(value, cross(lever, value))))]
+
+
+def place_of(sym: Symbols, motions: Motions, load: Load) -> SX:
+    """World position (3) of the point of a load on a body, m."""
+    motion = motions[load.bodies[0]]
+    return point_motion(motion, motion.R @ sym.leaves(load.points[0]))[0]
 
 
 def at_place(sym: Symbols, s: Signal, at: SX) -> SX:
@@ -141,6 +147,11 @@ def _spring(sym: Symbols, motions: Motions, load: Load) -> list[tuple[int, SX]]:
 def nonlinear_force(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> SX:
     """Force of nonlinear springs and dampers, positive against the coordinate x (``scene.force_laws``)."""
     return sum((FORCE_LAWS[n.law].force([sym.leaf(leaf) for leaf in n.leaves], x, rate) for n in laws), SX(0))
+
+
+def nonlinear_position(sym: Symbols, law: LawForce, x: SX, rate: SX) -> SX:
+    """Position in the curve of a nonlinear spring or damper, in pieces (``ForceLaw.passed``)."""
+    return FORCE_LAWS[law.law].passed([sym.leaf(leaf) for leaf in law.leaves], x, rate)
 
 
 def nonlinear_energy(sym: Symbols, laws: Sequence[LawForce], x: SX) -> SX:

@@ -98,6 +98,7 @@ TR_RARE
 #include "events/capture_at_end_of_sliding.c"
 TR_OFTEN
 #include "events/pre_event_state.c"
+#include "events/curve_positions.c"
 
 TR_RARE
 #include "diagnosis/jam.c"

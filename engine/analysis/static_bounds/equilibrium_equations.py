@@ -121,7 +121,8 @@ def statics(scene: Scene) -> Statics:
 def _refuse_efficiency_tables(scene: Scene) -> None:
     """Raise SceneError for tables of efficiencies: their capacities are not sums of norms."""
     tables = [(n, k) for n, j in scene.joints.items() for k in BY_LOAD if isinstance(getattr(j.friction, k, None), ByLoad)]
-    what, hint = "bounds at rest are not available with a table of efficiencies", "give the efficiency at the load as one number"
+    what = "bounds at rest refuse a table of efficiencies: the static capacity is then a curve over the load, not a sum of norms"
+    hint = "give the efficiency at the load as one number"
     if tables:
         raise SceneError([Problem(f"joints.{n}.friction.{k}", what, hint) for n, k in tables])
 

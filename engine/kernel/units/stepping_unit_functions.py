@@ -16,9 +16,10 @@ from trunnion.recursion.complement_equation_terms import by_loads, joint_rates, 
 from trunnion.recursion.cut_joint_constraints import INSIDE
 from trunnion.recursion.inward_reduction import Model
 from trunnion.recursion.loop_contact_springs import complete_wrench, friction_change
-from trunnion.recursion.masses_and_forces import stop_push
+from trunnion.recursion.masses_and_forces import line_of, nonlinear_position, place_of, stop_push
 from trunnion.recursion.symbolic_inputs import Symbols
 from trunnion.recursion.vector_algebra import SX
+from trunnion.system.structure.curve_positions import fields_with_width, freedoms_with_curves, lines_with_curves
 from trunnion.system.structure.friction_joint_indices import Element, elements
 
 
@@ -47,7 +48,8 @@ def closure_function(m: Model) -> Code:
 def stops_function(m: Model) -> Code:
     """C function of the depth by which every stop is compressed; the depth of an open stop is negative. After all depths follows
     one more value for each: for a stop, the factor of its elastic force, which is 0 at release (``stop_push``); for a hook, the
-    excess of its signal over the release value; for a joint that only pushes, its coefficient of restitution."""
+    excess of its signal over the release value; for a joint that only pushes, its coefficient of restitution. At the end follow the
+    positions in curves and fields (``system.structure.curve_positions``)."""
     sym = m.sym
     depths: list[SX] = [SX(0)] * sym.system.stops
     pushes: list[SX] = [SX(1)] * sym.system.stops
@@ -71,7 +73,21 @@ def stops_function(m: Model) -> Code:
                     rate = joint_rates(m, j)[k]
                     depths[flag] = sign * (sym.leaf(bound) - q[j.kind.coordinate_of(k)])
                     pushes[flag] = stop_push(sym.leaf(d.stop.damping), sign, rate)
-    return _of_state(sym, "events", "g", [*depths, *pushes])
+    return _of_state(sym, "events", "g", [*depths, *pushes, *_curve_positions(m)])
+
+
+def _curve_positions(m: Model) -> list[SX]:
+    """The positions in curves and fields."""
+    sym, found = m.sym, []
+    for j, k, law in freedoms_with_curves(sym.system):
+        i = j.kind.coordinate_of(k)
+        found.append(nonlinear_position(sym, law, coordinates_of(m, j)[i] if i >= 0 else SX(0), joint_rates(m, j)[k]))
+    for load, law in lines_with_curves(sym.system):
+        line = line_of(sym, m.motions, load)
+        found.append(nonlinear_position(sym, law, line.length, line.rate))
+    for load in fields_with_width(sym.system):
+        found += ca.vertsplit(place_of(sym, m.motions, load) / sym.leaf(load.numbers[0]))
+    return found
 
 
 def laws_function(sym: Symbols, parts: list[Element]) -> Code:

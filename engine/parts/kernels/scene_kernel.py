@@ -37,6 +37,7 @@ from trunnion.runtime.abi.c_header import number
 from trunnion.runtime.abi.kernel_records import ELEMENT, KERNEL, OUTPUTS, PACE, PAIR, POST, UNILATERAL
 from trunnion.system.signals.excitation_frequencies import frequencies
 from trunnion.system.structure.bodies_and_joints import System
+from trunnion.system.structure.curve_positions import curve_positions
 from trunnion.system.structure.loop_friction_operation_count import is_recursion_shorter
 from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops, rubs
 from trunnion.system.structure.loop_matrix_fill import fill, tables_of
@@ -143,6 +144,7 @@ def _kernel_unit(
         "nmore": sum(n for n, _ in more), "ndmore": sum(n for _, n in more), "loop_friction": int(rubs(system)),
         "neta": system.neta, "nn": m.nn, "nrates": m.nrates, "nlight": len(system.light),
         "nsliders": len(system.sliders), "nstops": system.stops, "nlatches": system.latches, "nunilateral": len(system.unilateral),
+        "npositions": curve_positions(system),
         "ntables": system.tables, "nquat": len(quat),
         "nelements": len(elements), "npaces": len(paces), "nbodies": len(system.bodies), "ndn": dn,
         "sets": int(any(e.sets for e in stepping.elements)), "nfill": len(filled.below), "nS": m.at("Se"),

@@ -70,7 +70,7 @@ SMOOTH = {
 
 
 FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "between_points"}
-"""Functions whose primitives have tangents unless they compute powers or depths."""
+"""Functions whose primitives have tangents unless they compute powers, depths or positions."""
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
@@ -79,7 +79,7 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
-    forces = name in FORCES and which[-1] not in ("power", "depths")
+    forces = name in FORCES and which[-1] not in ("power", "depths", "position")
     return name in SMOOTH or forces or (name == "cut" and which[-1] != "closed") or (name == "tie" and which[-1] != MIMIC.name)
 
 
@@ -103,9 +103,9 @@ def _small() -> Iterator[Recipe]:
     yield from (("joint_devices", "latch", what) for what in ("force", "power", "potential", "depths"))
     yield "joint_devices", "motor"
     for law in FORCE_LAWS.values():
-        extra = "potential" if law.elastic else "power"
-        yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", extra) if law.data)
-        yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", extra))
+        more = ("potential" if law.elastic else "power", *(("position",) if law.pieces else ()))
+        yield from (("force_laws", "along_freedom", law.key, what) for what in ("force", *more) if law.data)
+        yield from (("force_laws", "between_points", law.key, what) for what in ("wrench", "force", *more))
     plain = ("energies", "at_least", "quaternion", "over", "span")
     yield from (("signals_loads_energies", name) for name in plain)
     alone = [k.name for k in JOINTS.values() if k.nv == k.nq == 1 and not k.bodiless]

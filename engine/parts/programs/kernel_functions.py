@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
+from trunnion.parts.bytecode.body_and_joint_slots import BodySlots, CutJointSlots
 from trunnion.parts.bytecode.program import Program, Slot, Space
-from trunnion.parts.primitives.primitive_cache import friction, joint_devices
+from trunnion.parts.layout.load_operands import ends, law_numbers
+from trunnion.parts.primitives.primitive_cache import force_laws, friction, joint_devices, signals_loads_energies
 from trunnion.parts.programs.body_passes import ScenePasses
 from trunnion.parts.programs.column_programs import ColumnPrograms
 from trunnion.parts.programs.scaled_reactions import ScaledReactions
 from trunnion.parts.programs.shared_operands import coordinate_rates, element_operands
-from trunnion.system.structure.bodies_and_joints import Device, state_coordinates
+from trunnion.system.structure.bodies_and_joints import Device, Joint
+from trunnion.system.structure.curve_positions import fields_with_width, freedoms_with_curves, lines_with_curves
 from trunnion.system.structure.friction_joint_indices import Element, elements
 from trunnion.system.structure.loop_joints import rubbing_on_loops
 from trunnion.system.structure.parameter_table import Leaf
@@ -91,8 +96,10 @@ def _closure(s: ScenePasses) -> None:
 
 def _events(s: ScenePasses) -> None:
     program = s.program("events")
-    closed = {}
-    if s.system.unilateral or any(d.stop or d.latch for j in s.system.cuts for d in j.devices):
+    moving: list[BodySlots] = []
+    closed: dict[str, CutJointSlots] = {}
+    motions = any(True for _ in chain(lines_with_curves(s.system), fields_with_width(s.system)))
+    if motions or s.system.unilateral or any(d.stop or d.latch or d.nonlinear for j in s.system.cuts for d in j.devices):
         moving = s.outward(program, program.scratch_slot, forces=False)
         closed = {c.joint.name: c for c in s.closed(program, moving, program.scratch_slot, forces=False)}
     for j in s.system.unilateral:
@@ -108,16 +115,40 @@ def _events(s: ScenePasses) -> None:
         for k, d in enumerate(j.devices):
             if d.stop is None and d.latch is None:
                 continue
-            i = j.kind.coordinate_of(k)
-            if j.cut:
-                q, rate = closed[j.name].q.slice(i, 1), closed[j.name].v.slice(k, 1)
-            elif j.driven:
-                both = s.rates_of(program, j, program.scratch_slot)
-                q, rate = both[0].slice(i, 1), both[1].slice(k, 1)
-            else:
-                q = Slot(Space.Y, j.q0 + state_coordinates(j).index(i), 1)
-                rate = Slot(Space.Y, s.system.nq + j.v0 + k, 1)
-            _depths(s, program, d, q, rate)
+            _depths(s, program, d, *_freedom(s, program, closed, j, k))
+    _curve_positions(s, program, moving, closed)
+
+
+def _freedom(s: ScenePasses, program: Program, closed: dict[str, CutJointSlots], j: Joint, k: int) -> tuple[Slot, Slot]:
+    """Coordinate and rate of freedom k of a joint; 0 for the coordinate if there is none."""
+    i = j.kind.coordinate_of(k)
+    if j.cut:
+        q, v = closed[j.name].q, closed[j.name].v
+    else:
+        q, v, _ = s.rates_of(program, j, program.scratch_slot)
+    return q.slice(i, 1) if i >= 0 else s.zeros.slice(0, 1), v.slice(k, 1)
+
+
+def _curve_positions(s: ScenePasses, program: Program, moving: list[BodySlots], closed: dict[str, CutJointSlots]) -> None:
+    """Write the positions in curves and fields, after all values of the stops."""
+    at = 2 * s.system.stops
+    for j, k, law in freedoms_with_curves(s.system):
+        q, rate = _freedom(s, program, closed, j, k)
+        out, numbers = Slot(Space.OUT, at, 1), s.numbers(law.leaves)
+        s.call(program, force_laws.along_freedom(law.law, "position"), numbers=numbers, q=q, rate=rate, out=out)
+        at += 1
+    for load, law in lines_with_curves(s.system):
+        operands = ends(s, load, moving) | {"numbers": law_numbers(s, load, law)}
+        s.call(program, force_laws.between_points(law.law, "position"), out=Slot(Space.OUT, at, 1), **operands)
+        at += 1
+    for load in fields_with_width(s.system):
+        place, width = program.scratch_slot(3), s.numbers(load.numbers)
+        point, motion = s.numbers(load.points[0]), moving[load.bodies[0]].motion
+        s.call(program, signals_loads_energies.place(), numbers=point, motion=motion, out=place)
+        for k in range(3):
+            out = Slot(Space.OUT, at + k, 1)
+            s.call(program, signals_loads_energies.operation("/", 1), a=place.slice(k, 1), b=width, out=out)
+        at += 3
 
 
 def _depths(s: ScenePasses, program: Program, d: Device, q: Slot, rate: Slot) -> None:

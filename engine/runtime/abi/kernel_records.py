@@ -115,6 +115,7 @@ int nsliders : sliding pairs
 int nstops : stops
 int nlatches : stops that are hooks of latches; these come last
 int nunilateral : joints that only push
+int npositions : positions in curves and fields that steps must resolve
 int ntables : tables of signals
 int nquat : quaternions
 int nelements : frictional joints
@@ -164,7 +165,7 @@ void (*held)(const double *N, const double *u, const double *x, const double *c,
 void (*held_alone)(const double *N, const double *u, const double *x, const double *c, double *hold) : held without dN
 void (*pressed)(const double *N, const double *r, const double *u, const double *x, const double *c, double *more, double *dN) : δ
 void (*closure)({STATE}, double *h) : residuals of the loops, then of their rates
-void (*events)({STATE}, double *g) : depth of every stop, then its distance from release (unilateral: −gap, restitution)
+void (*events)({STATE}, double *g) : depth of every stop, then its distance from release (unilateral: −gap, restitution), positions
 void (*qdot)(const double *y, const double *v, const double *c, double *dq) : coordinate rates
 void (*energy)({STATE}, double *out) : kinetic and potential energy, J; 0: unknown
 void (*begin)({STATE}, double *w, double *maps, double *dy) : motion and rates, for recursive friction; else 0

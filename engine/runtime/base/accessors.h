@@ -94,7 +94,7 @@ static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_sto
  * value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
-  double both[2 * n + 1];
+  double both[2 * n + s->k->npositions + 1];
   if (n) s->k->events(TR_A(s, x), y, TR_A(s, c) + s->k->c_events, both);
   for (int i = 0; i < n; ++i) depth[i] = both[i];
   for (int i = 0; i < n && pushes; ++i) pushes[i] = both[n + i];

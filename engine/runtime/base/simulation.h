@@ -65,6 +65,7 @@ typedef struct tr_stepping {
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
   double stiffness;    /* h |λ| of the last explicit trial step */
+  double passed;       /* largest change of a position in a curve or field over the last trial step, in units of its limit */
   /* rows inside the accepted step: whether judged; whether less accurate than its end (tr_is_limited_by_stability) */
   int judged, rough;
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */

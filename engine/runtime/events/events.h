@@ -17,6 +17,13 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
+/* Error, in units of the tolerance, of a step that changes a position in a curve or field by too much up to its fraction `most`;
+ * otherwise 0. Sets step.passed. */
+static double tr_position_error(tr_sim *s, double most);
+
+/* Largest growth factor of the next step after the last call of tr_position_error. */
+static double tr_position_growth(const tr_sim *s);
+
 /* Place (0…1) of the first corner before `most`, in the acceptable step that was just made; 1 if there is none inside the step. */
 static double tr_find_first_corner(tr_sim *s, double most);
 

@@ -205,6 +205,7 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
   wait->grow = s->set.hfixed > 0.0 ? GROW_FIXED : tr_next_step_factor(s, trial->err, m->order, trial->most);
   if (trial->corners) wait->grow = fmin(wait->grow, 1.0);
+  wait->grow = fmin(wait->grow, tr_position_growth(s));
   if (event) {
     if (s->pulls.count) tr_watch_step_pulls(s, trial->theta);
     tr_refine_pending_event(s), tr_integrate_works(s, m);
@@ -274,6 +275,7 @@ TR_INLINE int tr_make_trials(tr_sim *s, double limit) {
     int code = tr_make_trial(s, m, &trial);
     s->trial = trial;
     if (code != TR_OK) return code;
+    if (trial.err <= 1.0) trial.err = fmax(trial.err, tr_position_error(s, trial.found == TR_FOUND ? trial.theta : 1.0));
     if (trial.err <= 1.0 && tr_remake_to_corner(s, &trial)) continue;
     if (trial.err <= 1.0 && !tr_is_remade_to_event(s, &trial)) {
       tr_accept_trial(s, m, &trial);

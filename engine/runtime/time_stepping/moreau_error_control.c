@@ -235,7 +235,7 @@ static void tr_moreau_accept(tr_sim *s, double h, double end, double err, double
   s->step.t0 = s->clock.t, s->step.size = h, s->step.have_dense = 1;
   tr_log_impulse_separations(s, end, course->smooth);
   s->pending.t = end, s->pending.theta = 1.0, s->pending.h = h, s->pending.kind = TR_IMPULSE_STEP;
-  s->pending.grow = fixed ? 1.0 : tr_next_step_factor(s, err, tr_method_of(s)->order, most);
+  s->pending.grow = fixed ? 1.0 : fmin(tr_next_step_factor(s, err, tr_method_of(s)->order, most), tr_position_growth(s));
   if (!fixed) tr_copy(s->k->npowers, TR_A(s, impulse_work) + s->k->npowers, TR_A(s, impulse_work));
   s->stats.steps++, s->stats.of_method[s->step.method]++;
 }
@@ -278,10 +278,12 @@ static int tr_make_moreau_step(tr_sim *s, double limit) {
   tr_save_modes(s, start);
   memcpy(TR_A(s, zold), TR_A(s, z), sizeof(double) * tr_z_length(s)), memcpy(TR_A(s, yold), TR_A(s, y), sizeof(double) * tr_state_width(s));
   for (double most = GROW_MOST;; most = 1.0) { /* no growth after a refused step */
-    const double h = tr_moreau_length(s, limit), err = tr_moreau_trial(s, h, &course);
+    const double h = tr_moreau_length(s, limit);
+    double err = tr_moreau_trial(s, h, &course);
     double whole = err <= 1.0 && !fixed ? tr_find_first_end(s, h, &course) : 1.0;
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_corner(s, 1.0);
     if (whole == 1.0 && err <= 1.0 && !fixed) whole = tr_find_first_release(s, h, &course);
+    if (err <= 1.0) err = fmax(err, tr_position_error(s, whole));
     /* Whether the error of a very short step may come from an impact. Without a change of mode, it comes from light bodies that
      * move fast. */
     const int jumps = !course.steady || err != err;

@@ -7,7 +7,7 @@ from typing import Literal
 from trunnion.basics.lazy_data_classes import validated
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.signals.position_formulas import separate
-from trunnion.scene.units.numbers_with_units import Number
+from trunnion.scene.units.numbers_with_units import Extent, Number
 
 
 @validated(frozen=True, config=STRICT)
@@ -42,6 +42,9 @@ class Field:
     """Component along the world's y, N; default: 0."""
     fz: PlaceFormula | None = None
     """Component along the world's z, N; default: 0."""
+    width: Extent | None = None
+    """Width of the narrowest part of the field. Steps with error control move the point by at most half of this width. Default:
+    steps are not limited; a note says so unless the formulas are polynomials."""
 
 
 COMPONENTS = ("fx", "fy", "fz")

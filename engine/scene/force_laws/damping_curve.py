@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from trunnion.basics.lazy_casadi import SX, ca
 from trunnion.basics.lazy_data_classes import validated
-from trunnion.basics.monotone_curves import KNOTS, straight_beyond
+from trunnion.basics.monotone_curves import KNOTS, pieces_below, straight_beyond
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.force_laws.declaration import ForceLaw, faults_of_points, points
@@ -28,14 +28,17 @@ class DampingCurveLaw(ForceLaw):
     """Leaves of the law: rates, then efforts."""
 
     key, data, text = "damping_curve", DampingCurve, "Damper whose effort is a curve over the rate."
-    units, count, elastic = {"speed": "{x}/s", "effort": "{f}"}, 2 * KNOTS, False
+    units, count, elastic, pieces = {"speed": "{x}/s", "effort": "{f}"}, 2 * KNOTS, False, True
 
     def numbers(self, data: DampingCurve) -> Sequence[tuple[str, float]]:
         return points(("speed", "effort"), data)
 
     def force(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
-        sign = ca.if_else(ca.logic_and(n[0] >= 0, rate < 0), -1, 1)
+        sign = _side(n, rate)
         return sign * straight_beyond(sign * rate, n[:KNOTS], n[KNOTS:])[0]
+
+    def passed(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
+        return pieces_below(_side(n, rate) * rate, n[:KNOTS])
 
     def findings(self, path: Path, data: DampingCurve) -> Iterator[Finding]:
         yield from faults_of_points(path, "speed", data.speed, data.effort)
@@ -49,3 +52,8 @@ class DampingCurveLaw(ForceLaw):
                 wanted = "0 at the speed 0" if v == 0.0 else f"not {'negative' if v > 0.0 else 'positive'} at the speed {v:g}"
                 yield Finding((*path, "effort", i), f"a damper only takes energy: its effort must be {wanted}, not {f:g}",
                               "give the effort the sign of its speed")  # fmt: skip
+
+
+def _side(n: Sequence[SX], rate: SX) -> SX:
+    """−1 if the curve of positive rates serves for this negative rate, otherwise 1."""
+    return ca.if_else(ca.logic_and(n[0] >= 0, rate < 0), -1, 1)

@@ -18,7 +18,8 @@ class ForceLaw:
     data       type of the key's value; None if no key gives the law.
     units      unit of each number, by the last word of its path. In a unit, {x} and {f} stand for the units of x and of the force.
     count      number of leaves (numbers that are constants or parameters).
-    elastic    whether the force depends on x alone. Its work is then stored, otherwise it is lost."""
+    elastic    whether the force depends on x alone. Its work is then stored, otherwise it is lost.
+    pieces     whether the law has pieces that a step must not jump over (``passed``)."""
 
     key: ClassVar[str]
     data: ClassVar[Any]
@@ -26,6 +27,7 @@ class ForceLaw:
     units: ClassVar[Mapping[str, str]]
     count: ClassVar[int]
     elastic: ClassVar[bool]
+    pieces: ClassVar[bool] = False
 
     def numbers(self, data: Any) -> Sequence[tuple[str, float]]:
         """(path below the key, value) of each leaf."""
@@ -37,6 +39,10 @@ class ForceLaw:
 
     def stored(self, n: Sequence[SX], x: SX) -> SX:
         """Energy of an elastic law. Its derivative by x is the force."""
+        raise NotImplementedError
+
+    def passed(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
+        """Position in the law's curve, in pieces. Steps with error control change it by less than a piece."""
         raise NotImplementedError
 
     def findings(self, path: Path, data: Any) -> Iterator[Finding]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from trunnion.basics.lazy_casadi import SX
 from trunnion.basics.lazy_data_classes import validated
-from trunnion.basics.monotone_curves import KNOTS, straight_beyond
+from trunnion.basics.monotone_curves import KNOTS, pieces_below, straight_beyond
 from trunnion.scene.data_classes.field_types import STRICT
 from trunnion.scene.findings.findings_and_paths import Finding, Path
 from trunnion.scene.force_laws.declaration import ForceLaw, faults_of_points, points
@@ -29,7 +29,7 @@ class SpringCurveLaw(ForceLaw):
     """Leaves of the law: positions, then efforts."""
 
     key, data, text = "spring_curve", SpringCurve, "Spring whose effort is a curve over the coordinate or length."
-    units, count, elastic = {"at": "{x}", "effort": "{f}"}, 2 * KNOTS, True
+    units, count, elastic, pieces = {"at": "{x}", "effort": "{f}"}, 2 * KNOTS, True, True
 
     def numbers(self, data: SpringCurve) -> Sequence[tuple[str, float]]:
         return points(("at", "effort"), data)
@@ -39,6 +39,9 @@ class SpringCurveLaw(ForceLaw):
 
     def stored(self, n: Sequence[SX], x: SX) -> SX:
         return straight_beyond(x, n[:KNOTS], n[KNOTS:])[1]
+
+    def passed(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
+        return pieces_below(x, n[:KNOTS])
 
     def findings(self, path: Path, data: Any) -> Iterator[Finding]:
         yield from faults_of_points(path, "at", data.at, data.effort)

@@ -31,6 +31,13 @@ def depends_on_place(node: Node) -> bool:
     return isinstance(node, Name) and node.name in PLACE
 
 
+def is_polynomial(tree: Tree) -> bool:
+    """Whether a separated formula only adds and multiplies. Such a formula has no narrow part."""
+    if tree[0] in ("place", "number"):
+        return True
+    return tree[0] in ("+", "-", "*", "neg", "square") and all(map(is_polynomial, tree[1:]))
+
+
 def _separate(node: Node, numbers: list[Node]) -> Tree:
     if not depends_on_place(node):
         numbers.append(node)

@@ -15,6 +15,7 @@ from trunnion.runtime.abi.header_constants import number
 from trunnion.simulation.execution.assembly_notes import assembly_notes
 from trunnion.simulation.execution.drive_motion import beginning_notes
 from trunnion.simulation.execution.failure_diagnosis import diagnose
+from trunnion.simulation.execution.field_notes import field_notes
 from trunnion.simulation.execution.follower_pull_notes import FollowerPulls
 from trunnion.simulation.execution.guide_end_notes import guide_end_notes
 from trunnion.simulation.execution.missing_inertia import missing_inertia
@@ -89,7 +90,7 @@ class OneRun:
         self.notes += [*redundancy_notes(self.redundancy), *certificate_notes(certified)]
         found = marginal_note(tuple(events)), overrun_note(c), stiffness_note(s.method, stats)
         self.notes += [*audit.notes, *(self.pulls.notes() if self.pulls else ()),
-                       *guide_end_notes(scene, self.model.columns, data), *filter(None, found)]
+                       *guide_end_notes(scene, self.model.columns, data), *field_notes(scene), *filter(None, found)]
         log.info("%s: %s", scene.name, outcome)
         return Result(scene, data, tuple(self.model.columns), tuple(events), outcome, stats, used, tuple(self.notes),
                       self.redundancy, certified, audit)

@@ -31,7 +31,8 @@ def load(points: Points, name: str, f: sm.Applied) -> Load:
         body, at = _place(points, f.on)
         given = tuple((key, getattr(f, key)) for key in COMPONENTS)
         fields = tuple(None if x is None else _field(points, f"forces.{name}.{key}", x) for key, x in given)
-        return Load(name, "field", (points.index[body],), (at,), vector=fields)
+        width = () if f.width is None else (points.table.own(f"forces.{name}.width", f.width, "m"),)
+        return Load(name, "field", (points.index[body],), (at,), vector=fields, numbers=width)
     path = f"forces.{name}.{f.type}"
     values = f.force if isinstance(f, sm.Force) else f.torque
     unit = "N" if isinstance(f, sm.Force) else "N*m"

@@ -111,7 +111,7 @@ class Load:
 
     vector    components of a force or torque; None for structural zeros. Of drag: density, coefficient and area.
     numbers   spring-damper: stiffness, damping, free length. Bushing: stiffness, damping, rotational stiffness and rotational
-              damping, three values each, along the axes of ``frames``.
+              damping, three values each, along the axes of ``frames``. Field: its width, if given.
     nonlinear nonlinear springs and dampers along the line of a spring-damper.
     """
 

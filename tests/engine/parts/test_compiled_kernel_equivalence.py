@@ -35,7 +35,7 @@ ROUND_OFF = 1e-12
 CANCELS = 1e-3
 """Below this result, numbers of order one have cancelled."""
 SIZES = ("nq", "nv", "nb", "nx", "np", "rows", "active", "neta", "nn", "nrates", "npowers", "ntaken", "nsliders", "nstops",
-         "ntables", "nquat", "nelements", "npaces", "ndn", "sets", "nkappa", "nmore", "ndmore", "loop_friction",
+         "npositions", "ntables", "nquat", "nelements", "npaces", "ndn", "sets", "nkappa", "nmore", "ndmore", "loop_friction",
          "coupled")  # fmt: skip
 
 HELD = 0.01
@@ -87,7 +87,8 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
              "eta": table.neta + 4, "dN": table.ndn + 8,
              "sliding": 3 * table.nsliders + 4, "hold": 3 * table.nsliders + 4, "dhold": 6 * table.nsliders + 4, "energy": 4,
              "closure": 2 * table.rows + 4, "more": table.nmore + 4, "dmore": table.ndmore + 8,
-             "depths": 2 * table.nstops + 4, "eta alone": table.neta + 4, "hold alone": 3 * table.nsliders + 4}  # fmt: skip
+             "depths": 2 * table.nstops + table.npositions + 4,
+             "eta alone": table.neta + 4, "hold alone": 3 * table.nsliders + 4}  # fmt: skip
     out = {name: np.zeros(size) for name, size in sizes.items()}
     called(table, "prepare", s.p, c)
     called(table, "stage1", s.x, s.y, c, w, out["maps"], out["dy"], out["power"])

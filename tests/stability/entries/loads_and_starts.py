@@ -9,7 +9,7 @@ from tests.stability.gallery_entry import Edge, Row
 from tests.stability.scene_verdicts import honest, ran
 from trunnion.scene.data_classes import scene as sm
 
-WIDTH, WAY, SPEED = 0.01, 0.5, 1.0
+WIDTH, WAY, SPEED = 0.001, 0.5, 1.0
 """Data of the potential hill: width, m; distance of the start, m; start speed with which a body just reaches the top, m/s."""
 FAST, THICK = 1e4, 1000.0
 """Data of the body that enters a dense medium: speed, m/s; drag divided by squared speed and mass, 1/m."""
@@ -27,7 +27,7 @@ def block(name: str, until: float, start: dict, forces: dict | None = None, **mo
 def hill(beyond: float) -> sm.Scene:
     """A block that a field slows down on a short part of its way. The energy of the field at x is F w/2 exp(−(x/w)²)."""
     w = f"({WIDTH} m)"
-    field = {"type": "field", "on": "block", "fx": f"{SPEED**2 / WIDTH} N*(x/{w})*exp(-(x/{w})^2)"}
+    field = {"type": "field", "on": "block", "fx": f"{SPEED**2 / WIDTH} N*(x/{w})*exp(-(x/{w})^2)", "width": WIDTH}
     return block("hill", 2.0, {"q": -WAY, "qd": SPEED * math.sqrt(1 + beyond)}, {"hill": field})
 
 
