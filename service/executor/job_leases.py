@@ -69,12 +69,13 @@ class LeasedJobs:
         if study is not None and job.state != "cancelling":
             active.follow = StudyProgress(study)
         self.jobs[job.id] = active
-        self._settle_running(active)
+        self._settle_running(active, job.state == "queued")
 
-    def _settle_running(self, active: ActiveJob) -> None:
+    def _settle_running(self, active: ActiveJob, is_new: bool = False) -> None:
         """Settle the chunks that are stored as running but have no future in this server. An earlier server sent them, or a commit
-        was interrupted."""
-        left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
+        was interrupted. is_new: whether the job had no chunks when its lease was taken."""
+        running = [] if is_new else self.store.running(active.job.id)
+        left = [chunk for chunk in running if chunk.start not in active.flying]
         there = self.parts.names(active.job.id) if left else set()
         for k in range(0, len(left), COMMIT_SIZE):
             self._settle_chunks(active, left[k : k + COMMIT_SIZE], there)

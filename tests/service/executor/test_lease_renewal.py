@@ -58,7 +58,8 @@ def recorded(jobs: LeasedJobs, clock: Clock) -> None:
     """Pieces that returned all at once."""
     future, chunk = object(), SimpleNamespace(job="job", stop=1)
     flying = dict.fromkeys(range(PIECES), (chunk, future))
-    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, planned=0, known=1, release_grant=lambda *given: None)
+    many = {"planned": 0, "known": 1, "follow": None}
+    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, release_grant=lambda *given: None, **many)
     jobs.jobs["job"] = active  # type: ignore[assignment]
     jobs.returned = queue.SimpleQueue()
     for k in range(PIECES):
