@@ -20,7 +20,7 @@ from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.executor.study_round_results import round_results
 from trunnion.service.request_models.job_request import current_settings, study_of_document
-from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, LeaseLost, WorkStore
 from trunnion.service.store.store_records import Chunk, Job
 
 
@@ -51,8 +51,11 @@ class LeasedJobs:
         for job in held.values():
             if job.id in self.jobs:
                 self.jobs[job.id].job = job
-            else:
+                continue
+            try:
                 self._take_over(job)
+            except LeaseLost:
+                self._forget(self.jobs[job.id])
 
     def _take_over(self, job: Job) -> None:
         """Start a newly leased job, or resume it."""
