@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from inspect import isfunction
 from typing import TYPE_CHECKING, Any
 
 _LOCK = threading.RLock()
@@ -15,6 +16,8 @@ METHODS = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delat
 """Methods that make the class when they are called, then call the class's method of the same name."""
 FACTS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
 """Attributes that make the class when they are read."""
+OF_EACH = ("__dict__", "__weakref__", "_abc_impl")
+"""Attributes that Python gives to each class."""
 AT_ONCE = {"__init__", "__eq__", "__setattr__", "__slots__"}
 
 
@@ -51,9 +54,29 @@ def _make(owner: type, options: dict[str, Any]) -> None:
     with _LOCK:
         if not isinstance(vars(owner).get(FACTS[0]), _Fact):
             return
-        for name in [n for n, value in vars(owner).items() if isinstance(value, _Fact) or hasattr(value, _MARK)]:
+        standing = [n for n, value in vars(owner).items() if isinstance(value, _Fact) or hasattr(value, _MARK)]
+        if "config" not in options:
+            _make_copy_first(owner, options, standing)
+            return
+        for name in standing:
             delattr(owner, name)
         _decorated(owner, options)
+
+
+def _make_copy_first(owner: type, options: dict[str, Any], standing: list[str]) -> None:
+    """Let the standard library make a copy of the class, then give the class the copy's attributes, one by one. At any moment, the
+    class has each method, so that other threads can use it meanwhile. standing: names of attributes that stand for others."""
+    own = {n: value for n, value in vars(owner).items() if n not in (*standing, *OF_EACH)}
+    made = _decorated(type(owner)(owner.__name__, owner.__bases__, dict(own)), options)
+    for method in filter(isfunction, vars(made).values()):
+        for cell in method.__closure__ or ():
+            if cell.cell_contents is made:
+                cell.cell_contents = owner
+    for name, value in vars(made).items():
+        if name not in OF_EACH and own.get(name, own) is not value:
+            setattr(owner, name, value)
+    for name in [n for n in (*own, *standing) if n not in vars(made)]:
+        delattr(owner, name)
 
 
 def _decorated(cls: type, options: dict[str, Any]) -> Any:

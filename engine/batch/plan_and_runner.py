@@ -4,7 +4,7 @@ on any machine."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property, partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -31,6 +31,7 @@ from trunnion.simulation.settings.realtime_steps import bounds_of
 from trunnion.simulation.settings.request_checks import check_settings
 from trunnion.simulation.settings.run_settings import Run
 from trunnion.system.construction.system_builder import build
+from trunnion.system.structure.bodies_and_joints import System
 
 if TYPE_CHECKING:
     import pyarrow
@@ -49,6 +50,7 @@ class Plan:
         run: settings of the runs.
         about: metadata of the table.
         series: the rows to store for each case; None if no rows are stored.
+        system: the structure of the scene, if it is known.
     """
 
     scene: Scene
@@ -57,12 +59,17 @@ class Plan:
     run: Run
     about: dict[str, Any] = field(default_factory=dict, compare=False)
     series: Series | None = None
+    system: System | None = field(default=None, compare=False, repr=False)
 
     @cached_property
     def kernel(self) -> str:
         """The kind of kernel for all cases."""
         wanted = self.run.kernel
-        return wanted if wanted == "lanes" else kernel_for(wanted, build(self.scene).system, self.cases.count)
+        return wanted if wanted == "lanes" else kernel_for(wanted, self.system or build(self.scene).system, self.cases.count)
+
+    def is_like(self, other: Plan) -> bool:
+        """Whether another plan differs from this one only in its cases."""
+        return replace(self, cases=other.cases) == other and self.kernel == other.kernel
 
     @property
     def schema(self) -> pyarrow.Schema:
@@ -101,7 +108,8 @@ def plan(
         raise SceneError([Problem("vary", what, "give exactly one of vary (grid), cases (list) and sample (ranges)")])
     vary, sample = (w if w is None else current_paths(w) for w in (vary, sample))
     problems = list(wrong)
-    everything = columns(build(scene).system)
+    system = build(scene).system
+    everything = columns(system)
     chosen = _found(problems, lambda: with_errors(reductions(keep, everything), certify))
     series = series_of(everything, trajectories, spacing, problems)
     if vary is not None:
@@ -116,7 +124,7 @@ def plan(
         problems.append(Problem("cases", what, "split the batch, or raise the limit"))
     if problems or found is None or chosen is None:
         raise SceneError(problems)
-    return Plan(scene, found, chosen, run, series=series)
+    return Plan(scene, found, chosen, run, series=series, system=system)
 
 
 def _current_cases(cases: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
@@ -153,12 +161,14 @@ class Stopped(Exception):
 
 class Runner:
     """Runs chunks of a plan and reuses kernels, blocks and built values. It serves one thread at a time. preparer: the preparer of
-    another runner of this plan; both runners then share its built values."""
+    another runner of this plan; both runners then share its built values. earlier: a runner whose plan differs only in its cases;
+    its structure, kernel and blocks are used again."""
 
-    def __init__(self, plan: Plan, preparer: Preparer | None = None):
+    def __init__(self, plan: Plan, preparer: Preparer | None = None, earlier: Runner | None = None):
         self.plan = plan
-        self.preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run, plan.cases.ends)
-        self.loops: list[Loop | ErrorEstimateLoop] = []
+        start = earlier.preparer.start if earlier else None
+        self.preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run, plan.cases.ends, start)
+        self.loops: list[Loop | ErrorEstimateLoop] = [x for x in earlier.loops if x.model.built is start] if earlier else []
         self.seconds = 0.0
         self.rows: pyarrow.Table | None = None
 

@@ -189,7 +189,9 @@ def _cached_runner(parts: Parts, job: str, digest: str) -> Runner | FitRunner:
         if digest_of(data) != digest:
             raise CorruptPart("the job's document beside its parts is damaged")
         plan = plan_of_document(json.loads(data))
-        return FitRunner(plan) if isinstance(plan, FitPlan) else Runner(plan)
+        if isinstance(plan, FitPlan):
+            return FitRunner(plan)
+        return Runner(plan, earlier=next((r for r in kept.values() if isinstance(r, Runner) and r.plan.is_like(plan)), None))
 
     kept: RecentItems[tuple[str, str, str], Runner | FitRunner] = _local.__dict__.setdefault("runners", RecentItems(CACHED_RUNNERS))
     return kept.of((parts.url, job, digest), made)

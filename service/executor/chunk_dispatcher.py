@@ -215,7 +215,11 @@ class Dispatcher(LeasedJobs):
             reports[start] = self._report(active, start, future)
         lost = {start: gone for start, (_, gone) in reports.items() if gone is not None}
         done = {start: d for start, (d, gone) in reports.items() if d is not None and gone is None}
-        states = self.store.record_outcomes(self.name, active.job.id, done, lost, self.settings.attempts)
+        end, outcomes = None, (self.name, active.job.id, done, lost, self.settings.attempts)
+        if active.follow is None and active.planned >= active.known and len(reports) == len(active.flying):
+            states, end = self.store.record_last_outcomes(*outcomes)
+        else:
+            states = self.store.record_outcomes(*outcomes)
         for start, (used, _) in reports.items():
             self._learn_cost(active, start, used)
             chunk = active.flying.pop(start)[0]
@@ -224,7 +228,9 @@ class Dispatcher(LeasedJobs):
                 told = (chunk.job, start, chunk.stop - 1, lost[start].error, states[start])
                 log.warning("job %s, cases %d to %d: %s (%s)", *told)
         self.dispatch_cost.record(len(reports), time.perf_counter() - began)
-        if active.planned >= active.known and not active.flying:
+        if end is not None:
+            self._forget(active)
+        elif active.follow is not None and active.planned >= active.known and not active.flying:
             self._end_if_over(active)
 
     def _report(self, active: ActiveJob, start: int, future: Any) -> Report:

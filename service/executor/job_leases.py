@@ -20,7 +20,7 @@ from trunnion.service.executor.parquet_parts import Parts
 from trunnion.service.executor.part_file_format import CaseRange, digest_of, document_bytes
 from trunnion.service.executor.study_round_results import round_results
 from trunnion.service.request_models.job_request import current_settings, study_of_document
-from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, WorkStore
+from trunnion.service.store.leases_and_chunks import ChunkReport, FailedAttempt, LeaseLost, WorkStore
 from trunnion.service.store.store_records import Chunk, Job
 
 
@@ -51,8 +51,11 @@ class LeasedJobs:
         for job in held.values():
             if job.id in self.jobs:
                 self.jobs[job.id].job = job
-            else:
+                continue
+            try:
                 self._take_over(job)
+            except LeaseLost:
+                self._forget(self.jobs[job.id])
 
     def _take_over(self, job: Job) -> None:
         """Start a newly leased job, or resume it."""
@@ -69,12 +72,13 @@ class LeasedJobs:
         if study is not None and job.state != "cancelling":
             active.follow = StudyProgress(study)
         self.jobs[job.id] = active
-        self._settle_running(active)
+        self._settle_running(active, job.state == "queued")
 
-    def _settle_running(self, active: ActiveJob) -> None:
+    def _settle_running(self, active: ActiveJob, is_new: bool = False) -> None:
         """Settle the chunks that are stored as running but have no future in this server. An earlier server sent them, or a commit
-        was interrupted."""
-        left = [chunk for chunk in self.store.running(active.job.id) if chunk.start not in active.flying]
+        was interrupted. is_new: whether the job had no chunks when its lease was taken."""
+        running = [] if is_new else self.store.running(active.job.id)
+        left = [chunk for chunk in running if chunk.start not in active.flying]
         there = self.parts.names(active.job.id) if left else set()
         for k in range(0, len(left), COMMIT_SIZE):
             self._settle_chunks(active, left[k : k + COMMIT_SIZE], there)

@@ -22,7 +22,7 @@ from trunnion.scene.composition.data_with_source_lines import copy_of
 from trunnion.scene.composition.deprecated_keys import replace_deprecated
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.file_format.yaml_writer import scene_to_dict
-from trunnion.scene.library.model_folders import bundled_names, model_file
+from trunnion.scene.library.model_folders import SCENE_FILE, bundled_names, model_folder
 from trunnion.scene.overrides import apply
 from trunnion.scene.scene_loader import load_scene, scene_from_dict, scene_from_text
 from trunnion.service.basics.server_settings import Limits
@@ -132,10 +132,10 @@ def scene_of(source: SceneSource, limits: Limits) -> Scene:
     if isinstance(source.scene, dict) and (n := _values(source.scene)) > MOST_VALUES:
         raise SceneError([Problem("scene", f"it holds {n} values, more than {MOST_VALUES}", "remove unused values")])
     if isinstance(source.scene, str):
-        if source.scene not in bundled_names():
-            hint = f"one of {', '.join(bundled_names())}; or give the scene itself"
+        if source.scene not in (names := bundled_names()):
+            hint = f"one of {', '.join(names)}; or give the scene itself"
             raise SceneError([Problem("scene", f"there is no bundled model {source.scene!r}", hint)])
-        scene = load_scene(model_file(source.scene))
+        scene = load_scene(model_folder(source.scene) / SCENE_FILE)
     elif source.scene is not None:
         scene = scene_from_dict(source.scene)
     else:

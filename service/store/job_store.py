@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from sqlalchemy import Connection, and_, delete, func, insert, or_, select, update
 from sqlalchemy.exc import IntegrityError
 
+from trunnion.service.store import frequent_statements as sql
 from trunnion.service.store.database_connection import engine_of, transaction, upgrade
 from trunnion.service.store.store_records import Chunk, Job, Key, StoredEvent, record_of
 from trunnion.service.store.table_definitions import (
@@ -80,10 +81,10 @@ class Store:
         with transaction(self.engine) as c:
             c.execute(select(func.count()).select_from(keys))
 
-    def _all(self, query: Any, kind: type[T]) -> list[T]:
-        """The records of the rows that a query selects."""
+    def _all(self, query: Any, kind: type[T], **values: Any) -> list[T]:
+        """The records of the rows that a query with these values of its parameters selects."""
         with transaction(self.engine) as c:
-            return [record_of(kind, row) for row in c.execute(query).mappings()]
+            return [record_of(kind, row) for row in c.execute(query, values).mappings()]
 
     # -- jobs ---------------------------------------------------------------------------------------------------------------
 
@@ -113,23 +114,23 @@ class Store:
             with transaction(self.engine, writing=True) as c:
                 c.execute(insert(jobs).values(values | {"created": self.now(c)}))
                 self._event(c, values["id"], "submitted", {"cases": cases})
-                return record_of(Job, c.execute(select(jobs).where(jobs.c.id == values["id"])).mappings().one()), True
+                return record_of(Job, c.execute(sql.JOB_OF_ID, {"of_job": values["id"]}).mappings().one()), True
         except IntegrityError:
             with transaction(self.engine) as c:
                 same = and_(jobs.c.owner == owner, jobs.c.idempotency_key == key)
-                earlier = record_of(Job, c.execute(select(jobs).where(same)).mappings().one())
+                earlier = record_of(Job, c.execute(sql.JOBS.where(same)).mappings().one())
             if earlier.digest != digest:
                 raise Conflict(f"the idempotency key belongs to job {earlier.id}, whose request differs: use a new key") from None
             return earlier, False
 
     def job(self, job: str) -> Job | None:
         """The job with this id, or None."""
-        return next(iter(self._all(select(jobs).where(jobs.c.id == job), Job)), None)
+        return next(iter(self._all(sql.JOB_OF_ID, Job, of_job=job)), None)
 
     def document(self, job: str) -> dict[str, Any]:
         """The stored request of a job."""
         with transaction(self.engine) as c:
-            return json.loads(c.execute(select(jobs.c.document).where(jobs.c.id == job)).scalar_one())
+            return json.loads(c.execute(sql.DOCUMENT, {"of_job": job}).scalar_one())
 
     def page(
         self,
@@ -143,7 +144,7 @@ class Store:
     ) -> tuple[list[Job], str | None]:
         """A page of jobs, newest first, and the cursor of the next page, which is None on the last page. BadCursor for an invalid
         cursor."""
-        query = select(jobs).order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
+        query = sql.JOBS.order_by(jobs.c.created.desc(), jobs.c.id.desc()).limit(limit + 1)
         for column, wanted in ((jobs.c.state, state), (jobs.c.scene, scene), (jobs.c.label, label)):
             if wanted is not None:
                 query = query.where(column == wanted)
@@ -169,19 +170,19 @@ class Store:
             free = and_(jobs.c.id == job, jobs.c.state.in_(ACTIVE), idle, jobs.c.state == "queued")
             if c.execute(update(jobs).where(free).values(state="cancelled", finished=now)).rowcount:
                 self._event(c, job, "cancelled", {})
-                self._queue_webhook(c, job, "cancelled")
+                if c.execute(sql.JOB_OF_ID, {"of_job": job}).mappings().one()["notify"]:
+                    self._queue_webhook(c, job, "cancelled")
             elif c.execute(
                 update(jobs).where(jobs.c.id == job, jobs.c.state.in_(("queued", "running"))).values(state="cancelling")
             ).rowcount:
                 self._event(c, job, "cancelling", {})
-            row = c.execute(select(jobs).where(jobs.c.id == job)).mappings().first()
+            row = c.execute(sql.JOB_OF_ID, {"of_job": job}).mappings().first()
             return record_of(Job, row) if row else None
 
     def _queue_webhook(self, c: Any, job: str, kind: str) -> None:
-        """In a transaction, queue a webhook for the end of a job, if the request of the job names an address."""
-        if c.execute(select(jobs.c.notify).where(jobs.c.id == job)).scalar_one():
-            values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
-            c.execute(insert(hooks).values(values))
+        """In a transaction, queue a webhook for the end of a job whose request names an address."""
+        values = {"job": job, "kind": kind, "attempts": 0, "not_before": 0.0, "state": "waiting"}
+        c.execute(insert(hooks).values(values))
 
     def states(self) -> dict[str, int]:
         """The number of jobs in each state."""
@@ -197,7 +198,7 @@ class Store:
     def _events(self, c: Any, job: str, told: Sequence[tuple[str, dict[str, Any]]]) -> None:
         now = self.now(c)
         if told:
-            c.execute(insert(events), [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
+            c.execute(sql.ADD_EVENTS, [{"job": job, "time": now, "kind": kind, "data": json.dumps(data)} for kind, data in told])
 
     def events(self, job: str, after: int = 0, limit: int = 500) -> list[StoredEvent]:
         """The events of a job with ids above ``after``, in order."""
@@ -257,7 +258,7 @@ class Store:
     def older(self, seconds: float, most: int = 200) -> list[Job]:
         """The first ``most`` jobs that ended more than ``seconds`` ago, oldest first."""
         with transaction(self.engine) as c:
-            old = select(jobs).where(jobs.c.state.in_(ENDED), jobs.c.finished < self.now(c) - seconds)
+            old = sql.JOBS.where(jobs.c.state.in_(ENDED), jobs.c.finished < self.now(c) - seconds)
             return [record_of(Job, row) for row in c.execute(old.order_by(jobs.c.finished).limit(most)).mappings()]
 
     def mark(self, job: str, label: str | None, tags: list[str] | None) -> None:
@@ -314,7 +315,7 @@ class Store:
                 return None
             again = {"attempts": hooks.c.attempts + 1, "not_before": now + CLAIM_SECONDS}
             c.execute(update(hooks).where(hooks.c.id == row["id"]).values(again))
-            job = c.execute(select(jobs).where(jobs.c.id == row["job"])).mappings().one()
+            job = c.execute(sql.JOB_OF_ID, {"of_job": row["job"]}).mappings().one()
             return Webhook(row["id"], row["kind"], job["notify"], row["attempts"] + 1, record_of(Job, job))
 
     def record_delivery(self, hook: Webhook, result: str, delay: float | None) -> None:

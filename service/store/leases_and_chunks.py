@@ -11,20 +11,19 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import Any
 
-from sqlalchemy import Connection, and_, bindparam, case, func, insert, or_, select, update
+from sqlalchemy import Connection, and_, bindparam, case, insert, or_, select, update
 
+from trunnion.service.store import frequent_statements as sql
 from trunnion.service.store.database_connection import transaction
 from trunnion.service.store.job_store import Store
 from trunnion.service.store.store_records import Chunk, Job, record_of
-from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, events, jobs
+from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, jobs
 
 RECENT = 0.25
 """Smallest weight of the newest rows in the pace of a job, which is a weighted mean."""
 
 OVERRAN = "it overran"
 """Error text of a waiting chunk whose case took too long. All other cases run before such a chunk."""
-
-
 CHANGED = "rows_changed"
 """Kind of an event: another version computed rows again, because their part was damaged."""
 
@@ -76,13 +75,11 @@ class WorkStore(Store):
             mine = or_(free, jobs.c.id.in_(self._stale(c, server)))
             renewed = {"lease_owner": server, "lease_until": now + lease, "beat": jobs.c.beat + 1, "lease": lease}
             c.execute(update(jobs).where(jobs.c.state.in_(ACTIVE), mine).values(renewed))
-            held = select(jobs).where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner == server).order_by(jobs.c.created, jobs.c.id)
-            return [record_of(Job, row) for row in c.execute(held).mappings()]
+            return [record_of(Job, row) for row in c.execute(sql.HELD_JOBS, {"of_server": server}).mappings()]
 
     def _stale(self, c: Connection, server: str) -> list[str]:
         """The jobs of other servers whose leases were not renewed for longer than their duration, as observed by this server."""
-        query = select(jobs.c.id, jobs.c.lease_owner, jobs.c.beat, jobs.c.lease)
-        others = c.execute(query.where(jobs.c.state.in_(ACTIVE), jobs.c.lease_owner != server)).all()
+        others = c.execute(sql.LEASES_OF_OTHERS, {"of_server": server}).all()
         now, seen, found = time.monotonic(), {}, []
         for job, owner, beat, lasts in others:
             mark = (owner, beat)
@@ -103,7 +100,7 @@ class WorkStore(Store):
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
             if row["state"] == "queued":
-                c.execute(update(jobs).where(jobs.c.id == job).values(state="running", started=now))
+                c.execute(sql.CHANGE_JOB, {"of_job": job, "state": "running", "started": now})
                 self._event(c, job, "started", {})
             elif row["landed"] is not None:
                 c.execute(update(jobs).where(jobs.c.id == job).values(landed=now))
@@ -113,7 +110,7 @@ class WorkStore(Store):
         come first, then new cases (at most ``sizes[k]`` in chunk k), then cases that took too long."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
-            due = self._due(c, job, now, pause, len(sizes))
+            due = self._due(c, job, now, pause, len(sizes)) if row["planned"] else []
             again = [x for x in due if x.error != OVERRAN]
             fresh, start, known = [], row["planned"], row["cases"] if row["asked"] is None else row["asked"]
             for size in sizes[len(again) :]:
@@ -126,12 +123,12 @@ class WorkStore(Store):
                 c.execute(update(chunks).where(those).values(state="running", attempts=chunks.c.attempts + 1))
             if fresh:
                 new = [{"job": job, "start": x.start, "stop": x.stop, "state": "running", "attempts": 1} for x in fresh]
-                c.execute(insert(chunks), new)
-                c.execute(update(jobs).where(jobs.c.id == job).values(planned=start))
+                c.execute(sql.ADD_CHUNKS, new)
+                c.execute(sql.CHANGE_JOB, {"of_job": job, "planned": start})
             again, last = ([replace(x, state="running", attempts=x.attempts + 1) for x in some] for some in (again, last))
             cut = again + fresh + last
             if cut:
-                c.execute(insert(attempts), [{"job": job, "start": x.start, "begun": now} for x in cut])
+                c.execute(sql.ADD_ATTEMPTS, [{"job": job, "start": x.start, "begun": now} for x in cut])
             return cut
 
     @staticmethod
@@ -145,8 +142,7 @@ class WorkStore(Store):
 
     def running(self, job: str) -> list[Chunk]:
         """The chunks that are stored as running. After a restart of the server, they do not actually run."""
-        query = select(chunks).where(chunks.c.job == job, chunks.c.state == "running").order_by(chunks.c.start)
-        return self._all(query, Chunk)
+        return self._all(sql.RUNNING_CHUNKS, Chunk, of_job=job)
 
     def ended(self, job: str, start: int, stop: int) -> list[Chunk]:
         """The chunks that contain any of the cases start … stop − 1 and are done or have failed in all attempts."""
@@ -165,9 +161,8 @@ class WorkStore(Store):
 
     @staticmethod
     def _ends(c: Connection, job: str) -> str:
-        query = select(chunks.c.stop, chunks.c.version).where(chunks.c.job == job, chunks.c.state == "done")
-        query = query.order_by(chunks.c.start)
-        return sha256(json.dumps([[int(stop), version] for stop, version in c.execute(query)]).encode()).hexdigest()
+        ends = c.execute(sql.CHUNK_ENDS, {"of_job": job})
+        return sha256(json.dumps([[int(stop), version] for stop, version in ends]).encode()).hexdigest()
 
     def ask(self, server: str, job: str, known: int, over: bool) -> None:
         """Store the number of known cases of a study. over: whether the number is final."""
@@ -179,50 +174,56 @@ class WorkStore(Store):
     def end_if_over(self, server: str, job: str) -> str | None:
         """End a job if all its cases are done or lost. Returns its final state, or None if the job continues."""
         with transaction(self.engine, writing=True) as c:
-            row = self._locked_job(c, server, job)
-            if row["done"] + row["lost"] < row["cases"]:
-                return None
-            if not row["lost"]:
-                return self._end(c, job, "done", [])
-            failed = select(chunks).where(chunks.c.job == job, chunks.c.state == "failed").order_by(chunks.c.start).limit(20)
-            problems = [
-                {
-                    "where": f"cases {r['start']} to {r['stop'] - 1}",
-                    "what": f"could not be run in {r['attempts']} attempts: {r['error']}",
-                    "hint": "results of other cases are valid; submit these cases again when the cause is fixed",
-                }
-                for r in c.execute(failed).mappings()
-            ]
-            return self._end(c, job, "failed", problems)
+            return self._end_if_over(c, self._locked_job(c, server, job))
+
+    def _end_if_over(self, c: Connection, row: Any) -> str | None:
+        """The result of ``end_if_over``. row: the row of the locked job."""
+        if row["done"] + row["lost"] < row["cases"]:
+            return None
+        if not row["lost"]:
+            return self._end(c, row, "done", [])
+        failed = select(chunks).where(chunks.c.job == row["id"], chunks.c.state == "failed").order_by(chunks.c.start).limit(20)
+        problems = [
+            {
+                "where": f"cases {r['start']} to {r['stop'] - 1}",
+                "what": f"could not be run in {r['attempts']} attempts: {r['error']}",
+                "hint": "results of other cases are valid; submit these cases again when the cause is fixed",
+            }
+            for r in c.execute(failed).mappings()
+        ]
+        return self._end(c, row, "failed", problems)
 
     def end(self, server: str, job: str, state: str, problems: list[dict[str, Any]]) -> None:
         """End a job early, because it was cancelled or its budget is used up."""
         with transaction(self.engine, writing=True) as c:
-            self._locked_job(c, server, job)
+            row = self._locked_job(c, server, job)
             over = case((chunks.c.state == "done", "done"), (chunks.c.state == "failed", "failed"), else_="dropped")
             c.execute(update(chunks).where(chunks.c.job == job).values(state=over))
-            self._end(c, job, state, problems)
+            self._end(c, row, state, problems)
 
-    def _end(self, c: Connection, job: str, state: str, problems: list[dict[str, Any]]) -> str:
+    def _end(self, c: Connection, row: Any, state: str, problems: list[dict[str, Any]]) -> str:
         """End a job. A job that continued in order to repair a part keeps the time of its first end."""
+        job = row["id"]
         problems = [*self._changes(c, job), *problems]
         values = {
+            "of_job": job,
             "state": state,
-            "finished": func.coalesce(jobs.c.finished, self.now(c)),
+            "finished": self.now(c) if row["finished"] is None else row["finished"],
             "problems": json.dumps(problems),
             "lease_owner": None,
             "lease_until": 0.0,
             "ends": self._ends(c, job) if state == "done" else "",
         }
-        c.execute(update(jobs).where(jobs.c.id == job).values(values))
+        c.execute(sql.CHANGE_JOB, values)
         self._event(c, job, state, {"problems": problems})
-        self._queue_webhook(c, job, state)
+        if row["notify"]:
+            self._queue_webhook(c, job, state)
         return state
 
     @staticmethod
     def _changes(c: Connection, job: str) -> list[dict[str, Any]]:
         """Problems that list the rows of a job that another version computed again."""
-        told = c.execute(select(events.c.data).where(events.c.job == job, events.c.kind == CHANGED).order_by(events.c.id)).scalars()
+        told = c.execute(sql.CHANGES_OF_ROWS, {"of_job": job, "kind": CHANGED}).scalars()
         return [
             {
                 "where": f"cases {d['first_case']} to {d['last_case']}",
@@ -236,7 +237,7 @@ class WorkStore(Store):
 
     def _locked_job(self, c: Connection, server: str, job: str) -> Any:
         """The row of a job, locked; LeaseLost when this server does not have the lease of the job."""
-        row = c.execute(select(jobs).where(jobs.c.id == job).with_for_update()).mappings().one()
+        row = c.execute(sql.LOCKED_JOB, {"of_job": job}).mappings().one()
         if row["lease_owner"] != server or row["state"] not in ACTIVE:
             raise LeaseLost(job)
         return row
@@ -247,43 +248,47 @@ class WorkStore(Store):
         """Store the outcomes of chunks of a job, by first case, in one transaction. done: chunks with parts. lost: failed attempts.
         most: number of attempts after which a chunk has failed. Returns the new states of the lost chunks. A repeated report has no
         effect."""
-        lost = lost or {}
+        return self.record_last_outcomes(server, job, done, lost or {}, most, last=False)[0]
+
+    def record_last_outcomes(
+        self, server: str, job: str, done: Mapping[int, ChunkReport], lost: Mapping[int, FailedAttempt], most: int,
+        last: bool = True,
+    ) -> tuple[dict[int, str], str | None]:
+        """The results of ``record_outcomes`` and, if ``last``, of ``end_if_over``, in one transaction."""
         with transaction(self.engine, writing=True) as c:
             row, now = self._locked_job(c, server, job), self.now(c)
-            found = c.execute(select(chunks).where(chunks.c.job == job, chunks.c.start.in_([*done, *lost]))).mappings()
+            found = c.execute(sql.CHUNKS_AT, {"of_job": job, "starts": [*done, *lost]}).mappings()
             there = {int(x["start"]): x for x in found}
             self._record_done(c, row, [(there[start], d) for start, d in done.items() if there[start]["state"] != "done"], now)
             going = [(there[start], gone) for start, gone in lost.items() if there[start]["state"] == "running"]
-            return {start: str(there[start]["state"]) for start in lost} | self._record_lost(c, job, going, most, now)
+            states = {start: str(there[start]["state"]) for start in lost} | self._record_lost(c, job, going, most, now)
+            return states, self._end_if_over(c, self._locked_job(c, server, job)) if last else None
 
     def _record_done(self, c: Connection, row: Any, landed: list[tuple[Any, ChunkReport]], now: float) -> None:
         """Store the reports of chunks with parts. landed: (row of the chunk, report)."""
         if not landed:
             return
         self._add_costs(c, row, [d for _, d in landed], now)
-        stops = [chunk["stop"] if d.reached is None else d.reached for chunk, d in landed]
+        job, stops = row["id"], [chunk["stop"] if d.reached is None else d.reached for chunk, d in landed]
         kept = [
-            {"at": chunk["start"], "until": stop, "told": json.dumps(d.counts), "size": d.bytes, "by": d.version}
+            {"of_job": job, "at": chunk["start"], "until": stop, "told": json.dumps(d.counts), "size": d.bytes, "by": d.version}
             for (chunk, d), stop in zip(landed, stops, strict=True)
             if stop > chunk["start"]
         ]
         if kept:
-            names = {"stop": "until", "counts": "told", "bytes": "size", "version": "by"}
-            told: dict[str, Any] = {column: bindparam(name) for column, name in names.items()}
-            here = and_(chunks.c.job == row["id"], chunks.c.start == bindparam("at"))
-            c.execute(update(chunks).where(here).values(told | {"state": "done", "error": ""}), kept)
+            c.execute(sql.STORE_DONE, kept)
         ended = []
         for (chunk, d), stop in zip(landed, stops, strict=True):
-            self._split_chunk(c, row["id"], chunk, stop)
+            self._split_chunk(c, job, chunk, stop)
             result = "done" if stop == chunk["stop"] else f"overran at case {stop}"
             ended.append({"at": chunk["start"], "by": d.worker[:255], "told": result})
-        self._end_attempts(c, row["id"], ended, now)
+        self._end_attempts(c, job, ended, now)
         changed = [
             (CHANGED, {"first_case": chunk["start"], "last_case": stop - 1, "before": chunk["version"], "now": d.version})
             for (chunk, d), stop in zip(landed, stops, strict=True)
             if d.version and chunk["version"] not in ("", d.version)
         ]
-        self._events(c, row["id"], changed)
+        self._events(c, job, changed)
 
     def _record_lost(self, c: Connection, job: str, gone: list[tuple[Any, FailedAttempt]], most: int, now: float) -> dict[int, str]:
         """Store failed attempts to run chunks. gone: (row of the chunk, failed attempt). Returns the new states by first case."""
@@ -312,10 +317,11 @@ class WorkStore(Store):
         counts = sum((Counter(d.counts) for d in landed), Counter(json.loads(row["counts"])))
         n, build = sum(sum(d.counts.values()) for d in landed), sum(d.build_seconds for d in landed)
         values: dict[str, Any] = {
-            "done": jobs.c.done + n,
-            "bytes": jobs.c.bytes + sum(d.bytes for d in landed),
-            "seconds": jobs.c.seconds + sum(d.seconds for d in landed),
-            "build_seconds": jobs.c.build_seconds + build,
+            "of_job": row["id"],
+            "done": row["done"] + n,
+            "bytes": row["bytes"] + sum(d.bytes for d in landed),
+            "seconds": row["seconds"] + sum(d.seconds for d in landed),
+            "build_seconds": row["build_seconds"] + build,
             "counts": json.dumps(counts),
         }
         since = row["landed"] or row["started"]
@@ -325,7 +331,7 @@ class WorkStore(Store):
             values |= {"pace": row["pace"] + weight * (taken - row["pace"])}
         if n:
             values["landed"] = now
-        c.execute(update(jobs).where(jobs.c.id == row["id"]).values(values))
+        c.execute(sql.CHANGE_JOB, values)
 
     def _split_chunk(self, c: Connection, job: str, chunk: Any, reached: int) -> None:
         """Split the rest of a chunk that took too long. The case that was running becomes one chunk, and the cases after it become
@@ -348,7 +354,7 @@ class WorkStore(Store):
         then continues. In a job that was cancelled or used up its budget, the cases are lost, which is added to the job's
         problems."""
         with transaction(self.engine, writing=True) as c:
-            row = c.execute(select(jobs).where(jobs.c.id == job).with_for_update()).mappings().one()
+            row = c.execute(sql.LOCKED_JOB, {"of_job": job}).mappings().one()
             done = and_(chunks.c.job == job, chunks.c.state == "done")
             if c.execute(select(chunks.c.start).where(done, chunks.c.start == start)).first() is None:
                 return
@@ -383,9 +389,7 @@ class WorkStore(Store):
 
     def _end_attempts(self, c: Connection, job: str, ended: list[dict[str, Any]], now: float) -> None:
         """End the last attempt at each chunk. ended: dictionaries with first case (at), worker (by) and result (told)."""
-        last = select(func.max(attempts.c.id)).where(attempts.c.job == job, attempts.c.start == bindparam("at")).scalar_subquery()
-        values = {"ended": now, "worker": bindparam("by"), "result": bindparam("told")}
-        c.execute(update(attempts).where(attempts.c.id == last).values(values), ended)
+        c.execute(sql.END_ATTEMPT, [{"of_job": job, "now": now, **x} for x in ended])
 
     def attempts(self, job: str) -> list[dict[str, Any]]:
         """All attempts at chunks of a job, in order."""

@@ -166,3 +166,19 @@ def test_numbers_written_as_zero_change_the_structure_and_still_give_the_same_as
     assert [r["final:ball.qd[2]"] for r in Runner(p).chunk(0, 2).to_pylist()] == [
         expected(p, i)["final:ball.qd[2]"] for i in (0, 1)
     ]
+
+
+def test_a_runner_that_uses_the_kernel_of_another_gives_the_same_rows() -> None:
+    """The plans differ only in their cases: other numbers, other paths, and a number at which the structure changes."""
+    settings: dict[str, Any] = {"keep": ["final:ball.q[*]"], "run": Run(until=0.1)}
+    first = Runner(plan(scene("spherical_pendulum"), {MU: [0.1, 0.2]}, **settings))
+    first.chunk(0, 2)
+    for vary in ({MU: [0.2, 0.0, 0.3]}, {ANGLE: [0.4, 0.5]}):
+        there = plan(scene("spherical_pendulum"), vary, **settings)
+        assert there.is_like(first.plan)
+        later = Runner(there, earlier=first)
+        assert later.chunk(0, there.cases.count).equals(Runner(there).chunk(0, there.cases.count))
+        assert later.loops[0] is first.loops[0]
+    for changes, change in (({"simulation.rtol": 1e-4}, {}), ({}, {"keep": ["max:ball.q[*]"]}), ({}, {"run": Run(until=0.2)})):
+        other = apply(scene("spherical_pendulum"), changes)
+        assert not plan(other, {MU: [0.1, 0.2]}, **settings | change).is_like(first.plan)

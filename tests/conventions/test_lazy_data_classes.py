@@ -6,9 +6,11 @@ import copy
 import dataclasses
 import pickle
 import re
+from abc import ABC, abstractmethod
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import field, fields, is_dataclass, replace
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -73,6 +75,22 @@ def test_a_class_behaves_as_that_of_the_standard_library(use: str) -> None:
     assert outcome(lambda: USES[use](*family(dataclass))) == outcome(lambda: USES[use](*family(dataclasses.dataclass)))
 
 
+def test_an_abstract_class_stays_abstract_and_keeps_its_registered_classes() -> None:
+    @dataclass(frozen=True)
+    class Shape(ABC):
+        size: float
+
+        @abstractmethod
+        def area(self) -> float:
+            """The area."""
+
+    Shape.register(int)
+    with pytest.raises(TypeError, match="abstract"):
+        Shape(1.0)  # type: ignore[abstract]
+    assert [f.name for f in fields(Shape)] == ["size"]
+    assert isinstance(3, Shape)
+
+
 @dataclass(frozen=True)
 class Stored:
     """A class that only pickles instantiate."""
@@ -100,6 +118,23 @@ def test_threads_make_a_class_once() -> None:
         with ThreadPoolExecutor(4) as threads:
             assert [*threads.map(tube, [1.0] * 4)] == [tube(1.0)] * 4
         assert all(not hasattr(vars(c).get(m), "_until_made") for c in (rod, tube) for m in METHODS)
+
+
+def test_a_thread_may_use_a_class_while_another_makes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    rod, _, _ = family(dataclass)
+    whole, found = lazy_data_classes._decorated, list[Any]()
+    other = Thread(target=lambda: found.append(outcome(lambda: rod(2.0))))
+
+    def decorated(cls: type, options: dict[str, Any]) -> Any:
+        if not other.ident:
+            other.start()
+            other.join(0.1)  # the other thread has failed by then, or waits until the class is made
+        return whole(cls, options)
+
+    monkeypatch.setattr(lazy_data_classes, "_decorated", decorated)
+    assert rod(1.0).length == 1.0
+    other.join()
+    assert found == [outcome(lambda: rod(2.0))]
 
 
 def test_a_validated_class_converts_and_refuses() -> None:

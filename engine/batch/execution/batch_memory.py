@@ -33,7 +33,7 @@ class CaseBlocks:
         self.lib = library()
         self.chosen, self.series = tuple(chosen), series
         wanted = wanted_columns(chosen) if series is None else (*wanted_columns(chosen), *series.names)
-        self.model = Model(rows.built.scene, tuple(dict.fromkeys(wanted)), kernel)
+        self.model = Model(rows.built.scene, tuple(dict.fromkeys(wanted)), kernel, built=rows.built)
         self.build_seconds = self.model.build_seconds
         self.batch = BATCH.ctype()
         self.memory: list[object] = []

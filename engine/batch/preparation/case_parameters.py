@@ -81,14 +81,16 @@ class _Entry:
 
 class Preparer:
     """Converts values (cases × paths) to rows for the C loop. It caches built scenes. Threads take turns. ends: bounds of the
-    values (2 × paths), if they are known."""
+    values (2 × paths), if they are known. start: the result of ``build_with_starts``, if it is known."""
 
-    def __init__(self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None):
+    def __init__(
+        self, scene: Scene, paths: Sequence[str], run: Run, ends: np.ndarray | None = None, start: Built | None = None
+    ):
         self.lock = Lock()
         self.followers = DependentParameters(scene, paths)
         paths = self.followers.paths
         self.scene, self.paths, self.run = scene, tuple(paths), run
-        self.start = build_with_starts(scene)
+        self.start = start or build_with_starts(scene)
         self.base = self._flat(self.start)
         self.mass = len(self.base) - 3
         self.bounded = scene.simulation.realtime is not None

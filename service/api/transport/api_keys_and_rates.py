@@ -68,10 +68,10 @@ def need(role: str) -> Callable[..., Awaitable[Caller]]:
 
     async def caller(
         request: Request,
-        s: Annotated[Service, Depends(service)],
         token: Annotated[HTTPAuthorizationCredentials | None, Security(bearer)] = None,
         named: Annotated[str | None, Security(header)] = None,
     ) -> Caller:
+        s: Service = request.app.state.service
         cookie = request.cookies.get(COOKIE) if request.method == "GET" else None  # for the web page's links and images
         address = request.client.host if request.client else "unknown"
         text = token.credentials if token else named or cookie

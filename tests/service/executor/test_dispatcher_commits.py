@@ -39,9 +39,9 @@ class Counted(WorkStore):
         self.commits += 1
         return super().cut_chunks(*given, **more)
 
-    def record_outcomes(self, *given: Any, **more: Any) -> Any:
+    def record_last_outcomes(self, *given: Any, **more: Any) -> Any:
         self.commits += 1
-        return super().record_outcomes(*given, **more)
+        return super().record_last_outcomes(*given, **more)
 
     def end_if_over(self, *given: Any, **more: Any) -> Any:
         self.commits += 1

@@ -13,7 +13,7 @@ from trunnion.service.basics.prometheus_metrics import Metrics
 from trunnion.service.executor import job_leases
 from trunnion.service.executor.chunk_dispatcher import Dispatcher
 from trunnion.service.executor.job_leases import LeasedJobs
-from trunnion.service.store.leases_and_chunks import FailedAttempt
+from trunnion.service.store.leases_and_chunks import FailedAttempt, LeaseLost
 
 LEASE, PIECES = 6.0, 100
 
@@ -58,7 +58,8 @@ def recorded(jobs: LeasedJobs, clock: Clock) -> None:
     """Pieces that returned all at once."""
     future, chunk = object(), SimpleNamespace(job="job", stop=1)
     flying = dict.fromkeys(range(PIECES), (chunk, future))
-    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, planned=0, known=1, release_grant=lambda *given: None)
+    many = {"planned": 0, "known": 1, "follow": None}
+    active = SimpleNamespace(job=SimpleNamespace(id="job"), flying=flying, release_grant=lambda *given: None, **many)
     jobs.jobs["job"] = active  # type: ignore[assignment]
     jobs.returned = queue.SimpleQueue()
     for k in range(PIECES):
@@ -82,3 +83,17 @@ def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Cloc
     # a third of the lease, plus the work that began before its end
     assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0
     assert jobs.claimed == began  # a job that arrived meanwhile is not skipped
+
+
+def test_a_lease_that_is_lost_while_its_job_is_taken_over_drops_this_job_only() -> None:
+    def begin(server: str, job: str) -> None:
+        if job == "lost":
+            raise LeaseLost(job)
+
+    claimed = [SimpleNamespace(id=x, state="queued", seconds=0.0, build_seconds=0.0, planned=0, done=0) for x in ("lost", "kept")]
+    store = SimpleNamespace(claim=lambda *given: claimed, begin=begin, document=lambda job: {})
+    parts = SimpleNamespace(write=lambda *given: None, job_file=str)
+    settings = SimpleNamespace(lease=LEASE, limits=SimpleNamespace(cpu_limit=1.0))
+    jobs = Dispatcher(store, None, parts, settings, Metrics())  # type: ignore[arg-type]
+    jobs._claim()
+    assert list(jobs.jobs) == ["kept"]

@@ -71,6 +71,21 @@ def test_many_chunks_recorded_at_once_have_the_results_of_chunks_recorded_one_by
         store.record_outcomes(OTHER, many.id, done, lost)
 
 
+def test_last_outcomes_end_a_job_as_two_commits_do(store: WorkStore) -> None:
+    done, gone = ChunkReport({"done": 10}, 0.5, 0.25, 7, "w"), FailedAttempt("disk full", 0.0)
+    for lost, end in (({}, None), ({10: gone, 20: gone}, "failed")):
+        one, many = taken(store, 30), taken(store, 30)
+        for job in (one, many):
+            store.cut_chunks(ME, job.id, [10] * 3)
+        apart = store.record_outcomes(ME, one.id, {0: done}, lost, 1), store.end_if_over(ME, one.id)
+        assert store.record_last_outcomes(ME, many.id, {0: done}, lost, 1) == apart
+        assert apart[1] == end
+        seen = [store.job(j.id) for j in (one, many)]
+        assert len({str([getattr(j, n) for n in ("state", "done", "lost", "counts", "problems", "ends")]) for j in seen}) == 1
+    with pytest.raises(LeaseLost):
+        store.record_last_outcomes(OTHER, taken(store, 10).id, {}, {}, 1)
+
+
 def test_many_chunks_recorded_at_once_are_all_stored_or_none(store: WorkStore, monkeypatch: pytest.MonkeyPatch) -> None:
     job = taken(store, 30)
     store.cut_chunks(ME, job.id, [10] * 3)
