@@ -47,6 +47,11 @@ Trunnion's inertias, because its own rotation into principal axes is accurate to
 of these models. *No mechanism*: files with settings, materials, objects that do not move, or parts for other files. *Not compared*:
 files that the other program refuses.
 
+Why three models are *different*: MuJoCo reads the vertices of `.obj` meshes in single precision. In both files of robosuite, this
+rounding changes masses by 6e-9 and 1.2e-8; with mass and mass centre from Trunnion, MuJoCo's accelerations differ by less than
+1e-15. In the file of brax, a free body has its mass centre 2.9e-9 m from its joint. MuJoCo takes the two as one point, and keeps a
+diagonal mass matrix, which the inertias given here do not fit. With MuJoCo's own inertias, the difference is 1.6e-9.
+
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|
 """

@@ -1,5 +1,6 @@
-"""Libraries of the installation: the runtime, and bytecode primitives (``parts.primitives.library_prebuild``), in a folder for each
-CPU level. A checkout has no prebuilt libraries, and compiles at first use."""
+"""Libraries of the installation: the runtime, the interpreter, and bytecode primitives (``parts.primitives.library_prebuild``), in
+a folder for each CPU level. The libraries of primitives are compressed, and are unpacked into the cache at their first use. A
+checkout has no prebuilt libraries, and compiles at first use."""
 
 from __future__ import annotations
 
@@ -7,12 +8,15 @@ import ctypes
 from functools import lru_cache
 from pathlib import Path
 
+from trunnion.basics.errors import Problem, SceneError
 from trunnion.kernel.compilation import c_compiler, library_cache
 
 ENGINE = Path(__file__).resolve().parents[2]
 FOLDER = ENGINE / "_built"
 SOURCES = ("columns", "elements", "kernel", "parts", "recursion", "runtime", "system")
-NAMES = ("runtime", "interpreter", "parts")
+NAMES = ("runtime", "interpreter")
+PACKED = "packed"
+"""Subfolder of the compressed libraries, ``<name>-<digest of the library>.xz``."""
 TOLD = "sources"
 """File with the digest of the sources from which the libraries of a folder were built. If the present sources differ, the libraries
 are not used."""
@@ -42,6 +46,32 @@ def folder() -> Path | None:
 def path(name: str) -> Path:
     """Path of a library of the installation, whether or not it exists."""
     return (folder() or FOLDER) / f"{name}{c_compiler.library_suffix()}"
+
+
+@lru_cache(maxsize=1)
+def _packed() -> dict[str, Path]:
+    """{name: compressed library of the installation}."""
+    place = folder()
+    return {f.stem.rpartition("-")[0]: f for f in (place / PACKED).iterdir()} if place else {}
+
+
+def unpacked(name: str) -> Path | None:
+    """The library of the installation with this name, unpacked in the cache; None if there is none for this machine. Installations
+    with the same library share the unpacked file. Raises SceneError if this Python cannot unpack."""
+    file = _packed().get(name)
+    if file is None:
+        return None
+    library = f"part{c_compiler.library_suffix()}"
+
+    def make(folder: Path) -> None:
+        try:
+            import lzma  # a Python can be built without this module
+        except ImportError as e:
+            told = "has no module lzma, which unpacks the compiled parts of the installation"
+            raise SceneError([Problem("this Python", told, "use a Python that was built with liblzma")]) from e
+        (folder / library).write_bytes(lzma.decompress(file.read_bytes()))
+
+    return library_cache.entry(f"installed-{file.stem}", make)[0] / library
 
 
 @lru_cache

@@ -1,13 +1,17 @@
-"""Builds the libraries of an installation: the runtime, the bytecode interpreter, and all primitives of the catalogue."""
+"""Builds the libraries of an installation: the runtime, the bytecode interpreter, and all primitives of the catalogue. Each joint
+type has a compressed library of its primitives."""
 
 from __future__ import annotations
 
 import json
+import lzma
 import os
 import shutil
+import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from trunnion.kernel.c_code.code_generator import MATH
 from trunnion.kernel.compilation import c_compiler, library_cache, prebuilt_libraries
@@ -23,9 +27,15 @@ from trunnion.parts.primitives.primitive_cache import (
     key_of,
     texts_key,
 )
+from trunnion.parts.primitives.primitive_keys import library_name
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 CHUNK = 150_000
 """Number of characters of C text that are compiled together: a few seconds of work, so that all processors stay busy."""
+Chunk = tuple[str, tuple[str, ...], str]
+"""Name of a library, compiler flags, and C text that contains primitives and their facts."""
 
 
 def build(folder: Path, recipes: Iterable[Recipe] | None = None, machine: Machine | None = None) -> None:
@@ -33,19 +43,30 @@ def build(folder: Path, recipes: Iterable[Recipe] | None = None, machine: Machin
     catalogue. machine: target of the libraries; by default, this machine."""
     folder.mkdir(parents=True, exist_ok=True)
     made_for = machine or c_compiler.host()
+    packed = folder / prebuilt_libraries.PACKED
+    shutil.rmtree(packed, ignore_errors=True)
+    packed.mkdir()
     with side_by_side(os.cpu_count() or 2) as submit:
         whole = [submit(make, made_for) for make in (compiled_runtime, compiled_interpreter)]
-        chunks = _stored_chunks() if recipes is None else _chunks(recipes)
-        objects = list(map(awaited, [submit(_object, made_for, flags, text) for flags, text in chunks]))
+        objects: dict[str, list[Future[Path]]] = {}
+        for name, flags, text in _stored_chunks() if recipes is None else _chunks(recipes):
+            objects.setdefault(name, []).append(submit(_object, made_for, flags, text))
+        linked = {name: list(map(awaited, futures)) for name, futures in objects.items()}
+        packs = [submit(_pack, name, files, packed, made_for) for name, files in linked.items()]
+        for pack in packs:
+            awaited(pack)
         for library in map(awaited, whole):
             shutil.copyfile(library, folder / library.name)
-    c_compiler.build_library(
-        objects, folder / f"parts{made_for.suffix}", [], library_cache.cache_folder(), ("-s",), machine=made_for
-    )
     (folder / prebuilt_libraries.TOLD).write_text(prebuilt_libraries.sources())
-    kept = {f"{name}{made_for.suffix}" for name in prebuilt_libraries.NAMES} | {prebuilt_libraries.TOLD}
-    for other in (f for f in folder.iterdir() if f.name not in kept):  # on Windows, the linker writes further files
-        other.unlink()
+
+
+def _pack(name: str, objects: list[Path], folder: Path, machine: Machine) -> None:
+    """Link object files to a library, and write it compressed in a folder."""
+    with tempfile.TemporaryDirectory() as place:
+        library = Path(place) / f"{name}{machine.suffix}"
+        c_compiler.build_library(objects, library, [], library_cache.cache_folder(), ("-s",), machine=machine)
+        content = library.read_bytes()
+    (folder / f"{name}-{library_cache.digest(content)}.xz").write_bytes(lzma.compress(content))
 
 
 def _object(machine: Machine, flags: tuple[str, ...], text: str) -> Path:
@@ -62,11 +83,11 @@ def _object(machine: Machine, flags: tuple[str, ...], text: str) -> Path:
     return library_cache.entry(f"object-{key}", make)[0] / "parts.o"
 
 
-def _stored_chunks() -> Iterator[tuple[tuple[str, ...], str]]:
-    """The chunks of C text of the whole catalogue. They are written once; a build for a second machine finds them in the cache."""
+def _stored_chunks() -> Iterator[Chunk]:
+    """The chunks of the whole catalogue. They are written once; a build for a second machine finds them in the cache."""
     file = library_cache.cache_folder() / f"texts-{texts_key()}" / "texts.json"
     if file.exists():
-        yield from ((tuple(flags), text) for flags, text in json.loads(file.read_text()))
+        yield from ((name, tuple(flags), text) for name, flags, text in json.loads(file.read_text()))
         return
     written = []
     for chunk in _chunks(every()):
@@ -79,22 +100,21 @@ def _stored_chunks() -> Iterator[tuple[tuple[str, ...], str]]:
     library_cache.entry(file.parent.name, make)
 
 
-def _chunks(recipes: Iterable[Recipe]) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Pairs of compiler flags and C text. A text contains primitives and their facts. If several recipes give equal primitives, it
-    contains only one of them."""
-    texts: dict[str, str] = {}
-    begun: dict[tuple[str, ...], list[str]] = {}
+def _chunks(recipes: Iterable[Recipe]) -> Iterator[Chunk]:
+    """Chunks with all primitives. If several recipes of a library give equal primitives, it contains only one of them."""
+    texts: dict[tuple[str, str], str] = {}
+    begun: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for recipe in recipes:
         primitive = build_primitive(*recipe)
-        flags = c_compiler.part_flags(primitive.text)
-        out = begun.setdefault(flags, [])
+        name, flags = library_name(recipe), c_compiler.part_flags(primitive.text)
+        out = begun.setdefault((name, flags), [])
         out.append(f"const char {facts_symbol(key_of(*recipe))}[]={json.dumps(json.dumps(facts_of(primitive)))};\n")
-        if primitive.first not in texts:
-            texts[primitive.first] = primitive.text
+        if (name, primitive.first) not in texts:
+            texts[name, primitive.first] = primitive.text
             out.append(primitive.text)
-        elif texts[primitive.first] != primitive.text:
+        elif texts[name, primitive.first] != primitive.text:
             raise ValueError(f"two primitives have a function {primitive.first}")
         if sum(map(len, out)) > CHUNK:
-            yield flags, "".join(begun.pop(flags))
-    for flags, out in begun.items():
-        yield flags, "".join(out)
+            yield name, flags, "".join(begun.pop((name, flags)))
+    for (name, flags), out in begun.items():
+        yield name, flags, "".join(out)

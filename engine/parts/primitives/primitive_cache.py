@@ -20,7 +20,7 @@ from trunnion.basics.interrupts import held
 from trunnion.kernel.compilation import c_compiler, library_cache, prebuilt_libraries
 from trunnion.kernel.compilation.compiler_processes import awaited, side_by_side
 from trunnion.kernel.shared_libraries import sources_key
-from trunnion.parts.primitives.primitive_keys import Primitive
+from trunnion.parts.primitives.primitive_keys import Primitive, library_name
 from trunnion.runtime.abi.c_header import header
 
 FOLDER = Path(__file__).parents[1]
@@ -64,9 +64,10 @@ else:
 
 def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
     """The primitive that a function of a primitives module builds from these arguments."""
-    key = key_of(module, name, *arguments)
-    found = _installed(key) or _cached(key) or replace(build_primitive(module, name, *arguments), key=key)
-    return replace(found, recipe=(module, name, *arguments))
+    recipe = (module, name, *arguments)
+    key = key_of(*recipe)
+    found = _installed(recipe, key) or _cached(key) or replace(build_primitive(*recipe), key=key)
+    return replace(found, recipe=recipe)
 
 
 def key_of(*recipe: Hashable) -> str:
@@ -84,16 +85,19 @@ def build_primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
     return built
 
 
-def _installed(key: str) -> Primitive | None:
+_unpacked = cache_of(prebuilt_libraries.unpacked)
+
+
+def _installed(recipe: tuple[Hashable, ...], key: str) -> Primitive | None:
     """An installed primitive, or None. The facts of a primitive are in the same library."""
-    library = prebuilt_libraries.library("parts")
+    library = _unpacked(library_name(recipe))
     if library is None:
         return None
     try:
-        text = ctypes.cast(getattr(library, facts_symbol(key)), ctypes.c_char_p).value
+        text = ctypes.cast(getattr(_load(str(library)), facts_symbol(key)), ctypes.c_char_p).value
     except AttributeError:
         return None
-    return _from_facts(json.loads(text or b""), key, prebuilt_libraries.path("parts"))
+    return _from_facts(json.loads(text or b""), key, library)
 
 
 def facts_symbol(key: str) -> str:
@@ -187,10 +191,9 @@ def _compile(flags: tuple[str, ...], text: str) -> Path:
 
 
 def _is_there(library: str) -> bool:
-    """Whether a library is installed, or is still in the cache. (Pruning removes the least recently used entries.)"""
-    if library != str(prebuilt_libraries.path("parts")):
-        with suppress(OSError):
-            os.utime(Path(library).parent)
+    """Whether a library is still in the cache. (Pruning removes the least recently used entries.)"""
+    with suppress(OSError):
+        os.utime(Path(library).parent)
     return Path(library).exists()
 
 
@@ -209,7 +212,7 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
     """The libraries of primitives. Missing primitives are compiled in parallel and cached. Primitives with the same flags share a
     library, because starting compiler and linker takes as long as compiling several small primitives."""
     there = {library: _is_there(library) for library in {p.library for p in primitives} - {""}}
-    found = [p.library if there.get(p.library) else _made(p.key) for p in primitives]
+    found = [p.library if there.get(p.library) else _found_again(p) for p in primitives]
     new = [i for i, library in enumerate(found) if not library]
     if not new:
         return [_load(library) for library in found]
@@ -223,7 +226,11 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
     return [_load(library) for library in found]
 
 
-def _made(key: str) -> str:
-    """The library of a primitive that was compiled after this process looked it up; otherwise ""."""
-    known = _cached(key) if key else None
+def _found_again(p: Primitive) -> str:
+    """The library of a primitive that was pruned, or was compiled after this process looked it up: unpacked again from the
+    installation, or from the cache; otherwise ""."""
+    again = prebuilt_libraries.unpacked(library_name(p.recipe))
+    if again and str(again) == p.library:
+        return p.library
+    known = _cached(p.key) if p.key else None
     return known.library if known else ""

@@ -4,7 +4,7 @@ symbolic library."""
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
 from typing import Any
 
@@ -107,6 +107,24 @@ class FrictionKey:
         words = [self.joint.kind_name, f.law, *(["adams"] if f.adams else []), self.joint.fit.label]
         names = [name for name, _ in f.numbers if name not in LATER_POINTS]
         return "f_" + re.sub(r"\W", "_", "_".join([*words, *names]))
+
+
+def library_name(recipe: tuple[Any, ...]) -> str:
+    """Name of the installed library with the primitive of a recipe: the first joint type that the recipe names, or "all", because a
+    scene loads the primitives of its joint types only."""
+    return next(_joint_types(recipe), "all")
+
+
+def _joint_types(value: Any) -> Iterator[str]:
+    if isinstance(value, tuple):
+        for each in value:
+            yield from _joint_types(each)
+    elif isinstance(value, BodyKey):
+        yield value.kind
+    elif isinstance(value, FrictionKey):
+        yield value.joint.kind_name
+    elif isinstance(value, str) and value in REGISTRY:
+        yield value
 
 
 def rubbing(e: Element) -> FrictionKey:

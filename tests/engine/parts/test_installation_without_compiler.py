@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -100,6 +101,21 @@ def test_an_installed_scene_runs_without_compiler_and_symbols(folder: Path, tmp_
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "p.csv").stat().st_size > 1000
     assert not list((folder.parent / "cache").glob("part-*"))
+    unpacked = {f.name.split("-")[1] for f in (folder.parent / "cache").glob("installed-*")}
+    assert unpacked == {"all", *(j.type for j in load_scene(MODEL).joints.values())}
+
+
+def test_a_pruned_library_is_unpacked_again(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
+    monkeypatch.setattr(prebuilt_libraries, "_packed", lambda: packed)
+    monkeypatch.setattr(store, "_unpacked", prebuilt_libraries.unpacked)
+    packed = {f.stem.rpartition("-")[0]: f for f in folder.glob(f"*/{prebuilt_libraries.PACKED}/*")}
+    met = store.primitive("signals_loads_energies", "energies")
+    assert Path(met.library).parent.name.startswith("installed-all-")
+    shutil.rmtree(Path(met.library).parent)
+    (again,) = store.libraries([met])
+    assert getattr(again, met.first)
+    assert Path(met.library).exists()
 
 
 def test_a_missing_library_that_cannot_be_compiled_is_reported_with_its_remedy(folder: Path) -> None:
