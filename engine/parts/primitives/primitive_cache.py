@@ -66,7 +66,7 @@ def primitive(module: str, name: str, *arguments: Hashable) -> Primitive:
     """The primitive that a function of a primitives module builds from these arguments."""
     recipe = (module, name, *arguments)
     key = key_of(*recipe)
-    found = _installed(recipe, key) or _cached(key) or replace(build_primitive(*recipe), key=key)
+    found = _installed(recipe, key) or _cached(key) or replace(build_primitive(module, name, *arguments), key=key)
     return replace(found, recipe=recipe)
 
 
