@@ -71,14 +71,13 @@ def _read(source: str | os.PathLike[str] | Mapping[str, Any]) -> Source:
     return Source(plain_copy(source)) if isinstance(source, Mapping) else source_of_file(source)
 
 
-def apply(scene: Scene, changes: Mapping[str, Any], checks: bool = True) -> Scene:
-    """The scene with other values at dotted paths, checked again. checks: whether to check more than the form of values,
-    which takes half of the time. SceneError lists every wrong path and value."""
+def apply(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """The scene with other values at dotted paths, checked again. SceneError lists every wrong path and value."""
     data = opened(scene)
     if wrong := set_values(data, changes):
         every_path = cache(lambda: [p.path for p in list_parameters(scene)])
         raise SceneError([w.problem(every_path) for w in wrong[:MOST]], more=len(wrong[MOST:]))
-    return scene_of(Source(data), checks=checks)
+    return scene_of(Source(data))
 
 
 def law_changes(scene: Scene, law: str) -> dict[str, str]:

@@ -112,9 +112,9 @@ def _add_masses(data: dict[str, Any]) -> None:
                 body["inertia"] = [1.0, 1.0, 1.0]
 
 
-def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] | None = None, checks: bool = True) -> Scene:
+def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] | None = None) -> Scene:
     """The checked scene of a source; ``massless`` as for ``load_scene``. ``changes`` are values by dotted path, which are set
-    before expressions are evaluated. checks: as for ``overrides.apply``.
+    before expressions are evaluated.
 
     The source's data is modified. SceneError lists all problems in the order of the file.
     """
@@ -128,7 +128,7 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     told = {f.path for f in composed}
     found = [*source.findings, *composed, *wrong, *(f for f in built.findings if f.hint != MEND_FIRST and f.path not in told)]
     # After a mistake in composition, parts are missing, and the checks would report many consequences.
-    if checks and not composed:
+    if not composed:
         found += built.scene_findings()
     if found or built.scene is None:
         raise error_of(found, lines, source.file)

@@ -193,13 +193,12 @@ def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int
 
 
 def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
-    """Whether a scene with other numbers differs only in these entries of the table, and the entries equal the numbers. Only the
-    tables of this scene are compared, so that its numbers need no checks."""
+    """Whether a scene with other numbers differs only in these entries of the table, and the entries equal the numbers."""
     own = model.built
     for sense in (1.0, -1.0):
         values = {line.name: line.value + sense * STEP * line.size for line in lines}
         with suppress(SceneError):
-            moved = build_with_starts(apply(lines[0].scene, values, checks=False))
+            moved = build_with_starts(apply(lines[0].scene, values))
             if moved.parameters.paths != own.parameters.paths or moved.system != own.system:
                 return False
             expected = np.array(own.parameters.values, float)

@@ -73,7 +73,7 @@ class SensitivityIntegrator:
 
     def complete(self, k: int, step: RecordedStep) -> None:
         """Change S by the event and the kinks at the end of step k."""
-        kinks = np.flatnonzero(self._kinks_at(step.t1)) if len(self.breaks) else np.zeros(0, int)
+        kinks = np.flatnonzero(self._kinks_at(step.t1))
         if step.impact[0]:
             self._cross_impact(step)
         elif len(kinks):

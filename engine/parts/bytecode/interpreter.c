@@ -20,7 +20,10 @@ void tr_op_add(double *const *a, const int *how) {
 void tr_op_combine(double *const *a, const int *how) {
   const int n = how[0];
   memcpy(a[3], a[0], sizeof(double) * n);
-  for (int k = 0; k < how[1]; ++k) add_multiple(n, a[1] + (size_t)k * how[2], a[2][k], a[3]);
+  for (int k = 0; k < how[1]; ++k) {
+    const double *column = a[1] + (size_t)k * how[2], z = a[2][k];
+    for (int i = 0; i < n; ++i) a[3][i] += column[i] * z;
+  }
 }
 
 void tr_op_select(double *const *a, const int *how) {
@@ -42,11 +45,13 @@ void tr_op_add_row_dots(double *const *a, const int *how) {
 }
 
 void tr_op_add_columns(double *const *a, const int *how) {
-  for (int k = 0; k < how[1]; ++k) add_multiple(how[0], a[0] + (size_t)k * how[0], a[1][k], a[2]);
+  for (int k = 0; k < how[1]; ++k)
+    for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[0] + i] * a[1][k];
 }
 
 void tr_op_add_strided_columns(double *const *a, const int *how) {
-  for (int k = 0; k < how[1]; ++k) add_multiple(how[0], a[0] + (size_t)k * how[2], a[1][k], a[2]);
+  for (int k = 0; k < how[1]; ++k)
+    for (int i = 0; i < how[0]; ++i) a[2][i] += a[0][(size_t)k * how[2] + i] * a[1][k];
 }
 
 void tr_op_add_transposed_product(double *const *a, const int *how) {

@@ -28,19 +28,6 @@ static inline void execute(const tr_scene *s, const tr_program *program, double 
     code = how + numbers;
   }
 }
-
-/* y ← y + a x, for n numbers. The compiler makes one vector operation of each four statements. */
-static inline void add_multiple(int n, const double *restrict x, double a, double *restrict y) {
-  int i = 0;
-  for (; i + 4 <= n; i += 4) {
-    y[i] += x[i] * a;
-    y[i + 1] += x[i + 1] * a;
-    y[i + 2] += x[i + 2] * a;
-    y[i + 3] += x[i + 3] * a;
-  }
-  for (; i < n; ++i) y[i] += x[i] * a;
-}
-
 /* Dot product, by two independent sums whose additions the processor overlaps. */
 static inline double dot(int n, const double *a, const double *b) {
   double sum = 0.0, next = 0.0;

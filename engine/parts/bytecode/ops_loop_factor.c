@@ -76,8 +76,8 @@ void tr_op_factor_loops(double *const *a, const int *how) {
       const double *lj = L + n + first, *uj = U + first, lc = lj[-1], uc = uj[-1];
       pivot -= lc * uc;
       if (size && row[size - 1] - row[0] == size - 1) { /* the rows are contiguous */
-        add_multiple(size, lj, -uc, l + row[0]);
-        add_multiple(size, uj, -lc, u + row[0]);
+        double *to = l + row[0], *right = u + row[0];
+        for (int i = 0; i < size; ++i) to[i] -= lj[i] * uc, right[i] -= uj[i] * lc;
       } else
         for (int i = 0; i < size; ++i) l[row[i]] -= lj[i] * uc, u[row[i]] -= uj[i] * lc;
     }

@@ -60,11 +60,13 @@ class RecursiveFriction:
         program, s = self.scene.program("narrow"), self.stepping
         count = len(self.system.bodies)
         borne, dn = program.scratch_slot(INERTIA * count), 0
-        grips = {i: program.scratch_slot(6 * len(e.joint.free)) for i, e in self.element.items()}
-        for slot in (borne, *grips.values()):  # adjacent slots, which one call zeros
-            program.zero(slot)
+        program.zero(borne)
+        grips = {}
         for e in s.elements:
             j, n = e.joint, len(e.needs)
+            if not j.cut:
+                grips[j.child] = program.scratch_slot(6 * len(j.free))
+                program.zero(grips[j.child])
             if n and not j.cut:
                 primitive = friction.grip(j.kind_name, j.forward, j.fit, e.needs, tuple(j.free))
                 self.scene.call(program, primitive, pose=s.moving[j.child].pose, dN=Slot(Space.DN, dn, j.kind.nv * n),
@@ -110,11 +112,7 @@ class RecursiveFriction:
         if self.coupled and self.coupled.refine(program, self.Z):
             borne = self._outward(program)
         for i, e in self.element.items():
-            s.pin(program, e, self.N[i], Slot(Space.N, e.n0, len(e.needs)))
-        for i, e in self.element.items():
             self._found(program, e, borne[i])
-        for e in self.element.values():
-            self._accelerations(program, e, self.qdd)
         if self.coupled:
             self.coupled.found(program, self.Z)
 
@@ -129,7 +127,9 @@ class RecursiveFriction:
         return out
 
     def _found(self, program: Program, e: Element, fq: Slot) -> None:
-        j, m, first = e.joint, self.stepping.moving[e.joint.child], min(e.eta)
+        j, m, s = e.joint, self.stepping.moving[e.joint.child], self.stepping
+        first = min(e.eta)
+        s.pin(program, e, self.N[j.child], Slot(Space.N, e.n0, len(e.needs)))
         for k in range(j.kind.nv):
             borne = Slot(Space.OUT, first + k, 1)
             if k in j.free:
@@ -138,11 +138,8 @@ class RecursiveFriction:
                     program.call(Builtin.ADD_DOT, [m.effort.slice(k, 1), self.scene.one, borne], [1, -1])
             else:
                 program.zero(borne)
-
-    def _accelerations(self, program: Program, e: Element, qdd: Slot) -> None:
-        j, m = e.joint, self.stepping.moving[e.joint.child]
         for k in range(j.kind.nv):
-            program.copy(self.scene.freedom_acceleration(j, k, m, qdd), Slot(Space.A, min(e.eta) + k, 1))
+            program.copy(self.scene.freedom_acceleration(j, k, m, self.qdd), Slot(Space.A, first + k, 1))
 
     def _answer(self) -> None:
         """Write reaction components and accelerations for given friction forces −η, by the reduction without friction."""
@@ -162,6 +159,8 @@ class RecursiveFriction:
         if self.coupled:
             self.coupled.gaps(program, Z)
         for e in self.element.values():
-            s.pin(program, e, N[e.joint.child], Slot(Space.N, e.n0, len(e.needs)))
-        for e in self.element.values():
-            self._accelerations(program, e, qdd)
+            j = e.joint
+            s.pin(program, e, N[j.child], Slot(Space.N, e.n0, len(e.needs)))
+            for k in range(j.kind.nv):
+                found = scene.freedom_acceleration(j, k, s.moving[j.child], qdd)
+                program.copy(found, Slot(Space.A, min(e.eta) + k, 1))

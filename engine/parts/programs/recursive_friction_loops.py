@@ -93,10 +93,10 @@ class LoopFriction:
         """Write columns and rows on the two bodies of the cut joint. They differ by the friction of this joint."""
         c, j, r = loop.closed, loop.closed.joint, loop.friction
         how = [loop.stride, loop.offsets[j.inb], loop.offsets[j.out], len(loop.own), *loop.own]
-        program.call(Builtin.WRENCH_COLUMNS, [c.blocks["gin"], c.blocks["gout"], loop.sensed], how)
-        for (body, g), (k, row) in product(c.ends[2:], enumerate(loop.own)):
-            program.call(Builtin.ADD, [c.row(g, row), loop.on(loop.sensed, body, k)], [6])
-        program.copy(loop.sensed, loop.pressed)
+        for out in (loop.pressed, loop.sensed):
+            program.call(Builtin.WRENCH_COLUMNS, [c.blocks["gin"], c.blocks["gout"], out], how)
+            for (body, g), (k, row) in product(c.ends[2:], enumerate(loop.own)):
+                program.call(Builtin.ADD, [c.row(g, row), loop.on(out, body, k)], [6])
         if not r:
             return
         nv, n = j.kind.nv, len(loop.own)
@@ -129,8 +129,8 @@ class LoopFriction:
             r = loop.friction
             if r:
                 nv = loop.closed.joint.kind.nv
-                given = Slot(Space.U, min(r.element.eta), nv)
-                program.call(Builtin.COMBINE, [r.less, r.inverse, given, r.eta], [nv, nv, nv])
+                program.copy(r.less, r.eta)
+                program.call(Builtin.ADD_STRIDED_COLUMNS, [r.inverse, Slot(Space.U, min(r.element.eta), nv), r.eta], [nv, nv, nv])
                 self._act(program, loop.closed, r.eta, found)
         return found
 
@@ -138,16 +138,14 @@ class LoopFriction:
         """Add the friction −η (``less``) of a cut joint to the wrenches on its bodies."""
         for body, w in ((c.joint.inb, "win"), (c.joint.out, "wout")):
             if body != GROUND:
-                self._press(program, c.blocks[w], less, found, body)
+                program.call(Builtin.ADD_COLUMNS, [c.blocks[w], less, self._own(program, found, body)], [6, c.joint.kind.nv])
 
-    def _press(self, program: Program, columns: Slot, by: Slot, found: list[Slot], i: int) -> None:
-        """Add wrenches (6 × n), multiplied by n numbers, to the wrench on body i. The first sum is written to a new slot."""
-        own = self.stepping.moving[i].force
-        if found[i] is own:
+    def _own(self, program: Program, found: list[Slot], i: int) -> Slot:
+        """Slot of the wrench on a body, for changes. At the first request, the wrench is copied to this new slot."""
+        if found[i] is self.stepping.moving[i].force:
             found[i] = program.scratch_slot(6)
-            program.call(Builtin.COMBINE, [own.slice(0, 6), columns, by, found[i]], [6, by.size, 6])
-        else:
-            program.call(Builtin.ADD_COLUMNS, [columns, by, found[i]], [6, by.size])
+            program.copy(self.stepping.moving[i].force.slice(0, 6), found[i])
+        return found[i]
 
     def solve(self, program: Program) -> None:
         """Write λ from S λ + g = 0, where g follows from the accelerations y without multipliers. Then add the effect of λ to y and
@@ -189,12 +187,11 @@ class LoopFriction:
     def found(self, program: Program, Z: list[Slot]) -> None:
         """Write λ, and the reaction components and accelerations of cut joints with friction."""
         program.copy(self.lam, Slot(Space.OUT, self.system.neta, self.active))
-        for e in self.rubbing.values():
-            program.zero(Slot(Space.OUT, min(e.eta), e.joint.kind.nv))
         for loop in self.loops:
             if loop.friction:
-                nv, lam = loop.closed.joint.kind.nv, loop.of(self.lam)
+                nv, first, lam = loop.closed.joint.kind.nv, min(loop.friction.element.eta), loop.of(self.lam)
                 program.call(Builtin.ADD_STRIDED_COLUMNS, [loop.friction.turned, lam, loop.friction.eta], [nv, len(loop.rows), nv])
+                program.zero(Slot(Space.OUT, first, nv))
                 self._told(program, loop, lam, loop.friction.eta, Z)
 
     def _told(self, program: Program, loop: FrictionLoop, lam: Slot, less: Slot, Z: list[Slot]) -> None:
@@ -203,7 +200,8 @@ class LoopFriction:
         assert r is not None
         nv, needs, first = c.joint.kind.nv, len(r.element.needs), min(r.element.eta)
         out, acceleration = Slot(Space.N, r.element.n0, needs), Slot(Space.A, first, nv)
-        program.call(Builtin.COMBINE, [r.p0, r.by_rows, lam, out], [needs, len(loop.rows), needs])
+        program.copy(r.p0, out)
+        program.call(Builtin.ADD_STRIDED_COLUMNS, [r.by_rows, lam, out], [needs, len(loop.rows), needs])
         program.call(Builtin.ADD_STRIDED_COLUMNS, [r.by_friction, less, out], [needs, nv, needs])
         program.copy(c.blocks["bias"], acceleration)
         self.stepping.along_cut(program, c, self._ends(c, Z), acceleration)
@@ -220,7 +218,7 @@ class LoopFriction:
             c, j, lam = loop.closed, loop.closed.joint, self._given(loop)
             for body, g in c.ends:
                 for k, row in enumerate(loop.own) if body != GROUND else ():
-                    self._press(program, c.row(g, row), lam.slice(k, 1), found, body)
+                    program.call(Builtin.ADD_COLUMNS, [c.row(g, row), lam.slice(k, 1), self._own(program, found, body)], [6, 1])
             if loop.friction:
                 self._act(program, c, Slot(Space.U, min(loop.friction.element.eta), j.kind.nv), found)
         return found

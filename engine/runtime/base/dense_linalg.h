@@ -104,13 +104,6 @@ TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
 #define TR_LU_WIDE 4 /* columns eliminated from another column in one pass, which reduces memory access to a quarter */
 #define TR_LU_LARGE 16 /* smallest matrix size at which elimination by four columns is faster */
 
-/* y ← y − a x, for n numbers. */
-static inline void tr_subtract_multiple(int n, const double *x, double a, double *y) {
-  int i = 0;
-  for (; i + TR_LANES <= n; i += TR_LANES) *(tr_vec *)(y + i) = *(const tr_vec *)(y + i) - *(const tr_vec *)(x + i) * a;
-  for (; i < n; ++i) y[i] = tr_multiply_subtract(y[i], x[i], a);
-}
-
 /* Factorise the columns k ≤ c < end of A, from which all earlier columns are already eliminated. Exchanges rows only within these
  * columns. */
 static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
@@ -129,7 +122,8 @@ static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
     for (int i = c + 1; i < n; ++i) column[i] *= inv;
     for (int j = c + 1; j < end; ++j) {
       double *other = A + (size_t)j * n;
-      tr_subtract_multiple(n - c - 1, column + c + 1, other[c], other + c + 1);
+      const double a = other[c];
+      for (int i = c + 1; i < n; ++i) other[i] = tr_multiply_subtract(other[i], column[i], a);
     }
   }
   return 1;
@@ -224,19 +218,6 @@ TR_SIZED void tr_lu_solve_sized(const int n, const double *A, const int *perm, d
   }
 }
 
-/* Like tr_lu_solve_sized, for large matrices. */
-static void tr_lu_solve_large(int n, const double *A, const int *perm, double *b) {
-  for (int k = 0; k < n; ++k) {
-    const double a = b[perm[k]];
-    b[perm[k]] = b[k], b[k] = a;
-  }
-  for (int k = 0; k < n; ++k) tr_subtract_multiple(n - k - 1, A + (size_t)k * n + k + 1, b[k], b + k + 1);
-  for (int k = n - 1; k >= 0; --k) {
-    const double *column = A + (size_t)k * n;
-    tr_subtract_multiple(k, column, b[k] /= column[k], b);
-  }
-}
-
 /* Like tr_lu_solve_sized. The matrix sizes of small mechanisms are compiled separately. */
 static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
   switch (n) {
@@ -245,7 +226,7 @@ static void tr_lu_solve(int n, const double *A, const int *perm, double *b) {
     case 4: tr_lu_solve_sized(4, A, perm, b); break;
     case 6: tr_lu_solve_sized(6, A, perm, b); break;
     case 8: tr_lu_solve_sized(8, A, perm, b); break;
-    default: n < TR_LU_LARGE ? tr_lu_solve_sized(n, A, perm, b) : tr_lu_solve_large(n, A, perm, b);
+    default: tr_lu_solve_sized(n, A, perm, b);
   }
 }
 #endif

@@ -71,29 +71,31 @@ static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
   return KRYLOV;
 }
 
-/* Spectral radius of H (n × n, columns of length KRYLOV, zero beyond n), by squaring. Overwrites H. The power of H is stored as a
- * power of 2 times a matrix with a norm near 1; one root is taken at the end. */
+/* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. The power of H is stored as a power of 2 times
+ * a matrix with entries near 1; one root is taken at the end. */
 static double tr_spectral_radius(int n, double *H) {
-  static const double none[KRYLOV];
-  const int all = KRYLOV * KRYLOV;
-  double exponent = 0.0, power = 1.0, size = tr_dot(H, H, all), square[KRYLOV * KRYLOV] = {0.0}; /* size: of the matrix, squared */
+  double exponent = 0.0, power = 1.0, norm = 0.0, trace = 0.0;
   for (int k = 0;; ++k, power *= 0.5) {
-    double trace = 0.0, off[KRYLOV * KRYLOV];
-    const double norm = sqrt(size);
+    double square[KRYLOV * KRYLOV], off = 0.0, size = 0.0;
     int shift;
+    norm = trace = 0.0;
+    for (int i = 0; i < n; ++i) trace += H[i + KRYLOV * i];
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) norm = tr_max_or_nan(norm, fabs(H[i + KRYLOV * j]));
     if (!(norm > 0.0 && norm < INFINITY)) return norm;
     if (k == SQUARINGS) return pow(2.0, exponent) * pow(norm, power);
     frexp(norm, &shift);
     const double unit = ldexp(1.0, -shift);
-    for (int i = 0; i < all; i += TR_LANES) *(tr_vec *)(H + i) = *(const tr_vec *)(H + i) * unit;
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        double sum = 0.0;
+        for (int m = 0; m < n; ++m) sum += unit * H[i + KRYLOV * m] * (unit * H[m + KRYLOV * j]);
+        square[i + KRYLOV * j] = sum;
+        size = fmax(size, fabs(sum)), off = fmax(off, fabs(sum - unit * trace * (unit * H[i + KRYLOV * j])));
+      }
+    if (off <= ONE_DIRECTION * size) return pow(2.0, exponent) * pow(fabs(trace), power); /* the only eigenvalue is the trace */
     exponent += shift * power;
-    for (int i = 0; i < n; ++i) trace += H[i + KRYLOV * i];
-    for (int j = 0; j < n; ++j) tr_affine_map(KRYLOV, n, none, H, H + KRYLOV * j, square + KRYLOV * j);
-    for (int i = 0; i < all; i += TR_LANES) *(tr_vec *)(off + i) = *(const tr_vec *)(square + i) - *(const tr_vec *)(H + i) * trace;
-    size = tr_dot(square, square, all);
-    if (tr_dot(off, off, all) <= ONE_DIRECTION * ONE_DIRECTION * size)
-      return pow(2.0, exponent) * pow(fabs(trace), power); /* the only eigenvalue is the trace */
-    memcpy(H, square, sizeof square);
+    for (int j = 0; j < n; ++j) memcpy(H + KRYLOV * j, square + KRYLOV * j, sizeof(double) * n);
   }
 }
 

@@ -68,9 +68,7 @@ class Model:
         if len(self._reactions.built.numbers.breaks) != len(self.built.numbers.breaks):
             self._reactions.built = self.built
             self._reactions._load(redundant=False)
-        block = self._reactions.block
-        if block.numbers is not self.built.numbers or not np.array_equal(block.parameters, self.block.parameters):
-            block.take(self.built.numbers, np.array(self.block.parameters))
+        self._reactions.block.take(self.built.numbers, np.array(self.block.parameters))
         return self._reactions
 
     def begin(self, settings: bl.Settings, t: float, until: float, every: float, row: np.ndarray | None = None) -> int:

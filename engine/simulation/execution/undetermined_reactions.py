@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -30,7 +31,7 @@ def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
     if not len(changes):
         return found
     length = model.built.numbers.length
-    sizes = (np.abs(changes).max(axis=0) / [length ** LENGTHS.get(c.unit, 0.0) for c in wanted]).tolist()
+    sizes = np.abs(changes).max(axis=0) / [length ** LENGTHS.get(c.unit, 0.0) for c in wanted]
     largest = dict.fromkeys(found.joints, 0.0)
     for size, c in zip(sizes, wanted, strict=True):
         largest[c.subject[0]] = max(largest[c.subject[0]], size)
@@ -63,21 +64,25 @@ def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.nd
     return np.vstack([np.zeros((1, len(wanted))), *_by_loop(model, wanted, changes)])
 
 
-def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterator[np.ndarray]:
     """Changes along single directions (n × columns). The runtime first evaluates directions of several loops, then the rows that
     structure removes: for each group of loops, one row of every loop at once. Loops without drives stay together."""
     joints = tuple(c.subject[0] for c in wanted)
     if joints not in model.columns_of_loops:
         model.columns_of_loops[joints] = _columns_of_loops(model, joints, np.array([c.kind == "drive" for c in wanted]))
-    count, rows, masks = model.columns_of_loops[joints]
-    at = len(changes) - count
-    return changes[:at], np.where(masks, changes[at:][rows], 0.0)
+    slots, on_loops = model.columns_of_loops[joints]
+    at = len(changes) - sum(slots)
+    yield changes[:at]
+    for count, masks in zip(slots, on_loops, strict=True):
+        for mask in masks:
+            yield np.where(mask, changes[at : at + count], 0.0)
+        at += count
 
 
-def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[int, list[int], np.ndarray]:
-    """The number of rows that structure removes; indices of these rows and masks of columns (rows × columns), one of each for a
-    direction. In each group of loops, every row has a direction for each loop with a drive, and one for all other loops together.
-    Only loops with drives need separate directions, because only efforts of drives are combined."""
+def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
+    """For each group of loops: the number of rows that structure removes, and masks of columns. There is one mask for the joints of
+    each loop with a drive, and one for all other loops together. Only loops with drives need separate directions, because only
+    efforts of drives are combined."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
@@ -86,13 +91,7 @@ def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarra
     for c, group in zip(model.system.cuts, groups, strict=True):
         members = set(joints_of_loop(model.system, c, on_loops))
         masks[group].append(np.array([j in members for j in joints]))
-    rows, chosen, at = [], [], 0
-    for count, of_group in zip(slots, masks, strict=True):
-        for mask in _together(of_group, is_drive):
-            rows += range(at, at + count)
-            chosen += [mask] * count
-        at += count
-    return at, rows, np.array(chosen, bool).reshape(len(rows), len(joints))
+    return slots, [_together(of_group, is_drive) for of_group in masks]
 
 
 def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]:

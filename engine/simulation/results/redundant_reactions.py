@@ -59,7 +59,7 @@ def redundancy(block: Block) -> Redundancy:
     count, share = block.redundancy()
     names, at = [], 0
     for name, rows in block.kernel.facts["loop_rows"]:
-        if rows and max(share[at : at + rows]) > SHARE:
+        if rows and share[at : at + rows].max() > SHARE:
             names.append(name)
         at += rows
     rubbing = block.kernel.facts["rubbing"] if block.kernel.sizes["nkappa"] else ()

@@ -226,11 +226,11 @@ class Block:
             raise RuntimeError("the derivatives do not exist at this state")
         return out.T
 
-    def redundancy(self) -> tuple[int, list[float]]:
+    def redundancy(self) -> tuple[int, np.ndarray]:
         """Patterns of scaled loop reactions that the motion does not determine, each a unit vector. Returns their number, and the
         largest component of each reaction over all patterns (loop rows)."""
         share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
-        return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1].tolist()
+        return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
     def open_columns(self) -> np.ndarray:
         """Changes of the columns along the reaction patterns that the motion does not determine (evaluations × columns). Patterns
