@@ -167,8 +167,9 @@ class Runner:
     def __init__(self, plan: Plan, preparer: Preparer | None = None, earlier: Runner | None = None):
         self.plan = plan
         start = earlier.preparer.start if earlier else None
-        self.preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run, plan.cases.ends, start)
-        self.loops: list[Loop | ErrorEstimateLoop] = [x for x in earlier.loops if x.model.built is start] if earlier else []
+        self.preparer: Preparer = preparer or Preparer(plan.scene, plan.cases.paths, plan.run, plan.cases.ends, start)
+        earlier_loops = earlier.loops if earlier else []
+        self.loops: list[Loop | ErrorEstimateLoop] = [x for x in earlier_loops if x.model.built is start]
         self.seconds = 0.0
         self.rows: pyarrow.Table | None = None
 

@@ -215,7 +215,8 @@ class Dispatcher(LeasedJobs):
             reports[start] = self._report(active, start, future)
         lost = {start: gone for start, (_, gone) in reports.items() if gone is not None}
         done = {start: d for start, (d, gone) in reports.items() if d is not None and gone is None}
-        end, outcomes = None, (self.name, active.job.id, done, lost, self.settings.attempts)
+        end: str | None = None
+        outcomes = (self.name, active.job.id, done, lost, self.settings.attempts)
         if active.follow is None and active.planned >= active.known and len(reports) == len(active.flying):
             states, end = self.store.record_last_outcomes(*outcomes)
         else:

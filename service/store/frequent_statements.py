@@ -3,11 +3,15 @@ object for all calls costs a third of a new object for each call."""
 
 from __future__ import annotations
 
-from sqlalchemy import bindparam, func, insert, select, update
+from typing import Any
+
+from sqlalchemy import BindParameter, bindparam, func, insert, select, update
 
 from trunnion.service.store.table_definitions import ACTIVE, attempts, chunks, events, jobs
 
-JOB, SERVER, AT = (bindparam(name) for name in ("of_job", "of_server", "at"))
+JOB: BindParameter[Any] = bindparam("of_job")
+SERVER: BindParameter[Any] = bindparam("of_server")
+AT: BindParameter[Any] = bindparam("at")
 """Parameters: id of a job, name of a server, first case of a chunk."""
 JOBS = select(*(column for column in jobs.c if column is not jobs.c.document))
 """All jobs without their documents, which can be large."""

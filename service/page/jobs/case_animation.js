@@ -21,6 +21,7 @@ export function clear() {
   for (const id of ["animation", "animationlink", "wide"]) $(id).hidden = true;
   say("");
   $("moving").replaceChildren();
+  $("moving").parentElement.hidden = true;
   job = null;
 }
 
@@ -43,6 +44,7 @@ export function offer(now, numbers) {
   const before = job?.id === now.id ? $("moving").value : "";
   job = now;
   choices($("moving"), numbers.map((n) => [String(n)]));
+  $("moving").parentElement.hidden = !numbers.length;
   others = numbers;
   if (!numbers.length) { $("animation").hidden = true; say("No case is selected for the animation."); return; }
   const chosen = numbers.includes(wish) ? String(wish) : $("moving").value;

@@ -98,9 +98,10 @@ async function drawn() {
     };
   });
   const about = minus ? `${title(c)}, minus ${called(tables[0])}` : title(c);
-  await charts.draw($("compareplot"), traces, { ...charts.legend, xaxis: charts.axis(title(x)), yaxis: charts.axis(about, { zeroline: minus }) }, `${words(c)} against ${words(x)} of ${tables.length} jobs${minus ? ", as differences" : ""}`);
+  $("compareplot").hidden = minus && traces.every((t) => !t.x.length);
+  if (!$("compareplot").hidden) await charts.draw($("compareplot"), traces, { ...charts.legend, xaxis: charts.axis(title(x)), yaxis: charts.axis(about, { zeroline: minus }) }, `${words(c)} against ${words(x)} of ${tables.length} jobs${minus ? ", as differences" : ""}`);
   const none = tables.filter((_, i) => i && !apart[i].length).map(called);
-  $("comparenote").textContent = minus && none.length ? `No case of ${none.join(", ")} has the same number as a case of the first job.`
+  $("comparenote").textContent = minus && none.length ? `No case of ${none.join(" or ")} has the same number as a case of the first job.`
     : traces.some((t) => t.error_y) ? "Marks are means over several cases with the same number; lines go to the smallest and the largest value." : "";
   const u = unit(c.unit), put = (v) => (Number.isFinite(v) ? `${number(v)}\u00a0${u}`.trim() : "–"), mean = (f) => f.reduce((sum, k) => sum + k[1] * k[4], 0) / f.reduce((sum, k) => sum + k[4], 0);
   fill($("comparetable"), ["", "cases with a value", "least", "mean", "largest", "mean difference from the first"], tables.map((t, i) => [

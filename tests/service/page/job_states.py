@@ -26,6 +26,7 @@ def report_stages(page: Any, there: There, now: dict[str, Any]) -> None:
 @state
 def job_waiting(page: Any, there: There) -> None:
     report_stages(page, there, {"state": "queued", "stage": "waiting", "started": None})
+    assert page.is_hidden("#moving"), "no case, no choice"
 
 
 @state
@@ -118,4 +119,5 @@ def compare(page: Any, there: There) -> None:
 def compare_differences(page: Any, there: There) -> None:
     compare(page, there)
     page.select_option("#comparekind", "difference")
-    page.wait_for_timeout(600)
+    page.wait_for_function("document.getElementById('comparenote').textContent.startsWith('No case of')")
+    assert page.is_hidden("#compareplot"), "no differences, no diagram"
