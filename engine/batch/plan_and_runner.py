@@ -220,7 +220,6 @@ class Runner:
         return self.loops[-1]
 
 
-
 def fits(loop: Loop | ErrorEstimateLoop, rows: Rows) -> bool:
     """Whether the loop's blocks can run these cases: same structure, tables and breakpoints."""
     a, b = loop.model.built, rows.built

@@ -87,6 +87,7 @@ def test_bounds_of_many_teeth_are_those_of_runs(kind: str, seed: int) -> None:
     check(kind, seed)
 
 
+@pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_driving_force_of_teeth_is_one_multiplier_and_several_are_refused(kind: str) -> None:
     st = statics(pair(kind, 1))
