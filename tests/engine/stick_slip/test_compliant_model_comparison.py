@@ -111,6 +111,8 @@ CASES = {
     "gear unit in a loop": (crossed_dict("geared_linkages", 2037), 0.1),
     "winch": (crossed_dict("winches", 2037), 0.1),
     "worm and four-bar": (crossed_dict("worm_drives", 2037), 0.1),
+    "feed with a brake that fades": (crossed_dict("locked_feeds", 3642), 0.1),
+    "worm that holds with more friction at rest": (crossed_dict("worm_drives", 3703), 0.1),
     "loaded joints and a rod": (crossed_dict("loaded_arms", 2037), 0.1),
     "rod in a field": (crossed_dict("rod_loops", 2029), 0.1),
     "springs by curves": (crossed_dict("curved_rows", 2029), 0.1),

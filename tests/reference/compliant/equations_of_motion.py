@@ -9,7 +9,7 @@ import numpy as np
 from tests.reference.compliant.compiled_rates import Compiled, library
 from tests.reference.compliant.couplings import WHEELS, Rods, Screws, Wheels
 from tests.reference.compliant.devices import Devices, Freedoms, Loads, listed
-from tests.reference.compliant.friction_laws import Laws, NotJudged, bends
+from tests.reference.compliant.friction_laws import BEGINS, Laws, NotJudged, bends
 from tests.reference.compliant.gear_units import Loaded, Units, Worms
 from tests.reference.compliant.loads_by_speed_and_position import MotionLoads
 from tests.reference.compliant.pin_bearing_fits import Fits, Level, is_loaded
@@ -105,6 +105,12 @@ class Model:
         self.rates(np.zeros(1), y[None])
         for law in self.laws:
             law.slides = np.ravel(law.share >= 1)
+
+    def rest_again(self, t: float, y: np.ndarray) -> None:
+        """Let pairs rest that slide more slowly than the speed at which a resting pair begins to slide."""
+        self.rates(np.array([t]), y[None])
+        for law in self.laws:
+            law.slides &= np.ravel(law.share >= BEGINS)
 
     def kinks(self, until: float) -> list[float]:
         """The instants within a run at which a signal bends."""

@@ -175,7 +175,9 @@ class Worms:
         f = [joints[k].friction for k in self.at]
         self.angle = np.zeros(len(names))
         self.angle[self.at] = [x.pressure_angle for x in f]
-        self.law = Laws(scene, f, self.r1[self.at] * level.rate)
+        # while springs give way, the worm turns faster than its wheel by the ratio of the teeth
+        faster = np.array([j.teeth[1] / j.teeth[0] for j in joints])
+        self.law = Laws(scene, f, (self.r1 * faster)[self.at] * level.rate)
 
     def _touch(self, m: Motion) -> tuple[np.ndarray, ...]:
         """(normal of the flanks, thread, direction to the wheel, point on the worm, point on the wheel, velocity of the point on

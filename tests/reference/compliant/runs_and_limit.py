@@ -33,6 +33,9 @@ NUDGE = 2000
 Newton's method."""
 BEGUN = 2e-6
 """Longest step, s, in which a pair may leave its speed of rest while another is about to let go."""
+SETTLED = 5.0
+"""Time after the start, or after a kink of a signal, at which the pairs that such a jolt moved may rest again, in delays. At the
+start no spring is loaded. While the springs take their loads, pairs at rest pass the speed at which they begin to slide."""
 SAMPLES = 9
 """Number of states of a step at which the run looks for changes of hooks and pairs."""
 BEFORE = 1e-12
@@ -119,13 +122,17 @@ def table(scene, level: Level, times, rates: dict | None = None, rtol: float = 1
     rows, labels = [_row(model, y)], _labels(model)
     left: dict[int, tuple[float, np.ndarray]] = {}
     kinks = set(model.kinks(float(times[-1])))
-    for mark in sorted({*kinks, *map(float, times[1:])}):
+    calm = {t + SETTLED * level.delay for t in (0.0, *kinks)} if model.has_jumps else set()
+    for mark in sorted({*kinks, *map(float, times[1:]), *(t for t in calm if t < times[-1])}):
         end = mark * (1 - BEFORE) if mark in kinks else mark
         while run.t < end:
             _advance(model, run, end, left)
         if mark in kinks:
             run.t = mark
             run.restart(1e-4)
+        if mark in calm:
+            model.rest_again(run.t, run.y)
+            left.update(dict.fromkeys(left, (run.t, run.y)))
         if any(mark == t for t in times):
             rows.append(_row(model, run.y))
     return dict(zip(labels, np.array(rows).T, strict=True)), run.steps
