@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,8 @@ RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
 """Additional functions of a kernel that solves friction along the recursion."""
 COUPLING = ("shift",)
 """Additional function of a kernel that solves friction along the recursion, for a scene with loops."""
+RECENT = 4
+"""Number of tables that are kept for later kernels. A run may need two kernels; the next run of the mechanism needs the same."""
 
 
 @dataclass
@@ -84,22 +87,37 @@ class PartsKernel(Kernel):
 def parts_kernel(system: System, parameters: int, chosen: list[Column], quadratures: bool, redundant: bool = False) -> PartsKernel:
     """The kernel of a scene with these columns. redundant: whether to build the variant with scaled reactions."""
     started = time.perf_counter()
+    rows, kernel, evaluation, kept = _evaluation(system, parameters, redundant)
+    outputs, columns, also_kept = _outputs(system, tuple(chosen), quadratures)
+    sizes = kernel.numbers | {"works": kernel.numbers["npowers"] * quadratures}
+    facts = {"operations": {}, "active_rows": rows, "loop_rows": rows_of(system), "rubbing": [j.name for j in system.frictional]}
+    key = kernel_key(system, parameters, chosen, quadratures, redundant)
+    structure, units = (system, parameters, quadratures, redundant), {"kernel": kernel, "outputs": outputs}
+    tables, keep = {"kernel": evaluation, "outputs": columns}, [*kept, *also_kept]
+    return PartsKernel(
+        {}, sizes, facts, time.perf_counter() - started, library_cache.cache_folder(), key, structure, units, tables, keep
+    )
+
+
+@lru_cache(maxsize=RECENT)
+def _evaluation(system: System, parameters: int, redundant: bool) -> tuple[list[int], UnitDescription, Any, list[Any]]:
+    """Rows of cut joints with a multiplier, the unit of the kernel, its table, and the arrays to which the table points."""
     keep: list[Any] = []
     active, coupled = _structure(system, parameters) if system.cuts else ([], False)
     rows = list(range(system.rows)) if redundant else active
     loops = bool(system.frictional and rows) and not redundant and not system.light and not system.unilateral
     along = loops and is_recursion_shorter(system, rows)
-    kernel, _ = _kernel_unit(system, parameters, rows, redundant, along)
-    kernel.numbers["coupled"] = int(coupled)
-    outputs = _outputs_unit(system, chosen, quadratures)
-    sizes = kernel.numbers | {"works": kernel.numbers["npowers"] * quadratures}
-    facts = {"operations": {}, "active_rows": rows, "loop_rows": rows_of(system), "rubbing": [j.name for j in system.frictional]}
-    key = kernel_key(system, parameters, chosen, quadratures, redundant)
-    structure, units = (system, parameters, quadratures, redundant), {"kernel": kernel, "outputs": outputs}
-    tables = {name: table(unit, keep) for name, unit in units.items()}
-    return PartsKernel(
-        {}, sizes, facts, time.perf_counter() - started, library_cache.cache_folder(), key, structure, units, tables, keep
-    )
+    unit, _ = _kernel_unit(system, parameters, rows, redundant, along)
+    unit.numbers["coupled"] = int(coupled)
+    return rows, unit, table(unit, keep), keep
+
+
+@lru_cache(maxsize=RECENT)
+def _outputs(system: System, chosen: tuple[Column, ...], quadratures: bool) -> tuple[UnitDescription, Any, list[Any]]:
+    """The unit of the columns, its table, and the arrays to which the table points."""
+    keep: list[Any] = []
+    unit = _outputs_unit(system, list(chosen), quadratures)
+    return unit, table(unit, keep), keep
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:

@@ -158,6 +158,7 @@ def test_given_multipliers_leave_the_residual_of_the_maps(name: str) -> None:
 def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     """The models of one scene: along the recursion, and with maps."""
     made = []
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
     for along in (True, False):
         monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         made.append(Model(scene, ("*.q[*]",), "parts"))
@@ -204,6 +205,7 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
 def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
     """Both runs have the same events, end and certificate; the engine refuses nothing."""
     scene, ends, contractions = COULOMB[name](), [], []
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
     for along in (True, False):
         monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         r = simulate(scene, until=0.3, every=0.1, rtol=1e-9, outputs=("*.q[*]", "audit.constraint"), kernel="parts")

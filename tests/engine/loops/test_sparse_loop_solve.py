@@ -16,6 +16,7 @@ from tests.reference.scenes.random_scenes import Case, random_loop
 from tests.reference.scenes.result_table import table
 from tests.scalable_mechanisms import n_four_bar
 from trunnion.analysis.mechanics.state_evaluation import evaluate
+from trunnion.parts.kernels import scene_kernel
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.scene import load_scene
 from trunnion.scene.data_classes import scene as sm
@@ -72,6 +73,7 @@ def cranks(n: int) -> sm.Scene:
 @pytest.fixture
 def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
     """Creates a scene's model on parts, solved by structure or dense."""
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
 
     def made(scene: sm.Scene, dense: bool) -> Model:
         monkeypatch.setattr(loop_matrix_fill, "MANY_ROWS", 10**6 if dense else 16)

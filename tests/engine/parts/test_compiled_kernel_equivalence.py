@@ -13,6 +13,7 @@ from tests.engine.stick_slip.test_active_set_many_pairs import links
 from tests.reference.scenes.random_scenes import random_loop, random_tree
 from trunnion.kernel.compilation import c_compiler
 from trunnion.kernel.shared_libraries import kernel
+from trunnion.parts.kernels import scene_kernel
 from trunnion.parts.kernels.scene_kernel import parts_kernel
 from trunnion.runtime.abi.kernel_records import KERNEL
 from trunnion.scene import load_scene
@@ -190,3 +191,20 @@ def test_nothing_is_compiled_for_an_unseen_structure(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(c_compiler, "build_library", none)
     for count in (2, 7, 20):
         assert simulate(links(count, 0, "revolute", apart=False), until=0.1, kernel="parts").outcome.ok
+
+
+def test_runs_that_differ_in_numbers_share_tables_and_equal_runs_with_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ends(mu: float) -> list[float]:
+        changed = {"joints.slider_pin.friction.mu": mu}
+        return [*simulate("crank_slider", until=0.2, every=0.1, kernel="parts", overrides=changed).data.ravel()]
+
+    def none(*given: object) -> None:
+        raise AssertionError("a table was made")
+
+    ends(0.05)
+    with monkeypatch.context() as shared:
+        shared.setattr(scene_kernel, "table", none)
+        found = ends(0.15)
+    for kept in ("_evaluation", "_outputs"):
+        monkeypatch.setattr(scene_kernel, kept, getattr(scene_kernel, kept).__wrapped__)
+    assert found == ends(0.15) != ends(0.05)
