@@ -15,6 +15,7 @@ from tests.reference.compliant.equations_of_motion import Model
 from tests.reference.compliant.joint_sides_from_poses import resolved
 from tests.reference.compliant.runs_and_limit import level_of, table
 from tests.reference.compliant.start_state import start
+from tests.reference.mechanics.bodies_and_joint_frames import part
 from trunnion import Scene, scene_from_dict
 
 NEAR = 1e-5
@@ -215,6 +216,16 @@ def test_offered_start_rates_are_taken_only_where_the_scene_leaves_rates_open() 
 def test_the_compliant_model_names_the_law_that_it_refuses() -> None:
     with pytest.raises(NotJudged, match="lugre"):
         judged(slider(friction={"law": "lugre", "mu": 0.1, "force": 1.0, "bristle_stiffness": 1e3}))
+
+
+def test_the_compliant_model_names_the_body_that_it_refuses() -> None:
+    """A rotor with inertia about its axis only has none about lines across it. Earlier, reading this inertia raised a TypeError."""
+    rotor = {"mass": 1.0, "inertia": {"axial": 1e-3, "axis": [0.6, 0.0, 0.8]}}
+    joints = {"spin": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "rotor"}}
+    found = part(resolved(scene({"rotor": rotor}, joints, (0, 0, 0))).bodies["rotor"]).inertia
+    assert found == pytest.approx(1e-3 * np.array([[0.36, 0.0, 0.48], [0.0, 0.0, 0.0], [0.48, 0.0, 0.64]]), abs=1e-18)
+    with pytest.raises(NotJudged, match="rotor: a body without mass or inertia"):
+        judged(scene({"rotor": rotor}, joints, (0, 0, 0)))
 
 
 def test_the_rates_in_c_are_those_of_the_definition() -> None:

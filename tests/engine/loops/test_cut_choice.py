@@ -215,9 +215,9 @@ def test_many_random_loops_move_alike_wherever_they_are_cut() -> None:
 
 
 def _unlike(r: Result, other: Result) -> str:
-    """The first difference between two runs of a loop; "" without one."""
+    """The first difference between two runs of a loop; "" without one. A run that ends at its start has no row."""
     if r.outcome.name != other.outcome.name:
         return f"{r.outcome.name}, not {other.outcome.name}"
     names = [c.name for c in r.columns if ".position" in c.name or c.name == "energy.dissipated"]
-    far = [n for n in names if np.abs(r[n] - other[n]).max() > 1e-7 * max(1.0, float(np.abs(other[n]).max()))]
+    far = [n for n in names if np.abs(r[n] - other[n]).max(initial=0) > 1e-7 * max(1.0, float(np.abs(other[n]).max(initial=0)))]
     return far[0] if far else difference(r, other, 1e-9, 0.5)

@@ -32,7 +32,8 @@ class Model:
         screws, boxes, worms = ([n for n, j in scene.joints.items() if j.type == kind] for kind in ("screw", "gearbox", "worm"))
         self.frames = Frames(scene, len(wheels) + len(screws) + len(boxes) + len(worms))
         for name, part in self.frames.parts.items():
-            if part.mass <= 0 or np.linalg.eigvalsh(part.inertia)[0] <= 0:
+            moments = np.linalg.eigvalsh(part.inertia)
+            if part.mass <= 0 or moments[0] <= 1e-14 * moments[-1]:  # a moment that is 0 up to round-off
                 raise NotJudged(f"{name}: a body without mass or inertia")
         self.fits = Fits(replace(scene, joints={n: scene.joints[n] for n in self.held}), self.frames, level)
         self.free = Freedoms(scene, self.frames, self.held)

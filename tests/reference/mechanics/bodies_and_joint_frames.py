@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trunnion.scene.data_classes.bodies import AxialInertia
+
 AXES = {"x": 0, "y": 1, "z": 2}
 GROUND = "ground"
 
@@ -49,9 +51,12 @@ def solid(body) -> tuple[float, np.ndarray]:
 
 
 def part(body) -> Part:
-    """Mass properties of one body; explicit inertia wins over the shape."""
+    """Mass properties of one body; explicit inertia wins over the shape. About any line across its axis, an axial inertia is 0."""
     mass = body.mass if body.mass is not None else body.density * solid(body)[0]
-    if body.inertia is not None:
+    if isinstance(body.inertia, AxialInertia):
+        axis = direction(body.inertia.axis)
+        inertia = body.inertia.axial * np.outer(axis, axis)
+    elif body.inertia is not None:
         values = list(body.inertia) + [0.0] * (6 - len(body.inertia))
         xx, yy, zz, xy, xz, yz = values
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], float)

@@ -227,6 +227,7 @@ def _applied(scene, load, u: Units):
     if load.type == "drag":
         return replace(load, area=load.area * u(2), density=load.density * u(-3, 1))
     if load.type == "field":
-        return replace(load, **{f"f{x}": _formula(getattr(load, f"f{x}"), u) for x in "xyz"})
+        width = None if load.width is None else load.width * u.L
+        return replace(load, width=width, **{f"f{x}": _formula(getattr(load, f"f{x}"), u) for x in "xyz"})
     f = u.force if load.type == "force" else u.torque
     return replace(load, **{load.type: tuple(_load(scene, x, f, u) for x in getattr(load, load.type))})
