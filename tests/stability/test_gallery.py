@@ -19,7 +19,7 @@ from trunnion.system.construction.system_builder import build as system_of
 FOLDER = models_dir() / "stability"
 
 
-@pytest.mark.default_cases(24)
+@pytest.mark.default_cases(16)
 @pytest.mark.parametrize("telling", TELLINGS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r.number}_{r.name}")
 def test_a_row_has_its_stated_results_below_and_beyond_its_threshold(row: Row, telling: str) -> None:

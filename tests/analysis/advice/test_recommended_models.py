@@ -44,6 +44,7 @@ def test_friction_of_the_slider_pin_does_not_matter_to_the_sliders_motion() -> N
     assert a.influences[0].predicted < 1e-10
 
 
+@pytest.mark.slow
 def test_friction_of_the_slider_pin_matters_to_the_drive_torque(torque: Advice) -> None:
     assert torque.chosen is not None
     assert torque.chosen.joints == ("slider_pin",)

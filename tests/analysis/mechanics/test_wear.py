@@ -166,6 +166,7 @@ def test_the_command_counts_runs_to_a_depth(tmp_path: Path, capsys: pytest.Captu
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.slow
 def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
     """A pendulum strikes a stop, and the load agrees with friction's own work. Earlier, rows missed the contact (a third of the
     load at 1e8 N m/rad), belonged to another motion (a tenth less at 1e-4), or did not exist (0 by rosenbrock)."""

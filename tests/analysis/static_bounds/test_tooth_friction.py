@@ -146,6 +146,7 @@ def test_a_train_holds_between_the_products_of_its_efficiencies(seed: int) -> No
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("kind", KINDS[:3] + KINDS[4:])
+@pytest.mark.slow
 def test_teeth_load_their_bearings_in_bounds_as_in_runs(kind: str, seed: int) -> None:
     """Friction in both bearings depends on the force that pushes the wheels apart. Only the sum of all frictions is determined."""
     scene = pair(kind, seed)

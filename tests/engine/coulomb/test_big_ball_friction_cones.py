@@ -66,6 +66,7 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
     ("auto", "compiled"), ("rosenbrock", "compiled"), ("rosenbrock", "parts"),
     slow(("rk8", "compiled")), slow(("auto", "parts")), slow(("rk8", "parts")),  # these settings take half a minute each
 ])  # fmt: skip
+@pytest.mark.slow
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
     """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. At the end of a branch,
     friction is that of the branch before the event. Earlier, rows showed the branch after the event, 6e-5 beyond the cone."""

@@ -78,6 +78,7 @@ def test_joints_on_one_freedom_have_the_same_events_whatever_method_and_toleranc
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rub", [ALL, FEWEST], ids=["all", "fewest"])
+@pytest.mark.slow
 def test_joints_on_one_freedom_turn_stop_and_let_go_at_one_time(rub: set[str]) -> None:
     for method in METHODS:
         for rtol in TOLERANCES:

@@ -178,6 +178,7 @@ def errors(scene: sm.Scene, joint: str, until: float, way: Way) -> np.ndarray:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.slow
 def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
     off = errors(*SCENES[name]())
     assert np.all(off <= C * TOLERANCES), off

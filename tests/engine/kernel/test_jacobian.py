@@ -129,6 +129,7 @@ def test_the_stiff_method_keeps_its_order_with_friction_that_depends_on_open_rea
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("which", ["ball and cross on a loop", "shaft on a loop", "table", "open reactions"])
+@pytest.mark.slow
 def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     dense = block_at(case_of(which))
     assert dense.ny <= jacobian_unit.DENSE_STATES

@@ -106,6 +106,7 @@ def equations(name: str) -> Equations:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.slow
 def test_a_newton_step_is_that_with_maps(name: str) -> None:
     """η = e + D f, whatever D and e: reactions, accelerations and the loops' multipliers."""
     it = equations(name)

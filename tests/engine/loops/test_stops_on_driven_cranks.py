@@ -48,6 +48,7 @@ def driven_crank(rng: np.random.Generator) -> tuple[dict[str, Any], list[tuple[s
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(12))
+@pytest.mark.slow
 def test_a_driven_crank_reverses_its_slider_on_a_stop_wherever_the_loop_is_cut(seed: int) -> None:
     """Earlier, at 1e-4, the acceleration of 14 m/s² at the reversal counted as an error of terms of 1e6 N, and the slider stuck."""
     rng = np.random.default_rng(seed)

@@ -207,6 +207,7 @@ def test_an_accuracy_that_is_met_by_far_costs_no_tight_run() -> None:
     assert r.stats.rhs_evaluations < tight.stats.rhs_evaluations / 4
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_the_tighter_run_keeps_the_run_and_promises_up_to_there(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(float(t) for t in range(10**6))
     monkeypatch.setattr("time.perf_counter", lambda: next(clock))

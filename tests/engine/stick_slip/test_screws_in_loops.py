@@ -44,6 +44,7 @@ def release(r: Result) -> float:
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(2))
+@pytest.mark.slow
 def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(seed: int) -> None:
     scene = scene_from_dict(two_nuts(seed))
     runs = [simulate(scene, method=m, rtol=rtol) for m, rtol in (("auto", 1e-6), ("rk5", 1e-6), ("auto", 1e-9))]
@@ -98,6 +99,7 @@ def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_drive
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [71, 66, 69])
+@pytest.mark.slow
 def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_continues_after_the_impact(seed: int) -> None:
     """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle more by
     the thrust bearing than it drives the spindle by the thread. The spindle's own torque acts against this acceleration. Then no

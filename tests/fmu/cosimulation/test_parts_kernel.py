@@ -88,6 +88,7 @@ def test_directional_derivatives_are_those_of_compiled_code() -> None:
     assert np.abs(both[0]).max() > 0.1
 
 
+@pytest.mark.slow
 def test_for_another_structure_of_the_same_kinds_only_tables_are_compiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def pendulum(count: int) -> trunnion.Scene:
         from tests.engine.stick_slip.test_active_set_many_pairs import links

@@ -67,6 +67,7 @@ def test_a_scene_is_submitted_without_a_sweep(told: Told) -> None:
     assert (code, job["state"], job["cases"], job["outcomes"]) == (0, "done", 1, {"done": 1})
 
 
+@pytest.mark.slow
 def test_rows_of_all_cases_are_kept_and_fetched(told: Told, tmp_path: Path) -> None:
     over, kept = f"{MU}=0.1:0.6:3", ["--trajectories", "ball.qd[2]", "--spacing", "100 ms"]
     code, job, _ = told("submit", "spherical_pendulum", "--vary", over, "--until", "0.5", *kept, "--wait", "--json")

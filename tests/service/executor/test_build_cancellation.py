@@ -111,6 +111,7 @@ def test_a_budget_of_time_ends_a_build(parts: Parts, monkeypatch: pytest.MonkeyP
     assert left(library_cache.cache_folder()) == []
 
 
+@pytest.mark.slow
 def test_a_job_builds_a_kernel_whose_build_another_job_has_cancelled(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
     """The other job runs in the same worker, with the same kernel."""
     monkeypatch.setenv("TRUNNION_QUICK_BUILD", "1")

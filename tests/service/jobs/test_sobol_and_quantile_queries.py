@@ -41,6 +41,7 @@ def whole() -> Any:
     return trunnion.sweep("double_pendulum", sample=RANGES, count=32, seed=4, sampling="saltelli", reductions=TRAVEL, **RUN)
 
 
+@pytest.mark.slow
 def test_command_rest_and_client_give_the_indices_of_the_function(job: Job, whole: Any, capsys: pytest.CaptureFixture[str]) -> None:
     expected = [i.document() for i in whole.indices()]
     assert job.to_arrow().to_pylist() == as_stored(whole.table).to_pylist()
