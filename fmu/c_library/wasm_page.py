@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import to_hex
 
 from trunnion.fmu.c_library.library_files import Library, filled, library, plain
 from trunnion.fmu.variables.outputs_inputs_parameters import HUGE, Variable
 from trunnion.kernel.compilation import c_compiler, library_cache
 from trunnion.plots.geometry.mechanism_geometry import Scenery, scenery
 from trunnion.plots.geometry.motion_and_view import bounds, first_view, motion
-from trunnion.plots.style.palette import JOINT
+from trunnion.plots.style.palette import JOINT, hex_color
 from trunnion.scene.overrides import Given
 from trunnion.simulation.results.result import Result
 
@@ -108,7 +107,7 @@ def _parts(drawn: Scenery) -> list[dict[str, Any]]:
     meshes = [(i, p.mesh, p.color) for i, p in enumerate(drawn.parts)]
     meshes += [(on, mesh, JOINT) for j in drawn.joints for on, mesh in j.pins]
     return [
-        {"body": on, "color": [*bytes.fromhex(to_hex(color)[1:])], "vertices": np.round(mesh.vertices, DIGITS).tolist(),
+        {"body": on, "color": [*bytes.fromhex(hex_color(color)[1:])], "vertices": np.round(mesh.vertices, DIGITS).tolist(),
          "faces": [list(f) for f in mesh.faces]}
         for on, mesh, color in meshes
     ]  # fmt: skip

@@ -72,7 +72,7 @@ def content(result: Result, held: bool = False) -> dict[str, Any]:
     parts = [
         {
             "name": p.name,
-            "color": _hex(p.color),
+            "color": palette.hex_color(p.color),
             "mesh": meshes.place(p.mesh),
             "channel": channels.add(*_pose(moved, i), sources=[f"{p.name}.{of}[{k}]" for of, n in POSE for k in range(1, n + 1)]),
             "traced": [{"name": n, "at": x.tolist()} for n, x in (p.points or {p.name: np.zeros(3)}).items()],
@@ -94,18 +94,6 @@ def content(result: Result, held: bool = False) -> dict[str, Any]:
 
 def _pose(moved: Motion, part: int) -> tuple[np.ndarray, ...]:
     return (*moved.positions[:, part].T, *moved.turns[:, part].T)
-
-
-def _hex(color: str) -> str:
-    """#rrggbb of a colour's name."""
-    if color.startswith("#") and len(color) == 7:
-        return color
-    from matplotlib.colors import to_hex
-
-    try:
-        return to_hex(color)
-    except ValueError:
-        return palette.BODIES[0]
 
 
 class _Meshes:

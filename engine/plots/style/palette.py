@@ -28,3 +28,15 @@ def color(i: int) -> str:
 def dash(i: int) -> object:
     """Line style of the i-th curve."""
     return DASHES[i % len(DASHES)]
+
+
+def hex_color(color: str) -> str:
+    """#rrggbb of a colour's name; of the first colour of bodies if there is no such name."""
+    if color.startswith("#") and len(color) == 7:
+        return color
+    from matplotlib.colors import to_hex
+
+    try:
+        return to_hex(color)
+    except ValueError:
+        return BODIES[0]

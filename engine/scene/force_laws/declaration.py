@@ -42,7 +42,7 @@ class ForceLaw:
         raise NotImplementedError
 
     def passed(self, n: Sequence[SX], x: SX, rate: SX) -> SX:
-        """Position in the law's curve, in pieces. Steps with error control change it by less than a piece."""
+        """Position in the law's curve, in pieces. Steps with error control change it by at most half a piece."""
         raise NotImplementedError
 
     def findings(self, path: Path, data: Any) -> Iterator[Finding]:

@@ -12,10 +12,11 @@ def field_notes(scene: Scene) -> list[str]:
     return [
         f"{name}: a step may have passed a narrow part of this field; give the field's width (forces.{name}.width)"
         for name, f in scene.forces.items()
-        if isinstance(f, Field) and f.width is None and not all(map(_has_no_narrow_part, COMPONENTS, [f] * len(COMPONENTS)))
+        if isinstance(f, Field) and f.width is None and not all(_is_polynomial(f, key) for key in COMPONENTS)
     ]
 
 
-def _has_no_narrow_part(key: str, f: Field) -> bool:
+def _is_polynomial(f: Field, key: str) -> bool:
+    """Whether this component of the force is a polynomial, or is not given."""
     formula = getattr(f, key)
     return formula is None or is_polynomial(separate(formula.formula)[0])

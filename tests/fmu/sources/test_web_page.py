@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from trunnion.fmu.c_library import wasm_page as made_web
 from trunnion.fmu.c_library.library_files import library
 from trunnion.fmu.c_library.wasm_page import wasm, web
 from trunnion.plots.geometry.mechanism_geometry import scenery
+from trunnion.plots.style.palette import BODIES
 
 SCENE, STEPS, EVERY = "spherical_pendulum", 50, 0.02
 SAME = 1e-12
@@ -60,6 +62,8 @@ def test_a_page_draws_bodies_whose_colours_are_names() -> None:
     assert any(not p.color.startswith("#") for p in drawn.parts)
     for part, shown in zip(drawn.parts, made_web._parts(drawn), strict=False):
         assert np.allclose(np.array(shown["color"]) / 255, to_rgb(part.color), rtol=0.0, atol=0.5 / 255)
+    unknown = replace(drawn, parts=(replace(drawn.parts[0], color="no such colour"),))
+    assert made_web._parts(unknown)[0]["color"] == list(bytes.fromhex(BODIES[0][1:]))
 
 
 @pytest.mark.slow
