@@ -14,6 +14,8 @@ from tests.reference.compliant.gear_units import Loaded, Units, Worms
 from tests.reference.compliant.loads_by_speed_and_position import MotionLoads
 from tests.reference.compliant.pin_bearing_fits import Fits, Level, is_loaded
 from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, back, cross, times
+from tests.reference.compliant.unilateral_contacts import TYPES as CONTACTS
+from tests.reference.compliant.unilateral_contacts import Contacts
 from tests.reference.mechanics.joint_constraints import TYPES, of
 
 NUMBERS = ("mu", "mu_static", "preload", "torque", "back_torque", "force", "back_force", "no_load_torque")
@@ -24,7 +26,7 @@ class Model:
 
     def __init__(self, scene, level: Level):
         self.scene, self.level = scene, level
-        strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS, "gearbox", "worm"})
+        strange = sorted({j.type for j in scene.joints.values()} - {*TYPES, *WHEELS, *CONTACTS, "gearbox", "worm"})
         if strange:
             raise NotJudged(f"joints of type {', '.join(strange)}")
         self.held = [n for n, j in scene.joints.items() if j.type in TYPES and not of(j.type).line]
@@ -45,6 +47,7 @@ class Model:
         ]
         self.devices = Devices(scene, self.frames, self.free, level)
         self.rods = Rods(scene, self.frames, level, [n for n, j in scene.joints.items() if j.type == "rod"])
+        self.contacts = Contacts(scene, self.frames, level, [n for n, j in scene.joints.items() if j.type in CONTACTS])
         self.loads = Loads(self.rods.in_scene(scene), self.frames)
         self.inverse = np.linalg.inv(self.frames.inertia)
         loaded = [n for n in self.held if is_loaded(scene.joints[n].friction)]
@@ -58,11 +61,15 @@ class Model:
         """The laws of all friction pairs."""
         out = [group[3] for group in self.fits.rubbing] + (list(self.fits.given[2:]) if self.fits.given is not None else [])
         out += [self.loaded.law] if self.loaded else []
+        out += [self.contacts.law] if self.contacts else []
         return out + [rows.teeth.law if isinstance(rows, Wheels) else rows.law for rows in self.rolling]
 
     def switches(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Functions that become negative where the state of a hook or of a friction pair has to change: n x their number."""
-        out = [self.devices.hook_functions(self.frames.motion(t, y))]
+        """Functions that become negative where the state of a hook, a contact or a friction pair has to change: n x their number."""
+        m = self.frames.motion(t, y)
+        out = [self.devices.hook_functions(m)]
+        if self.contacts:
+            out.append(self.contacts.gaps(m))
         if self.has_jumps:
             self.rates(t, y)
             out += [np.broadcast_to(law.switches(), (len(y), len(law.jumps))) for law in self.laws]
@@ -74,6 +81,10 @@ class Model:
             self.devices.change_hook(k, self.frames.motion(np.array([t]), y[None]))
             return None
         k, first = k - len(self.devices.latches), 0
+        if k < len(self.contacts.names):
+            self.contacts.inside[k] = not self.contacts.inside[k]
+            return None
+        k -= len(self.contacts.names)
         for law in self.laws:
             if k < len(law.jumps):
                 law.switch(k)
@@ -93,7 +104,7 @@ class Model:
     @property
     def has_switches(self) -> bool:
         """Whether the scene has discrete states in addition to its motion."""
-        return bool(self.devices.latches) or self.has_jumps
+        return bool(self.devices.latches) or bool(self.contacts) or self.has_jumps
 
     @property
     def has_jumps(self) -> bool:
@@ -103,6 +114,9 @@ class Model:
     def begin(self, y: np.ndarray) -> None:
         """The states of hooks and pairs at the start."""
         self.devices.start_hooks(self.free.near)
+        if self.contacts:
+            gap = self.contacts.relative_motion(self.frames.motion(np.zeros(1), y[None]))[0][0]
+            self.contacts.inside = self.contacts.closed | (gap < 0)
         self.rates(np.zeros(1), y[None])
         for law in self.laws:
             law.slides = np.ravel(law.share >= 1)
@@ -125,7 +139,7 @@ class Model:
         if not self.compiled:
             return self.defined(t, y)
         rates = self.compiled(t, y)
-        if not (self.in_python or self.loaded or self.by_motion):
+        if not (self.in_python or self.loaded or self.by_motion or self.contacts):
             return rates
         m = self.frames.motion(np.broadcast_to(t, (len(y),)), y)
         out, at = Forces(m), self.frames.at
@@ -143,6 +157,8 @@ class Model:
         if self.loaded:
             self.loaded.act(m, out)
         self.by_motion.act(m, out)
+        if self.contacts:
+            self.contacts.act(m, out)
         at = self.frames.at["rolled"].stop - sum(len(rows.names) for rows in self.in_python)
         rates = [np.zeros((len(y), 0))]
         for rows in self.in_python:

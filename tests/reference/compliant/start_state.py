@@ -109,6 +109,8 @@ def _rows(model: Model, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
     for part in model.rolling:
         rows.append(part.rate(m))
     rows.append(model.rods.stretch(m)[1])
+    if model.contacts:
+        rows.append(model.contacts.relative_motion(m)[1][:, model.contacts.closed])
     q, qd = model.free.coordinates(rest)[0][0], model.free.coordinates(m)[1]
     rows += [(qd[:, i] - c.ratio * qd[:, k])[:, None] for i, k, c in model.devices.mimics]
     rows += [qd[:, [i]] for i, _ in model.devices.drives]
@@ -133,6 +135,8 @@ def _closed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
         gap = [model.fits.violations(m).reshape(-1)]
         model.fits.level = level
         gap += [np.zeros(len(r.names)) for r in model.rolling] + [model.rods.stretch(m)[0][0]]
+        if model.contacts:
+            gap.append(model.contacts.relative_motion(m)[0][0, model.contacts.closed])
         gap += [np.array([q[i] - c.ratio * q[k] - c.offset for i, k, c in model.devices.mimics])]
         gap += [np.array([q[i] - drive_motion(d, 0.0)[0] for i, d in model.devices.drives])]
         g = np.concatenate(gap)

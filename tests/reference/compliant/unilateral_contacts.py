@@ -1,0 +1,144 @@
+"""Contacts that begin and end, as springs that only push: points on curves, cams with followers, and pins in slots.
+
+An open contact has a gap and no force. Where the gap is negative, the contact presses with stiffness times the penetration, and a
+delay of the penetration's rate, but never pulls. The delay is the same at all levels, and is long compared to the period of any
+body on the spring. Impacts have therefore no rebound in the limit. All functions take many states and contacts at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tests.reference.compliant.friction_laws import Laws, NotJudged
+from tests.reference.compliant.pin_bearing_fits import USUAL, Level, is_given
+from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion, cross, dot
+
+TYPES = ("point_on_curve", "cam", "pin_in_slot")
+DELAY = 1e-3
+"""Delay of the springs, s."""
+PLACES, NEWTON = 200, 8
+"""Places on a curve from which the search for the nearest place starts, and steps of this search."""
+AT_LEAST = 1e-30
+"""Least distance from a slot's centre line for which it has a direction, m."""
+OUTSIDE = 1.0
+"""Gap of a pin that is not in a slot, m."""
+
+
+class Path:
+    """A curve in the plane of the inboard e2 and e3, as complex numbers over a parameter. Open curves continue straight. ``play``:
+    largest distance from the curve in a slot; None, where the free side is the right side of the curve."""
+
+    def __init__(self, joint):
+        slot = joint.slot
+        self.play = slot.play if slot else None
+        self.repeated = slot.repeated if slot else 1
+        mouths = {"both": (True, True), "start": (True, False), "end": (False, True)}.get(slot.mouth if slot else None)
+        self.open = mouths or (False, False)
+        if joint.profile is not None:
+            u, radius = np.array(joint.profile.angle, float), np.array(joint.profile.radius, float)
+            if not np.isclose(u[-1] - u[0], 2 * np.pi):
+                raise NotJudged("a cam whose profile is not a full turn")
+            self.radius, self.closed = CubicSpline(u, radius, bc_type="periodic"), True
+        else:
+            p = np.array(joint.curve.points, float) @ [1, 1j]
+            self.closed, self.radius = bool(joint.curve.closed), None
+            p = np.append(p, p[0]) if self.closed else p
+            u = np.append(0.0, np.cumsum(np.abs(np.diff(p))))
+            ends = "periodic" if self.closed else "natural"
+            self.spline = CubicSpline(u, np.stack([p.real, p.imag], axis=-1), bc_type=ends)
+        self.first, self.last = float(u[0]), float(u[-1])
+        self.tries = np.linspace(self.first, self.last, PLACES)
+        self.near = self.at(self.tries)[0]
+
+    def at(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The curve at parameters, and its first two derivatives."""
+        if self.radius is not None:
+            r, dr, ddr = (self.radius(u, k) for k in range(3))
+            way = np.exp(1j * u)
+            return r * way, (dr + 1j * r) * way, (ddr + 2j * dr - r) * way
+        if self.closed:
+            return tuple(self.spline(u, k) @ [1, 1j] for k in range(3))
+        end = np.clip(u, self.first, self.last)
+        p, d, dd = (self.spline(end, k) @ [1, 1j] for k in range(3))
+        return p + (u - end) * d, d, np.where(u == end, dd, 0.0)
+
+    def gap(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The gaps of points, and the directions of the free side, as complex numbers."""
+        turns = np.exp(2j * np.pi * np.arange(self.repeated) / self.repeated)
+        u, way = np.array([self._foot(p / turn) for turn in turns]).transpose(1, 0, 2)
+        slot, all_ = np.abs(way).argmin(axis=0), np.arange(len(p))
+        u, way, turn = u[slot, all_].real, way[slot, all_], turns[slot]
+        if self.play is None:
+            d = self.at(u)[1]
+            n = -1j * d / np.abs(d)
+            return (way * n.conj()).real, n
+        far = np.maximum(np.abs(way), AT_LEAST)
+        outside = (self.open[0] & (u < self.first)) | (self.open[1] & (u > self.last))
+        return np.where(outside, OUTSIDE, self.play - far), -way / far * turn
+
+    def _foot(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The parameters of the places nearest to points, and the ways from there to the points. A slot's wall ends in a half circle
+        around an end of its curve."""
+        u = self.tries[np.abs(p[:, None] - self.near).argmin(axis=1)]
+        for _ in range(NEWTON):
+            c, d, dd = self.at(u)
+            away = (p - c) * d.conj()
+            bend = np.abs(d) ** 2 - ((p - c) * dd.conj()).real
+            u = u + away.real / np.where(bend > 0, bend, np.abs(d) ** 2)
+        if self.play is not None and not self.closed:
+            u = np.where(self.open[0], u, np.maximum(u, self.first))
+            u = np.where(self.open[1], u, np.minimum(u, self.last))
+        return u, p - self.at(u)[0]
+
+
+class Contacts:
+    """The contacts of a scene. inside: contacts whose gap is negative, or zero at a start with a closed contact."""
+
+    def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
+        self.names, joints = names, [scene.joints[n] for n in names]
+        for name, j in zip(names, joints, strict=True):
+            if j.unilateral is None:
+                raise NotJudged(f"{name}: a {j.type} that also pulls")
+            if j.unilateral.restitution:
+                raise NotJudged(f"{name}: restitution")
+            if is_given(j.friction):
+                raise NotJudged(f"{name}: friction of a given size")
+        self.sides, self.paths = frames.sides(names), [Path(j) for j in joints]
+        self.roller = np.array([float(j.roller or 0.0) for j in joints])
+        self.k = level.stiffness * np.array([(j.stiffness or USUAL) / USUAL for j in joints])
+        self.closed = np.array([j.unilateral.starts != "open" for j in joints], bool)
+        self.inside = self.closed.copy()
+        self.rubs = np.flatnonzero([j.friction is not None for j in joints])
+        rubbing = [joints[i].friction for i in self.rubs]
+        self.law = Laws(scene, rubbing, np.full(len(rubbing), level.speed))
+
+    def __bool__(self) -> bool:
+        return bool(self.names)
+
+    def relative_motion(self, m: Motion) -> tuple[np.ndarray, ...]:
+        """Gaps, their rates, sliding rates (n x contacts); contact points, and normal and tangent in the world (n x contacts x 3)."""
+        s = self.sides.pairs(m)
+        x = s.q - s.p
+        flat = dot(x, s.A[..., 1]) + 1j * dot(x, s.A[..., 2])
+        each = [path.gap(flat[:, k]) for k, path in enumerate(self.paths)]
+        gap, n = (np.stack(x, axis=1) for x in zip(*each, strict=True))
+        normal = n.real[..., None] * s.A[..., 1] + n.imag[..., None] * s.A[..., 2]
+        along = cross(s.A[..., 0], normal)
+        rim = -self.roller[:, None] * normal
+        slide = s.slide + cross(s.turn, rim)
+        return gap, dot(slide, normal), dot(slide, along), s.q + rim, normal, along
+
+    def gaps(self, m: Motion) -> np.ndarray:
+        """Functions that become negative where ``inside`` has to change: n x contacts."""
+        gap = self.relative_motion(m)[0]
+        return np.where(self.inside, -gap, gap)
+
+    def act(self, m: Motion, out: Forces) -> None:
+        """Add the forces."""
+        gap, rate, slide, at, normal, along = self.relative_motion(m)
+        push = np.where(self.inside, np.maximum(-self.k * (gap + DELAY * rate), 0.0), 0.0)
+        rub = np.zeros_like(push)
+        rub[:, self.rubs] = self.law.slope(m.t, np.abs(slide[:, self.rubs])) * push[:, self.rubs] * slide[:, self.rubs]
+        force = push[..., None] * normal - rub[..., None] * along
+        out.between(self.sides.one, self.sides.two, at, force)
+        out.taken += (rub * slide).sum(-1)

@@ -1,0 +1,76 @@
+"""The compliant model's contacts that begin and end, against closed forms; the engine has no part in these tests."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from tests.reference.compliant import NotJudged, judged
+from trunnion import Scene, scene_from_dict
+
+NEAR = 1e-5
+"""Largest error, m, rad, m/s. Three levels of stiffness, extrapolated, leave errors below it."""
+G = 9.81
+LINE = {"points": [[5.0, 0.0], [-5.0, 0.0]]}
+SLOT = {"points": [[-5.0, 0.02], [5.0, 0.02]]}
+
+
+def scene(touch: dict, q: list[float], qd: list[float], body: dict | None = None) -> Scene:
+    """A body that moves in the plane normal to z, with weight along -y, and touches the ground in one contact."""
+    fly = {"type": "planar", "axis": "z", "reference": "x", "inboard": "ground", "outboard": "b", "start": {"q": q, "qd": qd}}
+    touch = {"axis": "z", "reference": "x", "inboard": "ground", "outboard": "b", **touch}
+    bodies = {"b": body or {"mass": 2.0, "inertia": [0.05, 0.05, 0.05]}}
+    return scene_from_dict({"schema": 1, "gravity": [0, -G, 0], "bodies": bodies, "joints": {"fly": fly, "touch": touch}})
+
+
+def last(case: Scene, until: float) -> dict[str, float]:
+    """Coordinates and rates at the end; the compliant model's own error must be below NEAR."""
+    out = judged(case, until, ["fly.*"], instants=1)
+    assert out.worst < NEAR
+    return {name: float(values[-1]) for name, values in out.values.items()}
+
+
+@pytest.mark.parametrize("walls", ["line", "slot"])
+def test_a_block_that_lands_loses_speed_by_friction_in_the_impact_and_then_slides(walls: str) -> None:
+    """It falls 0.1 m. The impact takes its falling speed, and the friction coefficient times this speed along the wall."""
+    mu, fall, speed, until = 0.3, 0.1, 2.0, 0.3
+    touch = {"type": "point_on_curve", "curve": LINE} if walls == "line" else {
+        "type": "pin_in_slot", "curve": SLOT, "slot": {"play": 0.02, "mouth": "both"}}  # fmt: skip
+    high = fall if walls == "line" else 0.03
+    out = last(scene({**touch, "friction": {"mu": mu}, "unilateral": {"starts": "open"}}, [0.0, high, 0.0], [speed, 0.0, 0.0]), until)
+    falls = np.sqrt(2 * high / G)
+    after, slid = speed - mu * G * falls, until - falls
+    assert out["fly.qd[1]"] == pytest.approx(after - mu * G * slid, abs=NEAR)
+    assert out["fly.q[1]"] == pytest.approx(speed * falls + after * slid - mu * G * slid**2 / 2, abs=NEAR)
+    assert out["fly.q[2]"] == pytest.approx(0.0, abs=NEAR)
+
+
+def test_a_wheel_slides_until_it_rolls() -> None:
+    """Friction slows the wheel and turns it, until its rim rests on the line."""
+    mu, speed, r, m, J = 0.2, 1.0, 0.1, 2.0, 0.012
+    touch = {"type": "point_on_curve", "curve": {"points": [[5.0, r], [-5.0, r]]}, "roller": r, "friction": {"mu": mu}, "unilateral": {}}
+    out = last(scene(touch, [0.0, r, 0.0], [speed, 0.0, 0.0], {"mass": m, "inertia": [0.01, 0.01, J]}), 0.4)
+    rolls = speed / (mu * G * (1 + m * r * r / J))
+    assert rolls < 0.4
+    assert out["fly.qd[1]"] == pytest.approx(speed - mu * G * rolls, abs=NEAR)
+    assert out["fly.qd[3]"] == pytest.approx(-(speed - mu * G * rolls) / r, abs=NEAR)
+
+
+def test_a_bead_leaves_a_round_cam_where_its_weight_no_longer_holds_it() -> None:
+    """At the angle a from the top, v² = v₀² + 2 g R (1 − cos a); the bead leaves at v² = g R cos a, and falls freely."""
+    R, speed, flight = 0.5, 0.8, 0.1
+    touch = {"type": "cam", "profile": {"angle": [0.0, 2.0, 4.0, 2 * np.pi], "radius": [R] * 4}, "unilateral": {}}
+    leaves = np.arccos((2 + speed**2 / (G * R)) / 3)
+    fast = lambda a: np.sqrt(speed**2 + 2 * G * R * (1 - np.cos(a)))  # noqa: E731
+    time = quad(lambda a: R / fast(a), 0.0, leaves, epsabs=1e-13)[0]
+    out = last(scene(touch, [0.0, R, 0.0], [speed, 0.0, 0.0]), time + flight)
+    v = fast(leaves)
+    assert out["fly.q[1]"] == pytest.approx(R * np.sin(leaves) + v * np.cos(leaves) * flight, abs=NEAR)
+    assert out["fly.q[2]"] == pytest.approx(R * np.cos(leaves) - v * np.sin(leaves) * flight - G * flight**2 / 2, abs=NEAR)
+
+
+def test_a_contact_that_rebounds_is_refused_by_name() -> None:
+    touch = {"type": "point_on_curve", "curve": LINE, "unilateral": {"restitution": 0.5, "starts": "open"}}
+    with pytest.raises(NotJudged, match="touch: restitution"):
+        judged(scene(touch, [0.0, 0.1, 0.0], [0.0, 0.0, 0.0]), 0.1)
