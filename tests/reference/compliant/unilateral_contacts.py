@@ -16,8 +16,9 @@ from tests.reference.compliant.positions_and_rates import Forces, Frames, Motion
 TYPES = ("point_on_curve", "cam", "pin_in_slot")
 DELAY = 1e-3
 """Delay of the springs, s."""
-PLACES, NEWTON = 200, 8
-"""Places on a curve from which the search for the nearest place starts, and steps of this search."""
+PLACES, NEWTON, FOUND = 200, 8, 1e-12
+"""Places on a curve from which the search for the nearest place starts; most steps of this search, and the step that ends it. The
+error after that step is its square."""
 AT_LEAST = 1e-30
 """Least distance from a slot's centre line for which it has a direction, m."""
 OUTSIDE = 1.0
@@ -84,7 +85,10 @@ class Path:
             c, d, dd = self.at(u)
             away = (p - c) * d.conj()
             bend = np.abs(d) ** 2 - ((p - c) * dd.conj()).real
-            u = u + away.real / np.where(bend > 0, bend, np.abs(d) ** 2)
+            step = away.real / np.where(bend > 0, bend, np.abs(d) ** 2)
+            u = u + step
+            if np.abs(step).max() < FOUND:
+                break
         if self.play is not None and not self.closed:
             u = np.where(self.open[0], u, np.maximum(u, self.first))
             u = np.where(self.open[1], u, np.minimum(u, self.last))
