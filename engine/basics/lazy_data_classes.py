@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from collections.abc import Callable
+from functools import wraps
 from inspect import isfunction
 from typing import TYPE_CHECKING, Any
 
-_LOCK = threading.RLock()
+LOCK = threading.RLock()
+"""Held by the thread that makes a class or builds its validator. Pydantic fails if two threads do this at once."""
 METHODS = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
 """Methods that make the class when they are called, then call the class's method of the same name."""
 FACTS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
@@ -36,11 +39,12 @@ def _method(owner: type, options: dict[str, Any], name: str) -> Any:
     """Stands for a method of a class until the class is made."""
 
     def first(self: Any, *given: Any, **named: Any) -> Any:
-        _make(owner, options)
-        made = getattr(owner, name)
-        if made is None:
-            raise TypeError(f"unhashable type: {owner.__name__!r}")
-        return made(self, *given, **named)
+        with LOCK:
+            _make(owner, options)
+            made = getattr(owner, name)
+            if made is None:
+                raise TypeError(f"unhashable type: {owner.__name__!r}")
+            return made(self, *given, **named)
 
     setattr(first, _MARK, True)
     return first
@@ -51,7 +55,7 @@ _MARK = "_until_made"
 
 def _make(owner: type, options: dict[str, Any]) -> None:
     """Let the original decorator make the class, once."""
-    with _LOCK:
+    with LOCK:
         if not isinstance(vars(owner).get(FACTS[0]), _Fact):
             return
         standing = [n for n, value in vars(owner).items() if isinstance(value, _Fact) or hasattr(value, _MARK)]
@@ -59,8 +63,20 @@ def _make(owner: type, options: dict[str, Any]) -> None:
             _make_copy_first(owner, options, standing)
             return
         for name in standing:
-            delattr(owner, name)
+            if name != "__init__":  # pydantic sets it; until then, other threads wait in it
+                delattr(owner, name)
         _decorated(owner, options)
+        owner.__init__ = _locked(owner.__init__)
+
+
+def _locked(made: Callable[..., None]) -> Callable[..., None]:
+    """An ``__init__`` by pydantic, whose first call builds the validator."""
+
+    def init(self: Any, *given: Any, **named: Any) -> None:
+        with LOCK:
+            made(self, *given, **named)
+
+    return wraps(made)(init)
 
 
 def _make_copy_first(owner: type, options: dict[str, Any], standing: list[str]) -> None:

@@ -8,7 +8,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from trunnion.basics.errors import Problem, SceneError
-from trunnion.basics.lazy_data_classes import dataclass
+from trunnion.basics.lazy_data_classes import LOCK, dataclass
 from trunnion.elements.joints import FREE, REGISTRY, REVOLUTE
 from trunnion.scene.checks import findings
 from trunnion.scene.data_classes.scene import Scene
@@ -79,12 +79,17 @@ def _adapter() -> TypeAdapter[Scene]:
     return TypeAdapter(Scene)
 
 
+def _validated(data: Any) -> Scene:
+    with LOCK:
+        return _adapter().validate_python(data)
+
+
 def build(data: Any) -> Built:
     """Validate plain data; when there are mistakes, validate again without the invalid parts."""
     from pydantic import ValidationError
 
     try:
-        return Built(_adapter().validate_python(data))
+        return Built(_validated(data))
     except ValidationError as e:
         errors = [dict(x) for x in e.errors(include_url=False)]
     built = Built(None, findings_of(errors, data))
@@ -94,7 +99,7 @@ def build(data: Any) -> Built:
     for _ in range(ROUNDS):
         _remove_broken(rest, findings_of(errors, rest), built)
         try:
-            built.scene = _adapter().validate_python(rest)
+            built.scene = _validated(rest)
         except ValidationError as e:
             errors = [dict(x) for x in e.errors(include_url=False)]
         else:

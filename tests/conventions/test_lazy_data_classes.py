@@ -6,9 +6,12 @@ import copy
 import dataclasses
 import pickle
 import re
+import subprocess
+import sys
 from abc import ABC, abstractmethod
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import field, fields, is_dataclass, replace
+from functools import partial
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -120,8 +123,9 @@ def test_threads_make_a_class_once() -> None:
         assert all(not hasattr(vars(c).get(m), "_until_made") for c in (rod, tube) for m in METHODS)
 
 
-def test_a_thread_may_use_a_class_while_another_makes_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    rod, _, _ = family(dataclass)
+@pytest.mark.parametrize("options", [{}, {"config": {}}], ids=["standard library", "pydantic"])
+def test_a_thread_may_use_a_class_while_another_makes_it(options: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    rod, _, _ = family(partial(dataclass, **options))
     whole, found = lazy_data_classes._decorated, list[Any]()
     other = Thread(target=lambda: found.append(outcome(lambda: rod(2.0))))
 
@@ -135,6 +139,30 @@ def test_a_thread_may_use_a_class_while_another_makes_it(monkeypatch: pytest.Mon
     assert rod(1.0).length == 1.0
     other.join()
     assert found == [outcome(lambda: rod(2.0))]
+
+
+FIRST_SCENES = """
+import sys, threading, trunnion
+sys.setswitchinterval(1e-6)
+ready, failed = threading.Barrier(8), []
+def load():
+    ready.wait()
+    try:
+        joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b",
+                 "effort": {"ramp": {"start": 0, "end": 1, "duration": 1}}}
+        trunnion.scene_from_dict({"bodies": {"b": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {"r": joint}})
+        trunnion.scene_from_dict({"bodies": {"b": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {}})
+    except Exception as error:
+        failed.append(repr(error))
+threads = [threading.Thread(target=load) for _ in range(8)]
+[t.start() for t in threads], [t.join() for t in threads]
+sys.exit("; ".join(failed))
+"""
+
+
+def test_threads_may_load_their_first_scenes_at_once() -> None:
+    run = subprocess.run([sys.executable, "-c", FIRST_SCENES], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
 
 
 def test_a_validated_class_converts_and_refuses() -> None:
