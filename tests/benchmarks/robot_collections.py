@@ -51,7 +51,8 @@ compared* counts files that the other program refuses.
 Three models are *different*. MuJoCo reads the vertices of `.obj` meshes in single precision. In the two files of robosuite, this
 rounding changes masses by 6e-9 and 1.2e-8. With mass and mass centre from Trunnion, MuJoCo's accelerations differ by less than
 1e-15. In the file of brax, a free body has its mass centre 2.9e-9 m from its joint. MuJoCo treats these two points as one,
-and keeps a diagonal mass matrix. The inertias from Trunnion do not fit this matrix. With MuJoCo's own inertias, the difference is 1.6e-9.
+and keeps a diagonal mass matrix. The inertias from Trunnion do not fit this matrix. With MuJoCo's own inertias, the difference is
+1.6e-9.
 
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|
