@@ -39,17 +39,19 @@ HEAD = """# Models of robots tried
 
 `python -m tests.benchmarks.robot_collections --write` writes this page. The script imports every MJCF and URDF file of the packages
 below with `trunnion import`, and compares accelerations at {states} random states with MuJoCo {mujoco} (MJCF) or Pinocchio {pin}
-(URDF). In MuJoCo, constraints, contacts, actuators and fluid are switched off; in Trunnion, friction and couplings.
+(URDF). In MuJoCo, constraints, contacts, actuators and fluid are switched off. In Trunnion, friction and couplings are
+switched off.
 
-*Same*: models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo uses
+*Same* counts models whose largest difference, relative to the largest acceleration of all states, is at most 1e-9. MuJoCo uses
 Trunnion's inertias, because its own rotation into principal axes is accurate to about 1e-8 only. *Worst* is the largest difference
-of these models. *No mechanism*: files with settings, materials, objects that do not move, or parts for other files. *Not compared*:
-files that the other program refuses.
+of these models. *No mechanism* counts files with settings, materials, objects that do not move, or parts for other files. *Not
+compared* counts files that the other program refuses.
 
-Why three models are *different*: MuJoCo reads the vertices of `.obj` meshes in single precision. In both files of robosuite, this
-rounding changes masses by 6e-9 and 1.2e-8; with mass and mass centre from Trunnion, MuJoCo's accelerations differ by less than
-1e-15. In the file of brax, a free body has its mass centre 2.9e-9 m from its joint. MuJoCo takes the two as one point, and keeps a
-diagonal mass matrix, which the inertias given here do not fit. With MuJoCo's own inertias, the difference is 1.6e-9.
+Three models are *different*. MuJoCo reads the vertices of `.obj` meshes in single precision. In the two files of robosuite, this
+rounding changes masses by 6e-9 and 1.2e-8. With mass and mass centre from Trunnion, MuJoCo's accelerations differ by less than
+1e-15. In the file of brax, a free body has its mass centre 2.9e-9 m from its joint. MuJoCo treats these two points as one,
+and keeps a diagonal mass matrix. The inertias from Trunnion do not fit this matrix. With MuJoCo's own inertias, the difference is
+1.6e-9.
 
 | package | files | no mechanism | same | worst | differ | refused | not compared |
 |---|---|---|---|---|---|---|---|

@@ -29,48 +29,49 @@ READERS = {
     "planar": "planar, axis x", "floating": "floating",
 }  # fmt: skip
 ENGINES = {"settings": "settings", "held": "held, °", "stopped": "stopped, °", "rate": "still turns, °/s"}
-HEAD = """# What other programs make of the same files
+HEAD = """# How other programs read the same files
 
 `python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write` writes this page from runs. `other_readers.py`,
-`other_usd_readers.py` and `other_engines.py` beside it make the rows of other programs, each in an environment with that program.
+`other_usd_readers.py` and `other_engines.py` in the same folder make the rows of other programs, each in an environment with that
+program.
 
 ## URDF
 
-Two hinges on a massless root link, each with a body of 1 kg: `j` has damping 0.3 N m s/rad and friction 0.7 N m, `k` follows
-`j`. The last two columns are separate files with one joint. The numbers are read from the program's model.
+The file has two hinges on a massless root link, each with a body of 1 kg. `j` has damping 0.3 N m s/rad and friction 0.7 N m; `k`
+follows `j`. The files of the last two columns have one joint each. The table has the numbers in the program's model.
 
 """
 MIDDLE = """
 ## MJCF
 
-A hinge with damping 0.2, frictionloss 0.5, armature 0.03, stiffness 4 with rest at 0.3, range −1 … 1 and ref 0.1.
+The file has a hinge with damping 0.2, frictionloss 0.5, armature 0.03, stiffness 4 with rest at 0.3, range −1 … 1 and ref 0.1.
 
 """
 USD = """
 ## OpenUSD physics
 
-Twelve files with one joint each ([their text](../../tests/benchmarks/other_programs/other_usd_readers.py)). The table shows what
-the program's model contains, in radians; "–" means no value. Drives have stiffness 10 and damping 2 (per degree, if angular),
-target 5, rate 3, and largest force 7. PhysX has three numbers for friction: static, dynamic, viscous.
-Newton reads with its default schemas.
+The table shows what the program's model contains for twelve files with one joint each
+([text of the files](../../tests/benchmarks/other_programs/other_usd_readers.py)). Angles are in radians; "–" means no value. Drives
+have stiffness 10 and damping 2 (per degree, if angular), target 5, rate 3, and largest force 7.
+PhysX has three numbers for friction: static, dynamic, viscous. Newton reads the files with its default schemas.
 
 """
 USD_VERDICT = """
 All three agree on {agreed} of {all} files: hinges and guides with limits, and principal axes. Newton and PhysX also agree on drives
-and on `NewtonJointAPI`. No reader converts centimetres: Newton warns, PhysX computes in centimetres, and the URDF, whose unit is
-the metre, is a hundred times too large. Only Newton changes a target outside the limits. Because a file does not mean the same in
-all readers, Trunnion does not import OpenUSD. Such robots are also distributed as [URDF](README.md) or MJCF.
+and on `NewtonJointAPI`. No reader converts centimetres. Newton warns, and PhysX computes in centimetres. The converted URDF, whose
+unit is the metre, is a hundred times too large. Only Newton changes a target outside the limits. Trunnion does not import OpenUSD,
+because readers interpret the same file differently. Robots in OpenUSD are also distributed as [URDF](README.md) or MJCF.
 """
 LAST = """
 ## Friction that holds, friction that stops
 
-A pendulum of 1 kg at 0.5 m on a hinge, after 10 s. *Held*: friction 0.342 N m, twice the moment of the weight, released at 2°. It
-should stay at 2°. *Stopped*: friction 0.7 N m, released at 60°. It should stop for good at {stopped:.4f}°; the energy of each half
-swing gives this angle.
+The table shows a pendulum of 1 kg at 0.5 m on a hinge after 10 s. *Held*: the friction of 0.342 N m is twice the moment of the
+weight. Released at 2°, the pendulum should stay at 2°. *Stopped*: the friction is 0.7 N m. Released at 60°, the pendulum should
+stop at {stopped:.4f}°; the energy of each half swing gives this angle.
 
 """
 HOSTS = """
-What hosts do with Trunnion's FMUs is in [the table of hosts](../../fmu/README.md#other-tools).
+[The table of hosts](../../fmu/README.md#other-tools) shows which tools run Trunnion's FMUs.
 """
 
 

@@ -32,9 +32,9 @@ threshold of its row. A [test](../../tests/stability/test_gallery.py) checks all
 in other units of length, mass and time. *Right* means that the run is done, with energy balanced to 1e-5 and loops closed to 1e-9.
 
 Results *in italics* come from {peers}, with their defaults unless noted. The script that writes this table measured
-them: `python -m tests.benchmarks.stability_gallery.gallery_table --write`. "Regularised" is friction that grows with speed up to
-v_eps. MuJoCo's joints have a constant friction loss, which does not depend on the load; in these scenes its
-value is right for the start.
+these results: `python -m tests.benchmarks.stability_gallery.gallery_table --write`. "Regularised" is friction that
+grows with speed up to v_eps. MuJoCo's joints have a constant friction loss, which does not depend on the load. In these scenes, the
+friction loss has the right value for the start.
 
 | | where methods fail | scene | threshold: below / beyond it, here | elsewhere |
 |---|---|---|---|---|

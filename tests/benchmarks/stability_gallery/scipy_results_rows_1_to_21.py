@@ -59,7 +59,7 @@ def short_journal() -> str:
     assert joint.friction is not None
     adams = replace(joint, friction=replace(joint.friction, normal_force="adams"))
     share = hold(replace(scene, joints={"pin": adams})).pairs[0].share
-    return f"Adams' form μ r F (`normal_force: adams`) does not see c: {100 / share:.1f} % of the friction that is needed there"
+    return f"Adams' form μ r F (`normal_force: adams`) does not depend on c: it gives {100 / share:.1f} % of the required friction"
 
 
 def painleve() -> str:

@@ -132,22 +132,22 @@ SINKS = WEIGHT * (1 - PART_BACK) - CONSTANT
 
 ROWS = (
     Row(29, "gear_unit", "a gear unit at rest: power either way", (
-        Edge("torque that lifts, T/(i η_f) + T_0", lambda b: winch(LIFTS * (1 + b)), held, "holds", "slips"),
-        Edge("torque below which it sinks, η_b T/i − T_0", lambda b: winch(LOWERS * (1 + b)), held, "slips", "holds"),
+        Edge("torque that lifts the load, T/(i η_f) + T_0", lambda b: winch(LIFTS * (1 + b)), held, "holds", "slips"),
+        Edge("torque below which the load sinks, η_b T/i − T_0", lambda b: winch(LOWERS * (1 + b)), held, "slips", "holds"),
         Edge("η_b = 0, no torque", lambda _: winch(0.0, 0.0), held, "holds"),),
-        "an efficiency multiplies the torque: it jumps where the motion reverses, and says nothing at rest"),
+        "an efficiency multiplies the torque: the torque jumps where the motion reverses, and is undefined at rest"),
     Row(30, "worm", "a worm that locks itself", (
         Edge("μ = tan γ cos α", worm, held, "slips", "holds"),),
         "a fixed efficiency: the worm creeps back, or locks in both senses"),
     Row(31, "loaded_joint", "joint friction that grows with the load", (
-        Edge("torque that raises, W (1 + b) + a", lambda b: elbow(RAISES * (1 + b)), holding, "holds", "slips"),
-        Edge("torque below which it sinks, W (1 − b_b) − a", lambda b: elbow(SINKS * (1 + b)), holding, "slips", "holds"),),
-        "friction by the torque of the last step: it chatters at reversal"),
+        Edge("torque that raises the arm, W (1 + b) + a", lambda b: elbow(RAISES * (1 + b)), holding, "holds", "slips"),
+        Edge("torque below which the arm sinks, W (1 − b_b) − a", lambda b: elbow(SINKS * (1 + b)), holding, "slips", "holds"),),
+        "friction from the torque of the last step: the joint chatters at reversal"),
     Row(32, "short_rod", "a rod across its guide", (
         Edge("rod just long enough", short_rod, honest, "open_loop", "right"),),
-        "a rod as a stiff spring is closed at any length; as a light body it is stiff"),
+        "a rod as a stiff spring closes at any length; a rod as a light body makes the equations stiff"),
     Row(33, "coils", "a spring whose coils touch", (
-        Edge("stretch at which it overcomes friction", lambda b: coils(HELD / STIFF * (1 + b)), holding, "holds", "slips"),
+        Edge("stretch at which the spring overcomes friction", lambda b: coils(HELD / STIFF * (1 + b)), holding, "holds", "slips"),
         Edge("thrown against the touching coils", lambda _: coils(0.0, -8.0, 0.2), honest, "right"),),
         "a step across the corner gains energy"),
     Row(34, "flyby", "a close passage", (Edge("a hundredth of the first distance", flyby, honest, "right"),),

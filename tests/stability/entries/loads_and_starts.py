@@ -85,7 +85,7 @@ def side(scene: sm.Scene) -> str:
 
 ROWS = (
     Row(37, "hill", "a narrow field on the way", (
-        Edge("energy to go over it, F w/2", hill, goes_over, "turns back", "goes over"),), "a long step passes the field unseen"),
+        Edge("energy to pass a hill, F w/2", hill, goes_over, "turns back", "goes over"),), "a long step passes the field unseen"),
     Row(38, "chute", "drag that stops a fast body", (
         Edge("slowed down ten million times in 1 s", chute, slows, "right"),), "fixed steps throw the body back, ever faster"),
     Row(39, "valve", "a damper with a plateau", (
@@ -93,5 +93,5 @@ ROWS = (
         "explicit methods need millions of steps; a polynomial fit of the curve has no plateau"),
     Row(40, "guessed_elbow", "a guess between two closings", (
         Edge("guess 0 ∓ 1e-6 rad of the straight links", guessed, side, "right", "left"),),
-        "Newton's method from the singular pose ends at either, or diverges"),
+        "Newton's method from the singular pose ends at either closing, or diverges"),
 )  # fmt: skip

@@ -112,12 +112,12 @@ def slips(scene: sm.Scene) -> str:
 ROWS = (
     Row(20, "trammel", "rest that a dead centre forbids", (
         Edge("run that ends at the dead centre, s/v", trammel, partial(turned_round, joint="inner"), "right", "right, turns"),),
-        "two pairs are held that cannot both rest: kinetic energy is lost"),
+        "a solver holds two pairs that cannot both rest, and loses kinetic energy"),
     Row(21, "ratchet", "periodic loads", (
         Edge("largest load = μ N", ratchet, slips, f"0 slips in {TURNS} periods", f"{TURNS} slips in {TURNS} periods"),),
         "steps that grow over rest pass over slips"),
     Row(22, "held_at_dead_centre", "a held pair at a dead centre", (
         Edge("run that ends at the dead centre, (π − start)/rate", crank, partial(turned_round, joint="guide"), "right",
              "right, turns"),),
-        "prescribed motion is mistaken for a jam"),
+        "a solver mistakes the prescribed motion for a jam"),
 )  # fmt: skip

@@ -91,10 +91,10 @@ def folds(scene: sm.Scene) -> str:
 
 ROWS = (
     Row(28, "toggle", "a change point of links with friction", (
-        Edge("pushed through it", lambda _: folding(1.0), folds, "folds through, jammed on its way back"),
-        Edge("a pole of friction near it, on the way back", lambda b: beside(b, 1.0), counted, "jammed", "one root"),
+        Edge("pushed through the change point", lambda _: folding(1.0), folds, "folds through, jammed on its way back"),
+        Edge("a pole of friction near the change point, on the way back", lambda b: beside(b, 1.0), counted, "jammed", "one root"),
         Edge("the same on the way through", lambda b: beside(b, -1.0), counted, "several roots", "one root"),
-        Edge("nearly straight: push at which it slides on", pushed, rests, "holds", "slips"),
+        Edge("nearly straight: push at which the press continues to slide", pushed, rests, "holds", "slips"),
         Edge("the same while it moves", lambda b: pushed(b, SLOW), partial(going, joint="crown"), "slows down", "speeds up"),),
         "steps over the change point, or ends there by chance"),
 )  # fmt: skip

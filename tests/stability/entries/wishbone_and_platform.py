@@ -89,7 +89,7 @@ def dense(scene: sm.Scene) -> str:
 
 ROWS = (
     Row(26, "wishbone", "five joints with friction on one freedom", (
-        Edge("wheel load at which all slide", lifted, rests, "holds", "slips"),
+        Edge("wheel load at which all joints slide", lifted, rests, "holds", "slips"),
         Edge("the same while it moves", lambda b: lifted(b, SLOW), partial(going, joint="lower_in"), "slows down", "speeds up"),),
         "hundreds of events, other ones at every tolerance"),
     Row(27, "stewart", "a platform on six legs, friction in all joints", (
