@@ -151,7 +151,6 @@ def load():
         joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b",
                  "effort": {"ramp": {"start": 0, "end": 1, "duration": 1}}}
         trunnion.scene_from_dict({"bodies": {"b": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {"r": joint}})
-        trunnion.scene_from_dict({"bodies": {"b": {"mass": 1, "inertia": [1, 1, 1]}}, "joints": {}})
     except Exception as error:
         failed.append(repr(error))
 threads = [threading.Thread(target=load) for _ in range(8)]

@@ -38,7 +38,8 @@ def test_a_block_that_lands_loses_speed_by_friction_in_the_impact_and_then_slide
     touch = {"type": "point_on_curve", "curve": LINE} if walls == "line" else {
         "type": "pin_in_slot", "curve": SLOT, "slot": {"play": 0.02, "mouth": "both"}}  # fmt: skip
     high = fall if walls == "line" else 0.03
-    out = last(scene({**touch, "friction": {"mu": mu}, "unilateral": {"starts": "open"}}, [0.0, high, 0.0], [speed, 0.0, 0.0]), until)
+    touch |= {"friction": {"mu": mu}, "unilateral": {"starts": "open"}}
+    out = last(scene(touch, [0.0, high, 0.0], [speed, 0.0, 0.0]), until)
     falls = np.sqrt(2 * high / G)
     after, slid = speed - mu * G * falls, until - falls
     assert out["fly.qd[1]"] == pytest.approx(after - mu * G * slid, abs=NEAR)

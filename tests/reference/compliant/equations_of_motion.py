@@ -65,7 +65,7 @@ class Model:
         return out + [rows.teeth.law if isinstance(rows, Wheels) else rows.law for rows in self.rolling]
 
     def switches(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Functions that become negative where the state of a hook, a contact or a friction pair has to change: n x their number."""
+        """Functions that become negative where the state of a hook, contact or friction pair has to change: n x their number."""
         m = self.frames.motion(t, y)
         out = [self.devices.hook_functions(m)]
         if self.contacts:

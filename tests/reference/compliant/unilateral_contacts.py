@@ -78,8 +78,8 @@ class Path:
         return np.where(outside, OUTSIDE, self.play - far), -way / far * turn
 
     def _foot(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The parameters of the places nearest to points, and the ways from there to the points. A slot's wall ends in a half circle
-        around an end of its curve."""
+        """The parameters of the places nearest to points, and the ways from there to the points. The wall of a slot ends in a half
+        circle around an end of its curve."""
         u = self.tries[np.abs(p[:, None] - self.near).argmin(axis=1)]
         for _ in range(NEWTON):
             c, d, dd = self.at(u)
@@ -120,7 +120,7 @@ class Contacts:
         return bool(self.names)
 
     def relative_motion(self, m: Motion) -> tuple[np.ndarray, ...]:
-        """Gaps, their rates, sliding rates (n x contacts); contact points, and normal and tangent in the world (n x contacts x 3)."""
+        """Gaps, their rates, sliding rates (n x contacts); contact points, normals and tangents in the world (n x contacts x 3)."""
         s = self.sides.pairs(m)
         x = s.q - s.p
         flat = dot(x, s.A[..., 1]) + 1j * dot(x, s.A[..., 2])
