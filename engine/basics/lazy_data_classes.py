@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 LOCK = threading.RLock()
 """Held by the thread that makes a class or builds its validator. Pydantic fails if two threads do this at once."""
-METHODS = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
+INIT = "__init__"
+METHODS = (INIT, "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__")
 """Methods that make the class when they are called, then call the class's method of the same name."""
 FACTS = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
 """Attributes that make the class when they are read."""
@@ -63,10 +64,10 @@ def _make(owner: type, options: dict[str, Any]) -> None:
             _make_copy_first(owner, options, standing)
             return
         for name in standing:
-            if name != "__init__":  # pydantic sets it; until then, other threads wait in it
+            if name != INIT:  # pydantic sets it; until then, other threads wait in it
                 delattr(owner, name)
         _decorated(owner, options)
-        owner.__init__ = _locked(owner.__init__)
+        setattr(owner, INIT, _locked(vars(owner)[INIT]))
 
 
 def _locked(made: Callable[..., None]) -> Callable[..., None]:

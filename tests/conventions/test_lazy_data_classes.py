@@ -155,7 +155,7 @@ def load():
         failed.append(repr(error))
 threads = [threading.Thread(target=load) for _ in range(8)]
 [t.start() for t in threads], [t.join() for t in threads]
-sys.exit("; ".join(failed))
+sys.exit("; ".join(failed) or 0)
 """
 
 

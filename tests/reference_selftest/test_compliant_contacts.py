@@ -50,7 +50,8 @@ def test_a_block_that_lands_loses_speed_by_friction_in_the_impact_and_then_slide
 def test_a_wheel_slides_until_it_rolls() -> None:
     """Friction slows the wheel and turns it, until its rim rests on the line."""
     mu, speed, r, m, J = 0.2, 1.0, 0.1, 2.0, 0.012
-    touch = {"type": "point_on_curve", "curve": {"points": [[5.0, r], [-5.0, r]]}, "roller": r, "friction": {"mu": mu}, "unilateral": {}}
+    path = {"points": [[5.0, r], [-5.0, r]]}
+    touch = {"type": "point_on_curve", "curve": path, "roller": r, "friction": {"mu": mu}, "unilateral": {}}
     out = last(scene(touch, [0.0, r, 0.0], [speed, 0.0, 0.0], {"mass": m, "inertia": [0.01, 0.01, J]}), 0.4)
     rolls = speed / (mu * G * (1 + m * r * r / J))
     assert rolls < 0.4
