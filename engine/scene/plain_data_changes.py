@@ -28,10 +28,12 @@ class WrongPath:
     hint: str | Nearest = ""
 
     def problem(self, every_path: Callable[[], list[str]] = list) -> Problem:
-        """The problem for the user. When no key is close, the hint is the closest path in ``every_path``."""
+        """The problem for the user. When no key is close, the hint is the shortest path in ``every_path`` that ends with the text,
+        else the closest path."""
         hint = str(self.hint)
         if hint.startswith("known") and every_path():
-            near = next((p for p in every_path() if p.endswith(f".{self.text}")), "") or closest(self.text, every_path())
+            ends = [p for p in every_path() if p.endswith(f".{self.text}")]
+            near = min(ends, key=lambda p: p.count("."), default="") or closest(self.text, every_path())
             hint = f'did you mean "{near}"?' if near else hint
         return Problem(self.text, self.what, hint)
 

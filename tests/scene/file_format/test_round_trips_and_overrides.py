@@ -126,6 +126,16 @@ def test_a_wrong_override_says_what_is_wrong(path):
     assert WRONG[path] in str(e.value)
 
 
+def test_the_bare_name_of_a_parameter_is_mended_to_the_parameter():
+    """Joints have keys of the same name, too."""
+    rub = {"mu": "{mu}", "radius": 0.01, "half_length": 0.02}
+    joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "friction": rub}
+    body = {"mass": 1, "inertia": [1, 1, 1]}
+    scene = scene_from_dict({"parameters": {"mu": 0.1}, "bodies": {"b": body}, "joints": {"hinge": joint}})
+    with pytest.raises(SceneError, match=r'did you mean "parameters\.mu"'):
+        apply(scene, {"mu": 0.2})
+
+
 def test_all_wrong_overrides_are_reported_at_once_and_the_result_is_checked():
     with pytest.raises(SceneError) as e:
         apply(SCENES["spherical_pendulum"], {"a.b": 1, "joints.ball.x": 2, "gravity[3]": 0})
