@@ -5,8 +5,8 @@
 #include "base/base.h"
 
 /* Choice of the open reactions, and data for the derivative of this choice by the state. V (a×r): the r open directions. least:
- * factorised least-squares problem for the amounts along V. turn (r×(ny+1)): for each component of [y, t], the effect of the change
- * of V, cᵈ of ``internal_forces_derivative.c``. */
+ * factorised least-squares problem for the amounts along V. turn (r×(ny+1)): for each component of [y, t], the vector cᵈ of
+ * ``internal_forces_derivative.c``, which is the effect of the change of V. */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;
@@ -106,9 +106,10 @@ static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, cons
  * freedom. Requires held maps. */
 static inline int tr_is_prescribed(const tr_sim *s, int i);
 
-/* In an impulse step, add its start rates, divided by its length, to the accelerations acc (neta). The sums are end rates, divided
- * by this length. A prescribed freedom gets twice its mean rate instead, because its friction cannot change its motion. size
- * (neta): sums of absolute terms; null pointer: none. Requires held maps. */
+/* In an impulse step, add the rates at the step's start, divided by the step's length, to the accelerations acc (neta). The sums
+ * are the rates at the step's end, divided by the same length. A prescribed freedom gets twice its mean rate instead, because
+ * friction cannot change the motion of this freedom. size (neta): sums of absolute terms; null pointer: none. Requires held
+ * maps. */
 static void tr_add_start_rates(const tr_sim *s, double *acc, double *size);
 
 #endif

@@ -54,8 +54,8 @@ static int tr_wait_for_end(tr_sim *s, double t, double *slope);
  * lanes could not serve it. */
 static int tr_take_from_lane(tr_sim *s, int kind, int evaluations);
 
-/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: whether the call
- * follows loop closure; if so, only rates that depend on no other rates become zero. Requires maps of y. */
+/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: 1 after loop
+ * closure; only rates that depend on no other rates then become zero. Requires maps of y. */
 static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own);
 
 /* Scale the quaternions of y to norm 1. */
@@ -74,7 +74,7 @@ static int tr_project(tr_sim *s, double t, double *y);
  * closed positions are found, −1 if no consistent rates are found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
-/* Whether all freedoms together change the active rows at y only by round-off. The other joints then satisfy the rows by themselves
+/* Whether all freedoms together change the active rows at y only by round-off. Every motion of the tree then satisfies the rows
  * (example: a door on two hinges). */
 static int tr_has_idle_rows(tr_sim *s, double *y);
 #endif

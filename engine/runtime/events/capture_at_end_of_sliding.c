@@ -3,24 +3,25 @@
  * stop with it are at rest. */
 #include "events/events.h"
 
-#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of any rate when the pair stops */
-/* × tolerance · speed unit: largest speed at which a pair may be stopped, if no other pair stops with it */
+#define CAPTURE_JOLT 10.0   /* relative to the pair's own rates: largest change of any rate when the pair stops */
+/* in units of tolerance · speed unit: largest speed at which a pair may be stopped, if no other pair stops with it */
 #define CAPTURE_ALONE 1.0
-/* × deceleration: if the acceleration perpendicular to the sliding is larger, a pair passes its least speed without stopping */
+/* relative to the deceleration: if the acceleration perpendicular to the sliding is larger, a pair passes its least speed without
+ * stopping */
 #define CAPTURE_ACROSS 0.2
-/* × the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch in a steady direction: speed across
- * it, time of the stop, and straight rows inside it */
+/* relative to the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch in a steady direction: speed
+ * across it, time of the stop, and straight rows inside it */
 #define CAPTURE_STEADY 0.1
-/* × the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
+/* relative to the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
 #define CAPTURE_TURNED 0.01
 /* number of corrections of the length of such a stretch; each leaves an error of the square of this length */
 #define CAPTURE_PASSES 2
-/* × tolerance / rate: required accuracy of the stop's time; no requirement below the speed NEAR_MISS */
+/* in units of tolerance / rate scale: required accuracy of the stop's time; no requirement below the speed NEAR_MISS */
 #define CAPTURE_TIME RUN_ERROR
-/* × tolerance / rate: stops at a smaller distance in time are simultaneous; far below the error of event times */
+/* in units of tolerance / rate scale: stops at a smaller distance in time are simultaneous; far below the error of event times */
 #define STOPS_AS_ONE 0.01
-/* × the length of the last stretch: a pair whose own stop is closer to the end of the stretch stops at this end, too; well above
- * the error of stop times */
+/* relative to the length of the last stretch: a pair whose own stop is closer to the end of the stretch stops at this end, too;
+ * well above the error of stop times */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */

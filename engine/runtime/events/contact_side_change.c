@@ -3,7 +3,7 @@
 #include "events/events.h"
 
 #define TURNED 2.0     /* rad: larger than any steady turn of a normal within a step */
-#define NEAR_ZERO 0.2  /* × the smaller end force: if the force has a larger minimum, it does not pass through zero */
+#define NEAR_ZERO 0.2  /* relative to the smaller end force: if the force has a larger minimum, it does not pass through zero */
 /* Number of halvings of a quarter step. The result is an eighth of a step, in which a force that passes through zero is nearly
  * linear in time. */
 #define HALVINGS 1
@@ -11,7 +11,7 @@
 #define NONE 2.0       /* fraction of a step that means no separation inside the step */
 /* × rtol, as a fraction of the step: separations at a smaller distance are one event. Each is located within rtol. */
 #define TOGETHER 100.0
-#define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass through zero twice in a step */
+#define SMALL 0.2      /* relative to the largest force so far: a smaller contact force may pass through zero twice in a step */
 /* decay factor per step of the stored largest force; so a contact whose load stays small is no longer searched */
 #define FADES 0.99
 #define TINY 1e-300    /* N²: replaces a zero divisor */

@@ -3,7 +3,7 @@
 #include "events/events.h"
 
 #define PIECE_PART 0.5    /* largest change of a position over a step, in pieces */
-#define NEXT_PART 0.9     /* × the largest change: change over the next step, if it continues like the last one */
+#define NEXT_PART 0.9     /* relative to the largest change: change over the next step, if it continues like the last one */
 #define POSITION_PARTS 8  /* number of parts of a step; positions are compared at the ends of these parts */
 
 /* Positions at (t, y). */

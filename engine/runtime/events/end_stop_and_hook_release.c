@@ -3,13 +3,14 @@
  * falls. */
 #include "events/events.h"
 
-#define CORNER_NEAR 1e-9  /* × the elastic force: a smaller corner distance counts as zero */
-#define CORNER_PART 0.1   /* × the tolerance: largest distance between a corner and the end of a step that counts as this corner */
+#define CORNER_NEAR 1e-9  /* relative to the elastic force: a smaller corner distance counts as zero */
+/* relative to the tolerance: largest distance between a corner and the end of a step that counts as this corner */
+#define CORNER_PART 0.1
 #define CORNER_ROOT 80    /* largest number of iterations; they alternate between secant and halving */
-#define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end coincides with it */
+#define CORNER_LATE 1e-12 /* relative to the step: a corner closer to the step's end coincides with it */
 #define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at a step's end at the corner; above TOL_STOP */
 #define HOOK_POINTS 32    /* number of points of a step at which a hook's signal is evaluated */
-/* × the distance between two of these points: finite difference that gives the slope at an end of the step */
+/* relative to the distance between two of these points: finite difference that gives the slope at an end of the step */
 #define HOOK_EDGE 1e-3
 #define HOOK_SECTIONS 40  /* largest number of golden sections between two of these points */
 

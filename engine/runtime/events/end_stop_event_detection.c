@@ -1,9 +1,9 @@
 /* Detection of events of end stops and latches: event kinds, flags, and whether a stop may have two events inside a step. */
 #include "events/events.h"
 
-#define SHORTLY 1e-3      /* × the step: time difference for the derivative of a depth */
+#define SHORTLY 1e-3      /* relative to the step: time difference for the derivative of a depth */
 #define TOP_POINTS 16     /* number of intervals into which the step is divided to find a cubic's maximum */
-#define TOP_DIP 0.1       /* × the variation of a depth over the step: possible excess of the depth over the cubic */
+#define TOP_DIP 0.1       /* relative to the variation of a depth over the step: possible excess of the depth over the cubic */
 
 /* Event kind of an end stop or latch hook: engaged if `pressed`, otherwise released. */
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {

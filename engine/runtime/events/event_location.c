@@ -13,16 +13,17 @@
 #define SECANT_STEPS 40
 /* number of halvings after which a point next to the step's start is tried; the violation may already be positive there */
 #define START_HALVES 2
-#define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the next point aims this far beyond the root */
+/* relative to the tolerance: if a is within a tolerance of the root, the next point aims this far beyond the root */
+#define JUST_BEYOND 0.01
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
-#define DIP 0.05        /* × the variation of a sliding speed over the stages: possible drop of the speed between stages */
+#define DIP 0.05 /* relative to the variation of a sliding speed over the stages: possible drop of the speed between stages */
 #define TURN_DIP 0.5    /* × this variation: possible drop between distant stages, if the speed has a minimum inside the step */
-/* × the variation of a stuck pair's violation over the stages: possible further rise between stages, which are at most a quarter
- * period of the fastest load apart */
+/* relative to the variation of a stuck pair's violation over the stages: possible further rise between stages, which are at most a
+ * quarter period of the fastest load apart */
 #define SWING 0.5
 /* × this variation: possible rise for a spinning ball, whose axis at low speed turns within part of a step */
 #define CONE_SWING 2.0
-#define NEAR_RELEASE 0.05 /* × the friction ratio: if a stage is closer to release, the step may contain an event */
+#define NEAR_RELEASE 0.05 /* relative to the friction ratio: if a stage is closer to release, the step may contain an event */
 
 /* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. The result may lie on
  * either side of the exact root. */

@@ -2,16 +2,18 @@
  * that decisions and rows belong to the exact event (theory, "Events"). */
 #include "events/events.h"
 
-#define CLOSE_STEP 1e-3 /* × θ: difference of the first secant */
+#define CLOSE_STEP 1e-3 /* relative to θ: difference of the first secant */
 #define CLOSE_TIMES 8   /* largest number of secant iterations */
-#define CLOSE_FAR 0.25  /* × the step: largest shift of an event by the step's error; a root farther away is another event */
-/* × TOL_STOP: depth beyond a stop at which its event is placed, and tolerance of this depth */
+/* relative to the step: largest shift of an event by the step's error; a root farther away is another event */
+#define CLOSE_FAR 0.25
+/* relative to TOL_STOP: depth beyond a stop at which its event is placed, and tolerance of this depth */
 #define STOP_PASSED (0.5 * EVENT_CLOSE)
-/* × tolerance / rate: releases at a smaller distance in time are simultaneous; far below the error of event times */
+/* in units of tolerance / rate scale: releases at a smaller distance in time are simultaneous; far below the error of event
+ * times */
 #define LET_GO_AS_ONE 1.0
-#define LET_GO_FIRST 1e-4 /* × LET_GO_AS_ONE: first distance in time at which later releases are searched */
+#define LET_GO_FIRST 1e-4 /* relative to LET_GO_AS_ONE: first distance in time at which later releases are searched */
 #define LET_GO_GROWS 10.0 /* factor from one searched distance to the next */
-#define LET_GO_NEAR 1e-4 /* × the friction ratio: a pair farther from release is not considered */
+#define LET_GO_NEAR 1e-4 /* relative to the friction ratio: a pair farther from release is not considered */
 
 /* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */
 static double tr_speed_on_line(tr_sim *s, int i, double *change) {

@@ -3,13 +3,14 @@
  * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
 #include "events/events.h"
 
-/* × the unit of the crossing quantity, per duration of the run: at a slower crossing, a shift of the threshold by one tolerance
- * shifts the event by more than the error of event times */
+/* relative to the unit of the crossing quantity, per duration of the run: at a slower crossing, a shift of the threshold by one
+ * tolerance shifts the event by more than the error of event times */
 #define SLOW 0.01
-#define STRAYS_LEAST 1e-3 /* × the run's error: smallest assumed error of a speed */
-#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs whose ratio is this close to that of the released pair are released, too */
-#define ENOUGH 0.01      /* × the friction ratio: if an estimated margin is larger, it is not computed exactly */
-#define LEAST_STRETCH 1e-3 /* × the step: shortest interval over which a slope is measured */
+#define STRAYS_LEAST 1e-3 /* relative to the run's error: smallest assumed error of a speed */
+/* relative to the friction ratio: pairs whose ratio is this close to that of the released pair are released, too */
+#define LET_GO_WITH 1e-6
+#define ENOUGH 0.01      /* relative to the friction ratio: if an estimated margin is larger, it is not computed exactly */
+#define LEAST_STRETCH 1e-3 /* relative to the step: shortest interval over which a slope is measured */
 /* × s²/|ω|²: in model exchange, shift of a ball's indicator from its cone. The law of a ball loses half of its digits at the cone,
  * so its error is 5e-10. */
 #define SHIFT_CONE 2e-9

@@ -1,7 +1,7 @@
 /* First instants at which forces of followers without friction become pulls, for a host that watches them (``hosts/api.c``). */
 #include "events/events.h"
 
-/* × the largest force so far: if a force at an end of a step is smaller, it may become a pull inside the step */
+/* relative to the largest force so far: if a force at an end of a step is smaller, it may become a pull inside the step */
 #define PULL_SMALL 0.2
 #define PULL_SETTLED 1e-14 /* fraction of the step: a shorter interval is round-off */
 #define PULL_MOST 60     /* largest number of iterations of the search; every third one bisects */

@@ -3,8 +3,8 @@
  * contacts at its entry. */
 #include "events/events.h"
 
-/* × the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square root, it is
- * below 0.01 at this distance. */
+/* relative to the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square
+ * root, it is below 0.01 at this distance. */
 #define FOLD_BEFORE 1e-4
 /* rad (three degrees): a smaller change of a ball's tilt is no jump. Long steps resolve tilts to one degree */
 #define FOLD_TILT 0.05

@@ -2,11 +2,11 @@
  * other pairs beyond the limits of their modes. This is not an event of the other pairs. */
 #include "events/events.h"
 
-/* × the speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
+/* relative to the speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
 #define ALL_BUT_STOPPED 0.01
-#define RIGHT_ANGLE 1e-12 /* × the sum of absolute products: a smaller scalar product of two directions is round-off */
+#define RIGHT_ANGLE 1e-12 /* relative to the sum of absolute products: a smaller scalar product of two directions is round-off */
 #define LINE_TURNS 0.98 /* cosine of 11 degrees: a pair whose velocity turns away from its line by more has nearly stopped */
-/* × the speed × the tolerance, at least rtol: largest speed perpendicular to the line on which a pair slides */
+/* relative to the speed × the tolerance, at least rtol: largest speed perpendicular to the line on which a pair slides */
 #define LINE_TURNED 1e-8
 
 static int tr_has_reversed(const tr_sim *s, int i) {

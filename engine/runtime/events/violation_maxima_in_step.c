@@ -3,10 +3,10 @@
 
 #define SAMPLES_BOUNDED 4 /* number of points in a bounded step; also of iterations on θ */
 #define TOP_STEPS 12    /* largest number of parabola steps towards one maximum; each step raises the order of the error */
-#define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point coincides with this point */
-/* × the distance of a maximum from release: if an iteration changes the maximum by less, it does not reach release */
+#define TOP_NEAR 1e-9   /* relative to the step: a maximum closer to an evaluated point coincides with this point */
+/* relative to the distance of a maximum from release: if an iteration changes the maximum by less, it does not reach release */
 #define TOP_SURE 0.01
-#define EDGE 1e-3       /* × the spacing of the points: finite difference that gives the slope at an end of the step */
+#define EDGE 1e-3       /* relative to the spacing of the points: finite difference that gives the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   double depth[s->k->nstops + 1], best = -INFINITY;

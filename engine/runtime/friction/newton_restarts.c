@@ -2,11 +2,12 @@
  * the usual starts (the last friction, zero, a ball's tilt) have failed. */
 #include "friction/friction.h"
 
-#define PART_FIRST 0.25 /* × the full friction: first step of the continuation */
+#define PART_FIRST 0.25 /* relative to the full friction: first step of the continuation */
 #define PART_GROWS 1.5 /* factor on the continuation's step after a success; a failure halves the step */
 #define PART_LEAST 1e-3 /* smallest step of the continuation */
 #define CHANCES 24 /* number of random starts; their scale is the friction under the loads without friction */
-#define FAR 1e6 /* × the scale of random starts: if Newton's method gives more, it has diverged */
+/* relative to the scale of random starts: if the friction from Newton's method is larger, the iteration has diverged */
+#define FAR 1e6
 
 static int tr_is_on_branches(const tr_sim *s) {
   TR_NEED(s, TR_HAS_LAW);

@@ -1,7 +1,8 @@
 /* Rates, surface speeds and levers of friction pairs. */
 #include "friction/friction.h"
 
-#define NOT_QUITE 1e-10 /* × the fastest rate (translation: over the length): round-off of a rate that other pairs keep at zero */
+/* relative to the fastest rate (of translations: divided by the length scale): round-off of a rate that other pairs keep at zero */
+#define NOT_QUITE 1e-10
 
 static void tr_zero_held_rates(const tr_sim *s, double *v) {
   double most = 0.0;

@@ -9,16 +9,18 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed that is allowed just after a pair has started */
-#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: allowed excess just after a decision, for stuck pairs */
-#define SHIFT_KINK TOL_KINK /* × the kink speed: allowed distance beyond a kink just after its event */
-#define SHIFT_STOP 1e-11   /* × the length, or rad: allowed depth just after the event of a stop */
-#define BEGUN_SPEED 1e-6   /* × the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
-#define DRIFT 1.0          /* × tolerance · length, or rad: if residuals of loops are larger, the state is projected */
+#define SHIFT_SPEED 1e-10  /* relative to the pair's speed unit: negative speed that is allowed just after a pair has started */
+#define SHIFT_RATIO TOL_RELEASE /* relative to the friction ratio: allowed excess just after a decision, for stuck pairs */
+#define SHIFT_KINK TOL_KINK /* relative to the kink speed: allowed distance beyond a kink just after its event */
+#define SHIFT_STOP 1e-11   /* relative to the length scale, or rad: allowed depth just after the event of a stop */
+/* relative to the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
+#define BEGUN_SPEED 1e-6
+#define DRIFT 1.0          /* in units of tolerance · length, or rad: if residuals of loops are larger, the state is projected */
 #define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
-#define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
+/* relative to the friction of a pair: a larger change since the last stored state may mean another branch */
+#define FAR_BRANCH 0.02
 #define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
-/* × the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
+/* relative to the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
  * (fmu/README.md). */
 #define NOMINAL 0.1
 

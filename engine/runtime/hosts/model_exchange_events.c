@@ -2,7 +2,7 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* × the speed of the last failed attempt to bring the pair to rest: the next attempt is made below this speed */
+/* relative to the speed of the last failed attempt to bring the pair to rest: the next attempt is made below this speed */
 #define ENDS_AGAIN 0.5
 #define TURNS_ROUND -0.9   /* cosine: if the velocity turned by more, the pair has stopped in between */
 #define LAST_MOST 60       /* largest number of evaluations to find the direction in which a pair comes to rest */
@@ -14,7 +14,7 @@
 /* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event */
 #define DUE_CONE 1e-9
 #define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball closer to its cone is also evaluated slightly later */
-#define LOOKED 1e-9        /* s, × 1 / rate: time after which a ball near its cone is evaluated again */
+#define LOOKED 1e-9        /* in units of 1 / rate scale: time after which a ball near its cone is evaluated again */
 
 /* Index of a pair or stop whose mode ends; −1: none. Sliding pairs come first, because their events change the loads of other
  * pairs. */

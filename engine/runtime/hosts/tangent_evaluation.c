@@ -5,12 +5,13 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* × the largest multiplier: correction after which z has settled; the matrix hardly changes over so small a correction */
+/* relative to the largest multiplier: correction after which z has settled; the matrix hardly changes over so small a correction */
 #define SETTLED_MULTIPLIERS 1e-13
-/* × the largest multiplier: correction after which z has settled, with new factors; the tangents have this relative error */
+/* relative to the largest multiplier: correction after which z has settled, with new factors; the tangents have this relative
+ * error */
 #define SETTLED_AFTER 1e-11
 #define NO_MULTIPLIERS 1e-200     /* smallest size by which corrections are divided, for multipliers that are all zero */
-#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction with the factors of an earlier stage */
+#define NEAR_MULTIPLIERS 0.1      /* relative to the largest multiplier: largest correction with the factors of an earlier stage */
 /* largest ratio of successive corrections with which the factors of an earlier stage stay in use */
 #define CONTRACTION 0.25
 #define MOST_CORRECTIONS 20       /* largest number of corrections, each with new factors of ∂R/∂z */

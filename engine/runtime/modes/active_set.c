@@ -11,8 +11,8 @@
 #define NEARBY_WORK 60     /* Newton iterations: limit of the search through neighbouring modes; usually enough for ten mode changes */
 #define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): limit of the search over all combinations */
 #define ONSET_SWEEPS 20    /* largest number of iterations on the directions of several pairs that start to slide together */
-/* × length · rate²: two solutions whose accelerations differ by more are different; far above round-off, far below typical
- * motion */
+/* in units of length · rate²: two solutions whose accelerations differ by more are different; far above round-off, far below
+ * typical motion */
 #define DIFFERENT 1e-6
 
 /* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. near: whether to accept
@@ -186,8 +186,8 @@ static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const
 
 /* Release the class of the pair `released`, if the class shared its load by the sharing rule. One freedom moves all pairs of the
  * class. Each pair has reached its capacity against this motion, so all can slide. (Other distributions of the load could hold the
- * class a little longer. Creep does not lead to them, because it loads each pair against the motion.) Returns 0 if sliding violates
- * a law. */
+ * class a little longer. Slow creep does not lead to such distributions, because creep loads each pair against the motion.) Returns
+ * 0 if sliding violates a law. */
 static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
   int idle, apart[n + 1];
   if (released < 0 || !s->friction.shared || s->friction.stored || tr_collect_independent(s, rest, n, apart) > 1) return 0;

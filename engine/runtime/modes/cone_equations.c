@@ -8,7 +8,7 @@
 #include "modes/modes.h"
 
 #define CONES_TRIED 1e-7     /* step of the difference quotient by `part` */
-#define CONES_GRIP 1e-6      /* × the sliding friction: a smaller excess of static friction is neglected */
+#define CONES_GRIP 1e-6      /* relative to the sliding friction: a smaller excess of static friction is neglected */
 
 /* Unknowns and data of the equation. The comments give array sizes before the colon; n: number of pairs, e: number of
  * multipliers. */
@@ -50,8 +50,8 @@ static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spin
   s->k->laws(TR_A(s, NN), map_rates(s->k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + s->k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
-/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball with another form
- * of law (Adams') gets the ratio NAN. */
+/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball whose law has
+ * another form (Adams' law) gets the ratio NAN. */
 static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   const tr_kernel *k = s->k;
   double u[c->e + 1], none[c->e + 1];
@@ -72,8 +72,8 @@ static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   for (int q = 0; q < c->n; ++q) c->turn[q] = TR_A(s, law)[tr_pair_of(s, c->pairs[q])->eta0 + (c->mu[q] >= 0.0)] < 0.0 ? -1.0 : 1.0;
 }
 
-/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if a ball has another
- * form of law. */
+/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if the law of a ball has
+ * another form (tr_cones_read_laws). */
 static int tr_cones_set_up(tr_sim *s, tr_cone_problem *c, double mass) {
   const int e = s->k->neta;
   const double *Qe = TR_A(s, Q) + e, *lever = TR_A(s, lever);

@@ -5,13 +5,15 @@
  * rates; this excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
-/* × the accelerations that the state's rates cause: largest deviation from the ratio of a class, because loops may be open by the
- * error of a step. Accelerations caused by forces do not count here: they keep the ratio in open loops, too, and those of light
- * bodies are arbitrarily large */
+/* relative to the accelerations that the state's rates cause: largest deviation from the ratio of a class. Loops that are open by
+ * the error of a step cause this deviation. Accelerations caused by forces are excluded: they keep the ratio even in open loops,
+ * and accelerations of light bodies may be arbitrarily large. */
 #define SAME_START 1e-3
-#define SAME_BY_FORCES 1e-10 /* × the accelerations caused by forces: round-off of their ratio */
-#define NO_START 1e-9   /* × length · rate²: largest deviation from the ratio of a class, if all accelerations vanish */
-/* × the unit of the rates: if all rates of the state are zero, drives impose larger rates; smaller ones are round-off */
+/* relative to the accelerations caused by forces: deviation from the ratio of a class that is round-off */
+#define SAME_BY_FORCES 1e-10
+#define NO_START 1e-9   /* in units of length · rate²: largest deviation from the ratio of a class, if all accelerations vanish */
+/* relative to the unit of the rates: if all rates of the state are zero, larger rates come from drives, and smaller rates are
+ * round-off */
 #define DRIVES_MOVE 1e-12
 
 static int tr_line_multiplier(const tr_sim *s, int m) {

@@ -94,8 +94,8 @@ static int tr_decide_by_prediction(tr_sim *s, const int *rest, int n);
 /* Largest ratio of friction to capacity among the n pairs `rest`. Requires tr_evaluate_capacities. */
 static double tr_largest_share(const tr_sim *s, const int *rest, int n);
 
-/* Whether all n pairs `rest` stick after they share their load again. Requires a minimal increase of their reserve, which prevents
- * endless resharing. */
+/* Whether all n pairs `rest` stick after they share their load again. Returns 0 unless their reserve grows by a minimal amount;
+ * this condition prevents endless resharing. */
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
 /* Whether the stuck pairs among the n pairs `rest` hold with stored loads, where the sharing rule fails. On success, the loads stay
@@ -117,7 +117,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n);
  * its mode; −1: no pair. Returns 0: no solution; 1: the modes are in force; 2: all pairs stick and share their load again. */
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released);
 
-/* Search other modes of the n pairs `rest` that also satisfy the laws. If there are any, the motion is not unique; the audit
- * records this. Does nothing if n > most. */
+/* Search for other modes of the n pairs `rest` that also satisfy the laws. If such modes exist, the motion is not unique, and the
+ * audit records this fact. Does nothing if n > most. */
 static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most);
 #endif

@@ -6,9 +6,9 @@
  * was used. */
 #include "stepping/stepping.h"
 
-/* × the friction that stops a freedom without loops: friction applied to a freedom with prescribed motion */
+/* relative to the friction that stops a freedom without loops: friction applied to a freedom with prescribed motion */
 #define FAR_MORE 1e3
-#define WHOLE_SLACK 1e-9      /* × a step: round-off in the number of steps of a communication step */
+#define WHOLE_SLACK 1e-9      /* relative to a step: round-off in the number of steps of a communication step */
 
 /* Limit the work from now on to these numbers of evaluations and iterations. */
 static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {

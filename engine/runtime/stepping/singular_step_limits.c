@@ -7,10 +7,10 @@
 /* largest accepted factor between the independence at the start and at the end of a step; otherwise the step is shortened */
 #define LEAP 8.0
 #define SHORTER 2.0               /* factor by which a step with a larger change of independence is shortened */
-/* × the independence at the start of the run: at a smaller independence, the motion passes a dead centre */
+/* relative to the independence at the start of the run: at a smaller independence, the motion passes a dead centre */
 #define PASSED 1e-3
 #define PASSED_SECTIONS 24        /* number of golden-section iterations that find the least independence */
-/* s, × 1 / rate: shortest step that is limited; in shorter ones, the last pivot may change by a new pivot order */
+/* in units of 1 / rate scale: shortest step that is limited; in shorter ones, the last pivot may change by a new pivot order */
 #define SHORTEST 1e-9
 
 /* Whether singular positions matter: joints with friction are in loops, and steps have error control. */

@@ -1,15 +1,16 @@
 /* Completion of the pending step: rows inside it, then state and modes at its end. */
 #include "stepping/stepping.h"
 
-#define ENGAGED_PROBE 1e-6 /* s, × 1 / rate: time between two evaluations that measure the stiffness of an engaged stop */
+/* in units of 1 / rate scale: time between two evaluations that measure the stiffness of an engaged stop */
+#define ENGAGED_PROBE 1e-6
 #define TR_FOURS 8 /* upper bound of the number of SIMD lanes */
-#define ROW_SLACK 1e-12       /* × max(time, 1 s): a row that is later than a step's end by less belongs to this step */
-#define SAME_EVENT_TIME 1e-12 /* × max(time, 1 s): consecutive events at a smaller distance in time are chatter */
+#define ROW_SLACK 1e-12       /* relative to max(time, 1 s): a row that is later than a step's end by less belongs to this step */
+#define SAME_EVENT_TIME 1e-12 /* relative to max(time, 1 s): consecutive events at a smaller distance in time are chatter */
 #define HALVES_MOST 60        /* largest number of bisections on θ; they end at the round-off of θ */
 #define THETA_ROUND_OFF 1e-15
-#define RATE_PART 1e-3 /* × the step: interval before the event over which the deceleration is measured */
-/* × the time to cross half of the proportional zone: size of the first step inside the zone; it ends slightly beyond the zone's
- * other border */
+#define RATE_PART 1e-3 /* relative to the step: interval before the event over which the deceleration is measured */
+/* relative to the time to cross half of the proportional zone: size of the first step inside the zone; it ends slightly beyond the
+ * zone's other border */
 #define ZONE_PART 2.2
 
 /* Whether SIMD lanes can compute the rows inside the pending step. Requires columns that depend only on the dense output,

@@ -1,10 +1,10 @@
 /* The stepping loop, up to the target: make trial steps until one is accepted, then complete this step. */
 #include "stepping/stepping.h"
 
-/* × the number of pairs: largest number of failures passed at one time; the second half of these only by impacts */
+/* relative to the number of pairs: largest number of failures passed at one time; the second half of these only by impacts */
 #define RESUMED_MOST 2
-#define STALL_TIME 1e-9         /* s, × 1 / rate: least progress of STALL_TRIALS steps */
-#define STALL_SHARE 1e-3        /* × a fixed step: least progress of STALL_TRIALS trial steps; events may cut them short */
+#define STALL_TIME 1e-9         /* in units of 1 / rate scale: least progress of STALL_TRIALS steps */
+#define STALL_SHARE 1e-3 /* relative to a fixed step: least progress of STALL_TRIALS trial steps; events may cut them short */
 #define STALL_TRIALS 20000      /* number of trial steps, which take at most one second; onsets and captures take about a hundred */
 
 /* Number of failures passed at the present time. */

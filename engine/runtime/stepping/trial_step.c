@@ -5,21 +5,21 @@
 
 #define CHATTER_MAX 12          /* number of consecutive events at one time after which steps ignore events */
 #define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
-/* × a fixed step: smallest part into which it is divided where friction requires shorter steps, for example where sliding of
- * several components ends */
+/* relative to a fixed step: smallest part into which it is divided where friction requires shorter steps, for example where sliding
+ * of several components ends */
 #define LEAST_PART 1e-4
-/* × the distance to the limit: if less would remain after a step, the step is extended to the limit */
+/* relative to the distance to the limit: if less would remain after a step, the step is extended to the limit */
 #define LEFT_OVER 1e-10
 /* Error of a step, in tolerances: above it, states inside the step are less accurate than its end, and the step is remade up to its
  * event */
 #define CUT_ERROR 1e-2
-#define CUT_EARLY 0.9           /* × the step: a step is not remade if its event is later */
-#define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
+#define CUT_EARLY 0.9           /* relative to the step: a step is not remade if its event is later */
+#define CUT_BEYOND 1.02         /* relative to the time to the event: size of the remade step */
 #define CUTS_MOST 2             /* largest number of remakes for one event */
 #define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
-#define PROBED 1e-6          /* s, × 1 / rate: length of the Euler step that finds the reason of a failure */
+#define PROBED 1e-6          /* in units of 1 / rate scale: length of the Euler step that finds the reason of a failure */
 #define ROOT_LOST 1e-5       /* largest |1 − contraction| at which a root of friction counts as lost */
-#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means that another root was found */
+#define ANOTHER_ROOT 0.1 /* relative to the friction: a larger change over the first Euler step means that another root was found */
 
 static double tr_step_limit(const tr_sim *s, double target) {
   return fmin(target, s->clock.next_break);

@@ -2,15 +2,17 @@
  * "Contact that begins and ends"). */
 #include "stepping/stepping.h"
 
-#define TOUCHES 1e-11   /* × max(length, 1 m): largest gap of a contact that closes together with others */
-#define STILL 1e-12     /* × the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
-#define REST_GAP 1e-14  /* × the length: impacts end when the gap of the next flight stays below this */
-#define STEADY 1e-11    /* × length · rate²: a smaller acceleration of a gap counts as 0 */
-#define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more requires a new decision */
-/* × the period of a drive, load or rotation: longest step while a contact is open; no gap closes and opens again within it */
+#define TOUCHES 1e-11   /* relative to max(length, 1 m): largest gap of a contact that closes together with others */
+#define STILL 1e-12     /* relative to the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
+#define REST_GAP 1e-14  /* relative to the length scale: impacts end when the gap of the next flight stays below this */
+#define STEADY 1e-11    /* in units of length · rate²: a smaller acceleration of a gap counts as 0 */
+#define LIFTS 20.0      /* relative to TOL_LIFT: a closed contact that pulls more requires a new decision */
+/* relative to the period of a drive, load or rotation: longest step while a contact is open; no gap closes and opens again within
+ * it */
 #define OPEN_PART 0.03125
-#define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
-/* × the flight after an impact: longest next step, because the dense output of a long step misses a short flight */
+/* relative to max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
+#define PENETRATED 1e-9
+/* relative to the flight after an impact: longest next step, because the dense output of a long step misses a short flight */
 #define FLIGHT_STEP 2.0
 #define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step from which a landing inside the step is found */
 #define CHOICES_MOST 60 /* largest number of changes of contacts in one decision */

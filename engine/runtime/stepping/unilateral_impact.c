@@ -2,8 +2,9 @@
  * contacts, the loops and the friction of all joints. It is solved as an impulse step, so short that forces have no effect. */
 #include "stepping/stepping.h"
 
-#define IMPACT_TIME 1e-12   /* s, × 1 / rate: length of this impulse step */
-#define IMPULSE_NOTHING 1e-11 /* × the largest impulse, or the largest speed: smaller ones are round-off, and have no sign */
+#define IMPACT_TIME 1e-12   /* in units of 1 / rate scale: length of this impulse step */
+/* relative to the largest impulse, or the largest speed: smaller ones are round-off, and have no sign */
+#define IMPULSE_NOTHING 1e-11
 #define PIVOTS_MOST 60      /* largest number of changes of one contact in the search */
 
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:

@@ -7,7 +7,7 @@
  * ``modes/active_set.c`` decides which pairs stick, with v⁺/h in place of the accelerations (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_STEP 0.03   /* s, × √rtol / rate: size of the first impulse step; also the time unit of MOREAU_EVENTS */
+#define MOREAU_STEP 0.03   /* in units of √rtol / rate scale: size of the first impulse step; also the time unit of MOREAU_EVENTS */
 #define FROZEN_TURN 0.5    /* rad: a direction that turns by more in a step is not frozen, but found for the step's end */
 
 static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }

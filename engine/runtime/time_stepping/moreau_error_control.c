@@ -8,11 +8,12 @@
 #define MOREAU_EVENTS 40   /* events accumulate if this many occur in this many times MOREAU_STEP */
 #define MOREAU_PAIRS 8     /* number of pairs to which MOREAU_EVENTS refers; for more pairs the limit is proportionally larger */
 #define MOREAU_STAY 400    /* number of impulse steps before event location is tried again */
-#define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, a speed changes by more than the tolerance only by an impact */
-/* × the change of a speed over a step: if its changes in the two halves differ by more, the speed jumps */
+/* in units of rtol / rate scale: in a shorter time, a speed changes by more than the tolerance only by an impact */
+#define LEAST_IMPULSE 1e-3
+/* relative to the change of a speed over a step: if its changes in the two halves differ by more, the speed jumps */
 #define HALF_OF_IT 0.5
-#define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: if less would remain before the limit, the step ends at the limit */
+#define EVENT_SHARE 0.2    /* relative to the tolerance of speeds: allowed effect of the unknown time of an event */
+#define SLIVER 1e-9        /* relative to a step: if less would remain before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
