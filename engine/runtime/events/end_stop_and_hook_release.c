@@ -1,5 +1,5 @@
-/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step
- * must end at the first corner. Each corner is a root of a smooth function. The state at a hook's corner decides whether the hook
+/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step must
+ * end at the first corner. Each corner is a root of a smooth function. The state at a hook's corner determines whether the hook
  * falls. */
 #include "events/events.h"
 

@@ -7,12 +7,13 @@
  * tolerance shifts the event by more than the error of event times */
 #define SLOW 0.01
 #define STRAYS_LEAST 1e-3 /* relative to the run's error: smallest assumed error of a speed */
-/* relative to the friction ratio: pairs whose ratio is this close to that of the released pair are released, too */
+/* relative to the friction ratio: if the friction ratio of a pair is this close to that of the released pair, the pair is released,
+ * too */
 #define LET_GO_WITH 1e-6
 #define ENOUGH 0.01      /* relative to the friction ratio: if an estimated margin is larger, it is not computed exactly */
 #define LEAST_STRETCH 1e-3 /* relative to the step: shortest interval over which a slope is measured */
-/* × s²/|ω|²: in model exchange, shift of a ball's indicator from its cone. The law of a ball loses half of its digits at the cone,
- * so its error is 5e-10. */
+/* distance s²/|ω|²: in model exchange, shift of a ball's indicator from the cone. The law of a ball loses half of its digits at the
+ * cone; the error of the distance is then 5e-10. */
 #define SHIFT_CONE 2e-9
 
 /* Possible error of the run's states, relative to the units of the states. */
@@ -110,7 +111,8 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
     const int i = rest[q];
     if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_friction_ratio(s, i));
     else if (i != released && was[i] < 1.0 - LET_GO_WITH) {
-      const double estimate = tr_slip_margin(s, i); /* equal to the margin if no other pair rests, otherwise smaller */
+      /* the estimate equals the margin if no other pair rests; otherwise the estimate is smaller */
+      const double estimate = tr_slip_margin(s, i);
       least = fmin(least, estimate < ENOUGH ? tr_margin_if_stuck(s, i) : estimate);
     }
   }

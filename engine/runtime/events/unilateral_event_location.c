@@ -2,12 +2,12 @@
 #include "events/events.h"
 
 #define SHORTLY_WITHIN 1e-3 /* relative to the step: time difference for the derivative of a normal force */
-/* largest number of Newton steps on the time of a landing; they converge from the side of negative gaps */
+/* largest number of Newton steps on the time of a landing; the steps converge from the side of negative gaps */
 #define LANDING_STEPS 12
 #define LANDING_SAME 1e-15  /* relative to max(time, 1 s): a smaller Newton step is round-off */
 
-/* For each contact at the fraction theta of the last step: its pull if it is closed; the load that it would have, if it is
- * unloaded. Returns 0 if there is no solution. */
+/* For each contact at the fraction theta of the last step: the pull of a closed contact, or the load that an unloaded contact would
+ * have. Returns 0 if there is no solution. */
 static int tr_pulls_inside(tr_sim *s, double theta, double *pull) {
   tr_dense_state(s, theta, TR_A(s, yout));
   if (s->k->nquat) tr_normalise_quaternions(s, TR_A(s, yout));

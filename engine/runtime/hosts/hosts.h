@@ -49,7 +49,8 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
  * sense × turned, rad; between rows it moves along the shorter arc. stride: number of doubles between rows of angle and turned. */
 void tr_bin_around(int rows, long stride, const double *angle, const double *turned, double sense, const double *volume, int bins, double *on);
 
-/* Reason TR_WHY_… of a friction failure; *pair receives its pair. Returns TR_WHY_UNKNOWN if no law is set-valued. */
+/* Reason TR_WHY_… of a friction failure; *pair receives the pair that causes the failure. Returns TR_WHY_UNKNOWN if no law is
+ * set-valued. */
 int tr_diagnose_friction(tr_sim *s, int *pair);
 
 /* Constraint row of a loop failure; −1 if it is unknown. *number receives the independence of the rows, from 1 (independent) to 0
@@ -119,8 +120,8 @@ void tr_ask(tr_sim *s, tr_asked_host *host);
 /* Replace the settings. The new settings apply from the next step. */
 void tr_configure(tr_sim *s, const tr_settings *set);
 
-/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. Leaves the pairs stuck: a
- * following tr_evaluate returns the motion that is possible nevertheless. Returns 0 if the statics have no solution. */
+/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. Leaves the pairs stuck. A
+ * following tr_evaluate returns the motion that remains possible. Returns 0 if the statics have no solution. */
 int tr_hold_all(tr_sim *s, tr_held *out);
 
 /* Directional derivatives at the block's (t, y): rates (ny) = ∂ẏ·direction, and columns (nout) = ∂columns·direction. The direction
@@ -133,10 +134,10 @@ int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const
 size_t tr_impact_length(const tr_sim *s);
 
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), and external values at the start
- * (begin) and end (x) of the step. Also record the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, 1
- * if these multipliers belong to it, 0 if an event has cut it. made: number of recorded steps. rows: room for `capacity` rows, of
- * which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards
- * events. Returns a status, as tr_advance does. */
+ * (begin) and end (x) of the step. The array `stages` (TR_STAGES × nz per step) receives the multipliers at each row of K. solved:
+ * for each step, 1 if these multipliers belong to the step, 0 if an event has cut the step. made: number of recorded steps. rows:
+ * room for `capacity` rows, of which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length);
+ * 0 phases: none. Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 
@@ -145,7 +146,7 @@ size_t tr_tangents_work(const tr_tangents *g);
 
 /* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y. g->S: tangents of y. x: external values. In
  * df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
- * it. */
+ * the solution. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
 /* Evaluate both sides of an event at time t and state y. `after` receives the rates after the event, with external values x1. f and
@@ -180,8 +181,8 @@ const double *tr_indicators(const tr_sim *s);
  * evaluated. */
 const double *tr_rates_in_modes(tr_sim *s);
 
-/* If all indicators are positive, store the state evaluated last: the branch of friction is then followed from it. For calls when
- * an importer requests indicators, which importers do at accepted steps. */
+/* If all indicators are positive, store the state evaluated last; later evaluations follow the branch of friction from this state.
+ * The host calls this function when an importer requests indicators; importers request indicators at accepted steps. */
 void tr_follow(tr_sim *s);
 
 /* Complete a step of the importer. Returns 1 if the importer must handle an event. */

@@ -19,7 +19,7 @@
 #define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
 /* relative to the friction of a pair: a larger change since the last stored state may mean another branch */
 #define FAR_BRANCH 0.02
-#define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
+#define FOLLOWED_PARTS 8   /* after such a change: number of parts in which friction is followed from the stored state */
 /* relative to the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
  * (fmu/README.md). */
 #define NOMINAL 0.1
@@ -59,7 +59,8 @@ static double tr_direction_indicator(const tr_sim *s, int i) {
   return LINE_LEFT * LINE_LEFT - fmax(0.0, 1.0 - along * along);
 }
 
-/* By how much the stuck pair i moves; above 1 its mode ends. Without loops only a drive, or the importer, moves such a pair. */
+/* Motion of the stuck pair i, relative to its allowed motion; the mode ends above 1. Without loops, only a drive or the importer
+ * moves such a pair. */
 static double tr_motion_of_stuck_pair(tr_sim *s, int i) {
   return s->k->active ? tr_rest_violation(s, i) : tr_pair_speed(s, i) / tr_rest_speed(tr_speed_unit(s));
 }

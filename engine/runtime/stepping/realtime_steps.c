@@ -10,7 +10,7 @@
 #define FAR_MORE 1e3
 #define WHOLE_SLACK 1e-9      /* relative to a step: round-off in the number of steps of a communication step */
 
-/* Limit the work from now on to these numbers of evaluations and iterations. */
+/* Limit the work after this call to these numbers of evaluations and iterations. */
 static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {
   s->bound.evaluations = tr_counted_evaluations(s) + evaluations;
   s->bound.iterations = tr_counted_iterations(s) + iterations;

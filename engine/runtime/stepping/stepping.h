@@ -36,8 +36,8 @@ static int tr_has_redundant_contacts(tr_sim *s);
  * their rates, m/s. */
 static int tr_check_missed_contacts(tr_sim *s, double *gap, double *rate);
 
-/* Longest step while a contact is open: error control of a part at rest does not notice another part that passes within one
- * step. */
+/* Longest step while a contact is open. (The error control of a part at rest does not notice another part that passes within a
+ * single step.) */
 static double tr_longest_open_step(const tr_sim *s);
 
 /* Whether, after a jump of forces, a closed contact pulls at the present solution, or the parts of an open contact begin to

@@ -3,9 +3,9 @@
 #include "stepping/stepping.h"
 
 #define IMPACT_TIME 1e-12   /* in units of 1 / rate scale: length of this impulse step */
-/* relative to the largest impulse, or the largest speed: smaller ones are round-off, and have no sign */
+/* relative to the largest impulse, or the largest speed: smaller impulses and speeds are round-off, and have no meaningful sign */
 #define IMPULSE_NOTHING 1e-11
-#define PIVOTS_MOST 60      /* largest number of changes of one contact in the search */
+#define PIVOTS_MOST 60      /* largest number of steps of the search, which opens or closes one contact per step */
 
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
  * lower bound of the impulse of each contact, N s. closed, impulse: results. */
