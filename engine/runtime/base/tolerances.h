@@ -17,7 +17,7 @@
 #define JUST_AFTER 1e-12        /* s: after a start, signals with kinks are evaluated this much later */
 #define BREAK_REACHED 1e-10     /* relative to max(time, 1 s): a break closer than this counts as reached */
 #define TIME_ROUND_OFF 8e-16    /* relative to the time: a smaller step would be lost in round-off */
-/* relative to the duration of the run: if the last row is earlier than the end by more, the run adds a row at the end */
+/* relative to the duration of the run: if the last row is earlier by more, a row at the end is added */
 #define LAST_ROW 1e-9
 #define STEP_START 1e-3         /* fraction of a step: an earlier event counts as an event at the step's start */
 #define STEP_END 0.999999       /* fraction of a step: a later event counts as an event at the step's end */
@@ -32,16 +32,16 @@
 #define KEEP_PIVOT 1e-9
 /* relative to a row's scale: smallest pivot that increases the stored rank; above a step's error in a redundant row */
 #define GROW_PIVOT 1e-6
-/* relative to the response of a row or freedom to its own multiplier: at an accurate state, a row or freedom with a smaller pivot
- * is dependent */
+/* relative to the response of a row or freedom to its own multiplier. At an accurate state, a smaller pivot shows a dependent row
+ * or freedom. */
 #define RANK_PIVOT 1e-9
 
 /* Closure of loops. "Length" is the length scale of the run. */
 #define LOOP_CLOSED 4e-15     /* relative to the length, or rad; for rates × length · rate: round-off of a closed loop */
 /* relative to the length scale, or rad: with a larger residual after all iterations, the loops cannot be closed */
 #define LOOP_OPEN 1e-8
-/* relative to the length scale, or rad: in mechanisms with many loops, the correction of a smaller residual is the last one,
- * because each correction squares the residual */
+/* relative to the length scale, or rad: with many loops, the correction of a smaller residual is the last one. (Each correction
+ * squares the residual.) */
 #define LOOP_NEARLY_CLOSED 1e-8
 /* relative to the previous residual: if an iteration leaves a larger residual, the residual is round-off */
 #define CLOSURE_SHRINKS 0.2

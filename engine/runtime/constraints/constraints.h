@@ -58,7 +58,7 @@ static void tr_narrow_without_friction(tr_sim *s);
 /* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row
  * whose diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off,
  * their scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the
- * world's.) nothing: whether all rows are without effect; all scales are then 1, and all pivots round-off. */
+ * world's.) nothing: whether all rows have no effect; then all scales are 1, and all pivots are round-off. */
 static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Whether the row of contact c, which is open, depends on rows of closed contacts and loops. Requires the factor. */
@@ -86,8 +86,8 @@ static void tr_form_maps_without_loops(tr_sim *s, int held);
 /* With recursive friction, form the load maps unless they exist already. With set-valued laws, also form the held maps. */
 static void tr_form_all_maps(tr_sim *s);
 
-/* Independence of the loop rows, which measures the distance from a singular position: the square root of the last pivot, 0 if a
- * row was dropped, INFINITY for a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
+/* Independence of the loop rows, which measures the distance from a singular position. The result is the square root of the last
+ * pivot, 0 if a row was dropped, INFINITY for a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }

@@ -3,8 +3,7 @@
  * contacts are closed (theory, "Contact that begins and ends"). */
 #include "constraints/constraints.h"
 
-/* relative to the row's own entry of S: if the part of a row that does not follow from closed contacts is smaller, the row is
- * dependent */
+/* relative to the row's own entry of S: a row is dependent if the part that does not follow from closed contacts is smaller */
 #define OWN_PART 1e-9
 
 /* V (active) receives the open direction in which contact c, which is open, has the multiplier 1. Returns whether the contact's row

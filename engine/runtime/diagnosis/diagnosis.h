@@ -22,11 +22,11 @@ static int tr_find_root_on_branches(tr_sim *s);
 /* The pair with the largest relative difference between the frictions `was` and `is`. *most receives this difference, 0 to 1. */
 static int tr_find_most_changed(const tr_sim *s, const double *was, const double *is, double *most);
 
-/* If the root of friction ends at the state `y` (a fold), search for another root a very short time later, and continue with that
- * root. The run continues only past folds of sliding balls. Returns 1 on success. */
+/* If the root of friction ends at the state `y` (a fold), search for another root a very short time later. Continue with the root
+ * found. The run continues only past folds of sliding balls. Returns 1 on success. */
 static int tr_pass_fold(tr_sim *s);
 
 /* End the run for the reason `code`, and return the final status. If loops are at the end of their reach, the status names this
- * reason instead of `code`: near this position, reactions, friction and errors grow without bound. */
+ * reason instead of `code`. (Near this position, reactions, friction and errors grow without bound.) */
 static int tr_end_run(tr_sim *s, int code);
 #endif

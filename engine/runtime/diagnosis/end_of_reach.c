@@ -10,7 +10,8 @@
  * is stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-/* largest ratio (force · length) / couple of a pure couple; at a distance of 0.01 from the end of reach, the ratio is this large */
+/* largest ratio (force · length) / couple of a pure couple. The ratio has this value at a distance of 0.01 from the end of
+ * reach. */
 #define PURE_COUPLE 1e-2
 
 /* Write to `lost` (a) the direction of λ that has just lost its effect. This direction is the null vector of the last pivot within

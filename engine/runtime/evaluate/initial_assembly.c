@@ -8,8 +8,8 @@
 #define RATES_AGREE 1e-11
 /* rad, or relative to the length scale: a smaller gap counts as rounding of the given values, which may then change a little */
 #define ROUNDED 1e-6
-/* rad, or relative to the length scale: largest gap that values with two digits can cause; if the gap is larger, the given values
- * contradict each other */
+/* rad, or relative to the length scale: largest gap that values with two digits can cause. With a larger gap, the given values
+ * contradict each other. */
 #define FEW_DIGITS 1e-2
 #define MOVED_BY 10.0       /* relative to the gap: largest change of given values */
 #define NEARER 0.1 /* relative to the smallest residual of earlier searches: a later search must end at a smaller residual */

@@ -9,8 +9,8 @@
 /* relative to the deceleration: if the acceleration perpendicular to the sliding is larger, the pair passes its least speed without
  * a stop */
 #define CAPTURE_ACROSS 0.2
-/* relative to the tolerance: largest errors of a last stretch in a steady direction. These are errors of the speed across it (in
- * speed units), of the time of the stop (in units of 1 / rate scale), and of straight rows inside it (in lengths). */
+/* relative to the tolerance: largest errors of a last stretch in a steady direction. These errors are: speed across the direction
+ * (in speed units), time of the stop (in units of 1 / rate scale), straight rows inside the stretch (in lengths). */
 #define CAPTURE_STEADY 0.1
 /* relative to the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
 #define CAPTURE_TURNED 0.01
@@ -20,8 +20,8 @@
 #define CAPTURE_TIME RUN_ERROR
 /* in units of tolerance / rate scale: stops at a smaller distance in time are simultaneous; far below the error of event times */
 #define STOPS_AS_ONE 0.01
-/* relative to the length of the last stretch: a pair whose own stop is closer to the end of the stretch also stops at that end;
- * well above the error of stop times */
+/* relative to the length of the last stretch. A pair whose own stop is closer to the end of the stretch also stops at that end.
+ * This distance is well above the error of stop times. */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */

@@ -110,8 +110,8 @@ static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
 }
 
 /* Whether the violation at θ is an event (TR_FOUND), or whether the step is too large (TR_TOO_LARGE). The step is too large if a
- * pair of several components turned fast or nearly stopped; the friction of this pair alone then carries other pairs beyond the
- * limits of their modes. *which may become the pair that stops first. */
+ * pair of several components turned fast or nearly stopped. In such a step, the friction of this pair carries other pairs beyond
+ * the limits of their modes. *which may become the pair that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;

@@ -3,12 +3,11 @@
  * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
 #include "events/events.h"
 
-/* relative to the unit of the crossing quantity, per duration of the run: at a slower crossing, a shift of the threshold by one
- * tolerance shifts the event by more than the error of event times */
+/* rate of a crossing, relative to the unit of the crossing quantity divided by the duration of the run. At a slower crossing, a
+ * shift of the threshold by one tolerance shifts the event by more than the error of event times. */
 #define SLOW 0.01
 #define STRAYS_LEAST 1e-3 /* relative to the run's error: smallest assumed error of a speed */
-/* relative to the friction ratio: if the friction ratio of a pair is this close to that of the released pair, the pair is released,
- * too */
+/* relative to the friction ratio: a pair whose ratio is this close to the ratio of the released pair is also released */
 #define LET_GO_WITH 1e-6
 #define ENOUGH 0.01      /* relative to the friction ratio: if an estimated margin is larger, it is not computed exactly */
 #define LEAST_STRETCH 1e-3 /* relative to the step: shortest interval over which a slope is measured */

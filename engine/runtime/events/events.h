@@ -17,8 +17,8 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* Error, in units of the tolerance, of a step that changes a position in a curve or field by too much up to its fraction `most`;
- * otherwise 0. Sets step.passed. */
+/* If a step changes a position in a curve or field by too much up to its fraction `most`, returns its error in units of the
+ * tolerance; otherwise 0. Sets step.passed. */
 static double tr_position_error(tr_sim *s, double most);
 
 /* Largest growth factor of the next step after the last call of tr_position_error. */
@@ -27,12 +27,12 @@ static double tr_position_growth(const tr_sim *s);
 /* Place (0…1) of the first corner before `most`, in the acceptable step that was just made; 1 if there is none inside the step. */
 static double tr_find_first_corner(tr_sim *s, double most);
 
-/* Mark in `inside` each stop that may have two events inside the last step, whose end state is ynew: engagement and release, or
- * release and engagement. Returns 1 if any stop is marked. */
+/* Mark in `inside` each stop that may have two events inside the last step: engagement and release, or the reverse. The end state
+ * of the step is ynew. Returns 1 if any stop is marked. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside);
 
-/* Whether a quantity may exceed 0 inside a step: the cubic through its values g0, g1 and slopes m0, m1 (per step) at both ends has
- * a maximum near 0 or above. */
+/* Whether a quantity may exceed 0 inside a step. g0, g1: its values at both ends; m0, m1: its slopes, per step. Returns 1 if the
+ * cubic through these has a maximum near 0 or above. */
 static int tr_may_pass_zero(double g0, double m0, double g1, double m1);
 
 /* Mark in `inside` (stops) each closed contact of a joint that only pushes whose normal force may pass zero twice inside the last
@@ -193,8 +193,8 @@ static void tr_mark_pairs_stopping_at_once(tr_sim *s, int i);
 
 static inline void tr_clear_stopping_marks(tr_sim *s) { memset(tr_stopping_marks(s), 0, sizeof(int) * s->k->nsliders); }
 
-/* Make the last stretch of sliding a separate step, with the midpoint rule and linear dense output. Returns 0 if the step would reach
- * `limit`, where a drive may stop, or if there is no solution with the pair at rest at the step's end. */
+/* Make the last stretch of sliding a separate step, with the midpoint rule and linear dense output. Returns 0 if the step would
+ * reach `limit`, where a drive may stop. Also returns 0 if no solution exists with the pair at rest at the step's end. */
 static int tr_make_capture_step(tr_sim *s, double limit);
 
 /* State at the event that cuts the step short, projected onto the manifold if the loops can be closed. */

@@ -87,8 +87,8 @@ static int tr_has_other_pair_turned(tr_sim *s, int which) {
   return 0;
 }
 
-/* Whether the reversal of pair i at θ is an artefact of the dense output: at the state y of this instant, the pair still
- * accelerates. Such artefacts occur only for pairs of one component that started from rest at the start of this step. */
+/* Whether the reversal of pair i at θ is an artefact of the dense output, because the pair still accelerates at the state y of this
+ * instant. Such artefacts occur only for pairs of one component that started from rest at the start of this step. */
 static int tr_is_spurious_turn(tr_sim *s, int i, double theta, const double *y) {
   if (i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS || tr_pair_of(s, i)->nrates > 1) return 0;
   if (tr_speed_of_state(s, i) > tr_rest_speed(tr_speed_unit(s)) || !tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return 0;

@@ -6,8 +6,8 @@
 #define LANDING_STEPS 12
 #define LANDING_SAME 1e-15  /* relative to max(time, 1 s): a smaller Newton step is round-off */
 
-/* For each contact at the fraction theta of the last step: the pull of a closed contact, or the load that an unloaded contact would
- * have. Returns 0 if there is no solution. */
+/* State at the fraction theta of the last step. pull receives, for a closed contact, its pull; for an unloaded contact, the load
+ * that it would have. Returns 0 if there is no solution. */
 static int tr_pulls_inside(tr_sim *s, double theta, double *pull) {
   tr_dense_state(s, theta, TR_A(s, yout));
   if (s->k->nquat) tr_normalise_quaternions(s, TR_A(s, yout));

@@ -2,11 +2,11 @@
  * loops prescribe, which freedoms coincide, and which are at rest. */
 #include "friction/friction.h"
 
-/* relative to the stopping time at constant deceleration: if the signals have a break within this time, the freedom counts as at
- * rest; smooth stops take three times as long */
+/* relative to the stopping time at constant deceleration. If the signals have a break within this time, the freedom counts as at
+ * rest. (Smooth stops take three times as long.) */
 #define RESTS_BY 4.0
-/* in units of 1 / rate scale: a pair with a longer stopping time counts as at rest; a slow pair that reverses needs much less
- * time */
+/* in units of 1 / rate scale: a pair with a longer stopping time counts as at rest. (A slow pair that reverses needs much less
+ * time.) */
 #define RESTS_FOR 1e-6
 /* relative to a freedom's response without loops: smallest response from which a scale is formed; the round-off of this response is
  * below RANK_PIVOT */

@@ -111,8 +111,8 @@ static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
 /* Whether freedom i, which drives move with the acceleration acc, counts as at rest. The freedom is at rest if its slow motion
- * fades for a long time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion reverses. Requires
- * maps. */
+ * fades for a long time. It is also at rest if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion
+ * reverses. Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
 /* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. open: acceleration caused
@@ -140,8 +140,9 @@ static double tr_mode_violation(tr_sim *s, int i, const double *depth);
  * counts. slope (3): derivative by f, which is zero for pairs that are not balls. */
 static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope);
 
-/* In the residual r and the Jacobian J, write the equations of held pairs (TR_ROW_…) to their rows: zero acceleration, zero
- * friction (prescribed motion), a share, a stored load, or the capacity of a pair that yields. Requires held maps and row kinds. */
+/* Write the equations of held pairs (TR_ROW_…) to their rows of the residual r and the Jacobian J. Kinds of equation: zero
+ * acceleration, zero friction (prescribed motion), a share, a stored load, the capacity of a pair that yields. Requires held maps
+ * and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
 
 /* Newton's method for η = law(N(η)) from the given eta. Because the Jacobian is exact, convergence is quadratic, and the iteration
@@ -162,8 +163,8 @@ static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i);
 /* Search for a root of φ (``ball_near_cone.c``) over growing tilts of ball i, even if φ(0) ≤ 0. Returns 1 on success. */
 static int tr_search_tilt(tr_sim *s, double *eta, int i);
 
-/* Whether every pair is on the branch of its mode: on the mode's side of its kink, and a ball on the mode's side of its cone.
- * Requires the laws' values. */
+/* Whether every pair is on the branch of its mode: on the mode's side of the kink and, for a ball, of the cone. Requires the laws'
+ * values. */
 static int tr_is_on_branches(const tr_sim *s);
 
 /* Next number, in (−1, 1), of a fixed pseudo-random sequence. */
@@ -208,8 +209,8 @@ static double tr_response_by_recursion(tr_sim *s, int i);
 static int tr_loads_by_recursion(tr_sim *s, double *eta);
 
 /* Newton's method with the recursion in the current state. near: 1 starts from the loads of a close state, which are stored after
- * the multipliers in z, and fails unless convergence is fast; 0 starts from the frictions in z. Rejects a root if the sign of its
- * determinant is below `least`; −1 accepts both signs. Returns 1 on success. */
+ * the multipliers in z; the call then fails unless convergence is fast. 0 starts from the frictions in z. Rejects a root if the
+ * sign of its determinant is below `least`; −1 accepts both signs. Returns 1 on success. */
 static int tr_newton_recursive_from(tr_sim *s, int near, int least);
 
 /* Store the loads of the solution, from which the next recursive iteration starts. Requires load maps. */

@@ -110,9 +110,9 @@ static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
-/* Whether the last root of tr_newton would be unstable with stiff contacts: the determinant of Newton's matrix is then negative;
- * without friction it is 1 (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the sign
- * changes (``diagnosis/continuation_past_fold.c``). With shared loads the sign has no meaning. */
+/* Whether the last root of tr_newton would be unstable with stiff contacts (theory, "Complement equations"). At such a root, the
+ * determinant of Newton's matrix is negative; without friction it is 1. Only loops need this test; without loops, a root ends where
+ * the sign changes (``diagnosis/continuation_past_fold.c``). With shared loads the sign has no meaning. */
 static int tr_is_unstable_root(const tr_sim *s) {
   const int e = s->k->neta, r = tr_open_count(s);
   if (!s->k->active || s->friction.shared) return 0;

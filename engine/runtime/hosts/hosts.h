@@ -129,8 +129,8 @@ int tr_hold_all(tr_sim *s, tr_held *out);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
 /* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external
- * values, impulses of all multipliers, for each contact its kind (0: no impulse, 1: given rate, 2: given impulse) and its
- * restitution]. */
+ * values, impulses of all multipliers, for each contact its kind and its restitution]. Kinds: 0 no impulse, 1 given rate, 2 given
+ * impulse. */
 size_t tr_impact_length(const tr_sim *s);
 
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), and external values at the start
@@ -150,18 +150,18 @@ size_t tr_tangents_work(const tr_tangents *g);
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
 /* Evaluate both sides of an event at time t and state y. `after` receives the rates after the event, with external values x1. f and
- * df (as in tr_evaluate_tangents) and `flow` (nf) belong to the motion before the event, with external values x; `flow` are the
- * time derivatives of f. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers. Returns 2 if the
- * host found the solution before the event; `flow` is then unknown. */
+ * df (as in tr_evaluate_tangents) belong to the motion before the event, with external values x. `flow` (nf) contains the time
+ * derivatives of f before the event. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers.
+ * Returns 2 if the host found the solution before the event; `flow` is then unknown. */
 int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
                    double *df, double *flow, double *after);
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
  * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step
- * (tr_record_steps). marks: four numbers for each step: whether the host must complete its end, number of samples inside, whether
- * its end is a sample, whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns to
- * `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete.
- * Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
+ * (tr_record_steps). marks: four numbers for each step. These are: whether the host must complete its end, number of samples
+ * inside, whether its end is a sample, whether `stages` belongs to it. times: times of the samples. For each sample, appends a row
+ * of columns to `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must
+ * complete. Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives);
 
@@ -177,7 +177,7 @@ const double *tr_rates_known(const tr_sim *s);
 const double *tr_indicators(const tr_sim *s);
 
 /* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. If an event before t is not located yet, there may be
- * no solution; ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
+ * no solution. ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
  * evaluated. */
 const double *tr_rates_in_modes(tr_sim *s);
 

@@ -3,8 +3,8 @@
  *
  * All results are functions of (t, y) and of stored data: modes, directions, and the multipliers from which a branch of friction is
  * followed. The stored data change at events, at completed steps, and when an importer requests indicators that are all positive.
- * Each pair has two indicators, which are positive while its mode lasts: one for the end of the mode, one for the branch or
- * direction within the mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small
+ * Each pair has two indicators, which are positive while its mode lasts. One is for the end of the mode, the other for the branch
+ * or direction within the mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small
  * shifts keep indicators away from zero just after their event. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"

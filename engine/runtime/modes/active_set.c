@@ -75,7 +75,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
   return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
-/* Number of modes to try for pair i: 3 for a pair on a line (stuck, and both directions); 2 for other pairs (stuck, and sliding in
+/* Number of modes to try for pair i. A pair on a line has 3 (stuck, and both directions); other pairs have 2 (stuck, and sliding in
  * a direction found from a guess). */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
@@ -149,7 +149,7 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
 }
 
 /* Search one by one along the recursion, for one-component pairs of a tree. An event among many pairs at rest usually changes few
- * modes; a few passes over the bodies then cost less than the matrices of all pairs. Restores modes and η, and returns 0, on
+ * modes. A few passes over the bodies then cost less than the matrices of all pairs. Restores modes and η, and returns 0, on
  * failure or beyond NEARBY_WORK. */
 static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   const tr_kernel *k = s->k;

@@ -42,8 +42,8 @@ static int tr_has_given_capacity(tr_sim *s, int i) {
 /* Whether pair i yielded in the modes `start`. */
 static inline int tr_yielded(const tr_mode *start, int i) { return tr_mode_flag(start + i) == TR_STUCK && start[i].tilt != 0.0; }
 
-/* Let the pairs that yielded in the modes `start`, and the pair `released` (−1: none), yield (flag = TR_STUCK) or slip with their
- * classes (flag = TR_SLIPS); all others stick. Returns the number of pairs that yield or slip. */
+/* Change the pairs that yielded in the modes `start`, and the pair `released` (−1: none). flag = TR_STUCK: these pairs yield;
+ * TR_SLIPS: they slip with their classes. All other pairs stick. Returns the number of pairs that yield or slip. */
 static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mode *start, int released, int flag) {
   int count = 0;
   tr_stick_all(s, rest, n);

@@ -1,5 +1,5 @@
-/* Decisions by the cone equations (``modes/cone_equations.c``). The solution is sought along a path on which the friction of balls
- * grows, then along a path on which the friction of all pairs grows, then by Newton's method alone. */
+/* Decisions by the cone equations (``modes/cone_equations.c``). The search follows a path on which the friction of balls grows,
+ * then a path on which the friction of all pairs grows. Finally, it uses Newton's method alone. */
 #include "modes/modes.h"
 
 #define CONES_MASSES 3       /* number of masses ρ, which are tried one after another */

@@ -45,8 +45,8 @@ static double tr_longest_singular_step(tr_sim *s) {
   return fmax(SHORTEST / s->set.rate, l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0));
 }
 
-/* Error of the last step, in units of the tolerance, if the step passes a singular position, or if forces jump in the step;
- * otherwise 0. Requires an evaluated end. */
+/* Error of the last step, in units of the tolerance, if the step passes a singular position or contains a jump of forces; otherwise
+ * 0. Requires an evaluated end. */
 static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) {

@@ -9,8 +9,8 @@
 #define HALVES_MOST 60        /* largest number of bisections on θ; they end at the round-off of θ */
 #define THETA_ROUND_OFF 1e-15
 #define RATE_PART 1e-3 /* relative to the step: interval before the event over which the deceleration is measured */
-/* relative to the time to cross half of the proportional zone: size of the first step inside the zone; it ends slightly beyond the
- * zone's other border */
+/* relative to the time to cross half of the proportional zone: size of the first step inside the zone. The step ends slightly
+ * beyond the zone's other border. */
 #define ZONE_PART 2.2
 
 /* Whether SIMD lanes can compute the rows inside the pending step. Requires columns that depend only on the dense output,
@@ -270,7 +270,7 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends at an event of a joint that only pushes: its contact opens or closes, or a pin passes a mouth of its
+/* Complete a step that ends at an event of a joint that only pushes. Its contact opens or closes, or a pin passes a mouth of its
  * slot. Returns a status. */
 static int tr_complete_contact_event(tr_sim *s) {
   const double te = s->pending.t;

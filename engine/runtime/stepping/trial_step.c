@@ -10,8 +10,8 @@
 #define LEAST_PART 1e-4
 /* relative to the distance to the limit: if less would remain after a step, the step is extended to the limit */
 #define LEFT_OVER 1e-10
-/* in tolerances: if the error of a step is larger, states inside the step are less accurate than its end, and the step is remade up
- * to its event */
+/* in tolerances: if the error of a step is larger, states inside the step are less accurate than its end. The step is then remade
+ * up to its event. */
 #define CUT_ERROR 1e-2
 #define CUT_EARLY 0.9           /* relative to the step: a step is not remade if its event is later */
 #define CUT_BEYOND 1.02         /* relative to the time to the event: size of the remade step */
@@ -85,9 +85,9 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   return TR_OK;
 }
 
-/* Use explicit steps while the Jacobian of the stiff method is invalid: while a pair of several components starts from rest, or
- * while groups share their load. Also use them if drives prescribe all motion: these mechanisms are not stiff, and only the work
- * errors of explicit steps show a start and a stop inside one step. */
+/* Use explicit steps while the Jacobian of the stiff method is invalid. It is invalid while a pair of several components starts
+ * from rest, or while groups share their load. Also use explicit steps if drives prescribe all motion. Such mechanisms are not
+ * stiff, and only the work errors of explicit steps show a start and a stop inside one step. */
 static void tr_use_explicit_for_now(tr_sim *s) {
   const tr_kernel *k = s->k;
   if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.explicit_for_now)) return;

@@ -1,5 +1,5 @@
-/* Joints that only push: which contacts stay closed, and the events at which contacts open, close and come to rest (theory,
- * "Contact that begins and ends"). */
+/* Joints that only push (theory, "Contact that begins and ends"): which contacts stay closed, and the events at which contacts
+ * open, close and come to rest. */
 #include "stepping/stepping.h"
 
 #define TOUCHES 1e-11   /* relative to max(length, 1 m): largest gap of a contact that closes together with others */

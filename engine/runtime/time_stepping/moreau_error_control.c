@@ -10,7 +10,7 @@
 #define MOREAU_STAY 400    /* number of impulse steps before event location is tried again */
 /* in units of rtol / rate scale: in a shorter time, a speed changes by more than the tolerance only by an impact */
 #define LEAST_IMPULSE 1e-3
-/* relative to the change of a speed over a step: if the changes in the two halves of the step differ by more, the speed jumps */
+/* relative to the change of a speed over a step: if the changes in both halves of the step differ by more, the speed jumps */
 #define HALF_OF_IT 0.5
 #define EVENT_SHARE 0.2    /* relative to the tolerance of speeds: allowed effect of the unknown time of an event */
 #define SLIVER 1e-9        /* relative to a step: if less would remain before the limit, the step ends at the limit */
@@ -42,10 +42,10 @@ static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
   return any;
 }
 
-/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. The uncertain speed of a pair that
- * stops in the step is its speed before; of a pair that starts, its speed after; of a pair that reverses, the sum of both. Two more
- * kinds of pair count: those that are stuck at the end but slip in the next step, and those whose rate reversed without a change of
- * mode. (The rates that decide modes have errors of h².) */
+/* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
+ * the speed before is uncertain; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Two more kinds
+ * of pair count: pairs that are stuck at the end but slip in the next step, and pairs whose rate reversed without a change of mode.
+ * (The rates that decide modes have errors of h².) */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -66,8 +66,9 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step, unless this reverses the motion of a
- * pair: friction would then drive the pair. half: state between the half steps. Forms the dense output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. Do not extrapolate if this reverses the
+ * motion of a pair, because friction would then drive the pair. half: state between the half steps. Forms the dense output. Returns
+ * a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
@@ -101,8 +102,8 @@ static double tr_largest_start_acceleration(tr_sim *s) {
 }
 
 /* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. In this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE × the tolerance; a faster change is an impact. Accelerations in the modes at the
- * step's start and in the modes at its end both count, because a pair has no acceleration before its release. */
+ * the step change speeds by at most LEAST_IMPULSE times the tolerance. A faster change is an impact. Accelerations in the modes at
+ * the step's start and at its end both count, because a pair has no acceleration before its release. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
