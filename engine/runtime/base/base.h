@@ -64,7 +64,7 @@ static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal
 /* Number of external inputs, which are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
-/* Whether an input has a maximum or minimum between two times, s. Only inputs with a second derivative can have one. */
+/* Whether an input has a maximum or minimum between two times, s. Only inputs with a second derivative can have such a point. */
 static int tr_has_input_turn(const tr_sim *s, double from, double to);
 
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */

@@ -142,7 +142,7 @@ typedef struct tr_friction {
   int folds;           /* number of folds in close succession */
   double resumed_t;    /* time of the last failure that the run overcame, s */
   int resumed;         /* number of failures that the run overcame at that time */
-  int redecide;        /* whether the last decision of contacts failed, so that a remedy of friction must repeat it */
+  int redecide;        /* whether the last decision of contacts failed, so that a remedy of friction must repeat this decision */
   int impending_laws;  /* whether balls in stuck groups share loads by the friction that they would have in the impending motion */
   double pace;         /* highest frequency of harmonic signals and of prescribed rotations, Hz */
   long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */
@@ -150,7 +150,7 @@ typedef struct tr_friction {
   int freed;           /* pair whose friction is removed as a trial (tr_find_obstructing_pair); -1: none */
   int cutting_pair;    /* sliding pair whose change of direction has shortened steps; -1: none */
   int capture;         /* pair whose sliding ends in the next step; -1: none */
-  double capture_h;    /* length of the step that ends this sliding, s */
+  double capture_h;    /* length of the step that ends the sliding of `capture`, s */
   int steady;          /* whether the captured pair stops in a steady direction (tr_find_steady_stop) */
   double past_t[TR_PAST_ENDS]; /* end times of the last steps, newest first, s; NaN: no such step since the last event */
 } tr_friction;
@@ -187,7 +187,7 @@ typedef struct tr_touch {
 typedef struct tr_events {
   int count, capacity; /* number of records in the buffer; size of the buffer */
   int chatter;         /* number of consecutive events at nearly the same time */
-  double chatter_t;    /* time of the last of these events, s */
+  double chatter_t;    /* time of the last event that `chatter` counts, s */
   double margin;       /* margin of the next event (``events/event_outcome_margin.c``) */
   int unsure;          /* whether `margin` is below the run's error, or whether a slow crossing makes the event's time inaccurate */
   tr_last last;
@@ -243,7 +243,8 @@ typedef struct tr_places {
   int light_S, light_Z, light_D, light_P; /* light freedoms, S = [S' C; Cᵀ D]: S', Z = S'⁻¹ C, factor of D − Cᵀ Z, its pivots */
   int openV, openQ, openN, openG; /* open directions in loops whose joints have friction: λ, spring loads Q, loads N, QᵀQ */
   int open_amounts, openY; /* amount of each open direction; derivatives of these amounts by η */
-  int openF, openP, openB, openE; /* equations of these amounts: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η including these amounts */
+  /* equations of the amounts of open directions: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η with these amounts included */
+  int openF, openP, openB, openE;
   int more, dmore;  /* δ, the change of contact-spring loads by friction (constraints/internal_forces.c); ∂δ/∂N, ∂δ/∂η */
   int post_memory;  /* tr_memory for each column with post-processing */
   int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; for each multiplier: TR_ROW_…, tr_leader, share */
@@ -252,7 +253,7 @@ typedef struct tr_places {
   int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
   int end_acc;      /* accelerations and sums of their absolute terms, from the check of the last step's end, for the audit */
   int impending_law, impending_dlaw; /* balls of groups at rest: η that the laws give in the impending motion; ∂η/∂N */
-  int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
+  int impending;    /* unit axis of the impending motion of each ball of a group at rest, at the offsets of the ball's rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */
   int past_speeds, stopping; /* speeds at the ends of the last steps; int for each pair: whether it stops with the captured pair */
   int lever, capture_tried; /* levers of the multipliers; for each pair: speed at the last failed capture, m/s */
@@ -260,8 +261,9 @@ typedef struct tr_places {
   int violations;   /* violations of pairs and stops: present, at the start of the step, at the end of the step */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, decaying with time */
   int indicators, end_speed, saved_modes; /* model exchange: indicators, counts; speeds at the end of sliding; old modes */
-  int touch, raw_rows; /* tr_touch of each joint that only pushes; their rows as the kernel wrote them */
-  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, its point, matrix, pivots; second Jacobian */
+  int touch, raw_rows; /* tr_touch of each joint that only pushes; rows of these joints as the kernel wrote them */
+  /* stiff method: Jacobian, multiplier part, work space of the Jacobian unit, matrix, pivots; second Jacobian */
+  int jac, jw, jp, W, wperm, choice_jac;
 } tr_places;
 
 /* Cancellation by the host. The runtime asks the host every few milliseconds of work. */

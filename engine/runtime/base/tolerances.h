@@ -14,7 +14,7 @@
 #define NO_PIVOT 1e-300    /* smallest pivot or determinant that may be a divisor */
 
 /* Times. */
-#define JUST_AFTER 1e-12        /* s: after a start, signals with kinks are evaluated this much later */
+#define JUST_AFTER 1e-12        /* s: at a start, signals with kinks are evaluated later by this time */
 #define BREAK_REACHED 1e-10     /* relative to max(time, 1 s): a break closer than this counts as reached */
 #define TIME_ROUND_OFF 8e-16    /* relative to the time: a smaller step would be lost in round-off */
 /* relative to the duration of the run: if the last row is earlier by more, a row at the end is added */
@@ -37,7 +37,7 @@
 #define RANK_PIVOT 1e-9
 
 /* Closure of loops. "Length" is the length scale of the run. */
-#define LOOP_CLOSED 4e-15     /* relative to the length, or rad; for rates × length · rate: round-off of a closed loop */
+#define LOOP_CLOSED 4e-15     /* relative to the length, or rad; for rates, in units of length · rate: round-off of a closed loop */
 /* relative to the length scale, or rad: with a larger residual after all iterations, the loops cannot be closed */
 #define LOOP_OPEN 1e-8
 /* relative to the length scale, or rad: with many loops, the correction of a smaller residual is the last one. (Each correction
@@ -65,10 +65,11 @@
 
 /* Largest violation of a mode by a pair or stop at the end of a step. The order TOL_SPEED (stick_rule.h) < REST_SPEED = TOL_RESOLVE
  * < TOL_RELEASE prevents a decision that causes a new event at once. */
-#define TOL_RESOLVE 1e-11 /* relative to the friction ratio; for accelerations × length · rate²: tolerance of decisions */
+/* relative to the friction ratio; for accelerations, in units of length · rate²: tolerance of decisions */
+#define TOL_RESOLVE 1e-11
 #define TOL_RELEASE 1e-10 /* relative to the friction ratio: excess over the capacity at which a held pair is released */
 #define TOL_CONE 1e-10    /* tolerance of the distance s²/|ω|² at the border between a sliding and a spinning ball */
-#define TOL_KINK 1e-9     /* relative to the kink speed: tolerance of the crossing of the kink */
+#define TOL_KINK 1e-9     /* relative to the kink speed: tolerance of the speed at which a pair crosses its kink */
 #define TOL_STOP 1e-12    /* m or rad: tolerance of the depth at which a stop touches */
 /* in units of energy over length: at a larger pull, a joint that only pushes opens; above the round-off of normal forces */
 #define TOL_LIFT 1e-12
@@ -79,7 +80,7 @@
 /* relative to the sum of absolute terms of an acceleration: a pair at rest with a larger acceleration moves, although loops should
  * hold it */
 #define REST_BROKEN 1e-7
-#define HELD_SPEED 1e-12   /* relative to the speed unit: largest speed of a held pair by round-off of loop closure */
+#define HELD_SPEED 1e-12   /* relative to the speed unit: largest speed of a held pair that round-off of loop closure causes */
 /* in units of friction · speed: if friction drives a pair with a larger power, this power is an error, not round-off */
 #define POWER_GIVEN 1e-6
 #define FAINT_RATIO 1e-5   /* relative to the acceleration by friction: the direction of a smaller acceleration has no meaning */

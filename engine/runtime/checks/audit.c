@@ -11,7 +11,7 @@
 #define AT_MOST 0.1
 /* relative to the energy turned over: unexplained energy that is allowed if the mechanism has loops, which may be singular */
 #define SINGULAR_LOSS 1e-6
-#define NOTED 0.1        /* relative to the unexplained energy of an inaccurate run: more unexplained energy causes a note */
+#define NOTED 0.1 /* relative to the unexplained energy above which a run is inaccurate: more unexplained energy causes a note */
 #define ROUND_OFF_TERMS 1e-11 /* relative to the sum of all terms of the balance: round-off of these terms over a run */
 #define LAW_LEAST 1e-6   /* relative to a law's unit: smaller figures cause no note */
 #define FAINT_LOAD 1e-9  /* relative to the largest friction: if a pair has less friction, its friction ratio is round-off */
@@ -85,7 +85,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
 
 static void tr_audit_laws(tr_sim *s, int checked) {
   tr_audit *a = &s->audit;
-  if (s->k->active + s->k->neta == 0) return; /* only the energy balance applies */
+  if (s->k->active + s->k->neta == 0) return; /* without multipliers, only the energy balance applies */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
   if (s->k->neta) tr_audit_friction(s, checked);

@@ -11,7 +11,7 @@
 #define LAW_MISSED 1e-6    /* relative to the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
 /* relative to the friction ratio: allowed excess of a held pair over its capacity; events release a pair at an excess of 1e-10 */
 #define CONE_BROKEN 1e-7
-/* relative to the kink speed; for a ball, squared sine of its tilt: allowed distance from the assumed branch of a law */
+/* relative to the kink speed (for a ball's cone: squared sine of the tilt): allowed distance from the assumed branch of a law */
 #define BRANCH_MISSED 1e-6
 #define CREEPS 1e-7        /* relative to the speed unit: allowed speed of a held pair, caused by loop closure and cut joints */
 #define CREEPS_PART 10.0   /* relative to tolerance × the speed unit: allowed speed of a held pair, if larger than CREEPS */
@@ -118,7 +118,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: a second scale, for μ = 0 */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: scale of the friction if μ = 0 */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);

@@ -157,7 +157,7 @@ int tr_roots(tr_sim *s) {
   double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_z_length(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* a copy, because the run continues with these multipliers */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* stores the multipliers, because the run continues with them */
   s->step.watch = 0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_set_row_kinds(s);

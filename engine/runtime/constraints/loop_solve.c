@@ -8,13 +8,13 @@
  * If many loops share few bodies, S has a sparse factor (theory, "Loops by structure"). The order of its pivots depends on the
  * structure, not on the values. At the start, the sparse factor proves full rank if every pivot is far above the pivot of a
  * dependent row. Otherwise the dense factor determines the rank. If the stored rank is full, the sparse factor is used in every
- * position. Near a singular position, it drops each row that depends on the rows before it. */
+ * position. Near a singular position, the sparse factor drops each row that depends on earlier rows. */
 #include "constraints/constraints.h"
 
 /* relative to the largest diagonal of the other kind: if all diagonals of rotations, or of translations, are smaller, they are
  * round-off */
 #define NOTHING_OF_KIND 1e-12
-/* relative to the largest diagonal of the same kind: a row with a smaller diagonal takes the scale of this largest one */
+/* relative to the largest diagonal of the same kind: a row with a smaller diagonal takes the scale of the largest diagonal */
 #define NOTHING_OF_ROW 1e-9
 /* relative to a row's scale: smallest pivot of a clearly independent row; 1000 × GROW_PIVOT, because the structural pivot order
  * gives smaller pivots */

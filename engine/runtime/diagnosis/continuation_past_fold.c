@@ -2,7 +2,7 @@
  * it. Forces jump, velocities are continuous, and a fold event is logged. */
 #include "diagnosis/diagnosis.h"
 
-/* in units of 1 / rate scale: length of the Euler step from the last state to the state where roots are searched */
+/* in units of 1 / rate scale: length of the Euler step from the last state to the state where the search for roots begins */
 #define FOLD_AHEAD 1e-7
 #define FOLD_AGAIN 1e-5  /* in units of 1 / rate scale: a fold that follows the last one sooner counts as repeated */
 #define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
@@ -63,7 +63,7 @@ static int tr_find_most_changed(const tr_sim *s, const double *was, const double
   return best;
 }
 
-/* Length of the Euler step to the state where roots are searched, s: so short that rates hardly change. */
+/* Length, s, of the Euler step to the state where the search for roots begins. Rates hardly change in this step. */
 static double tr_look_ahead_time(const tr_sim *s) {
   const double h = FOLD_AHEAD / s->set.rate, *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
   double fastest = s->set.rate, most = 0.0;

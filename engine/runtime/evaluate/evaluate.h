@@ -44,8 +44,8 @@ static inline void tr_store_end_multipliers(tr_sim *s) { tr_copy(tr_z_length(s),
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y);
 
 /* Whether the case must wait for lanes; the caller then returns TR_WAITS. On the next call, the result is 0. tr_wait_for_step: the
- * lanes compute a trial step of size h (all stages, the end and the errors). tr_wait_for_dense: the extra stages of the last step's
- * dense output. tr_wait_for_end: the projection of ynew at time t, and ẏ there (`slope`). */
+ * lanes compute a trial step of size h (all stages, the end and the errors). tr_wait_for_dense: the lanes compute the extra stages
+ * of the last step's dense output. tr_wait_for_end: the lanes project ynew at time t, and compute ẏ of the result (`slope`). */
 static int tr_wait_for_step(tr_sim *s, double h);
 static int tr_wait_for_dense(tr_sim *s);
 static int tr_wait_for_end(tr_sim *s, double t, double *slope);

@@ -141,7 +141,7 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
 
 /* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. With `longer`, the fraction is the largest
  * that reduces the residual `now` by at least PAYS × the predicted reduction. For a screw with an unknown number of turns, the
- * largest component of dv is then tried alone; on success it replaces dv. */
+ * largest component of dv is then tried alone; on success, this component replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;

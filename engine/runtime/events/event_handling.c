@@ -2,7 +2,7 @@
 #include "events/events.h"
 
 #define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs that turn by more are logged, too */
-#define BALL_TURNS 4                    /* largest number of decisions at one event; they repeat while balls change branch */
+#define BALL_TURNS 4                    /* largest number of decisions at one event; decisions repeat while balls change branch */
 /* largest number of branch changes of balls at one time; a single change suffices if the new branch exists */
 #define BRANCH_CHANGES 4
 #define CONE_NEAR 1e-6 /* distance s²/|ω|²: with loops closed, a ball closer to its cone counts as a ball at its cone */
@@ -100,7 +100,8 @@ static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* Let pair i slide on at (t, y), where it stops without a solution at rest, if drives move it. Returns 0 if they do not. */
+/* Pair i stops at (t, y), where no solution at rest exists. If drives move the pair, let it slide on. Returns 0 if no drive moves
+ * it. */
 static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
   tr_restore_modes(s, modes);
   tr_evaluate_maps_at(s, t, y);

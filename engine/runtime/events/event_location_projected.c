@@ -11,8 +11,8 @@
 /* in units of tolerance / rate scale: releases at a smaller distance in time count as simultaneous; far below the error of event
  * times */
 #define LET_GO_AS_ONE 1.0
-#define LET_GO_FIRST 1e-4 /* relative to LET_GO_AS_ONE: first distance in time at which later releases are searched */
-#define LET_GO_GROWS 10.0 /* factor from one searched distance to the next */
+#define LET_GO_FIRST 1e-4 /* relative to LET_GO_AS_ONE: first distance in time at which the program looks for later releases */
+#define LET_GO_GROWS 10.0 /* factor from one of these distances to the next */
 #define LET_GO_NEAR 1e-4 /* relative to the friction ratio: a pair farther from release is not considered */
 
 /* Surface speed of pair i along its frozen direction, m/s, at the present solution. *change receives its time derivative, m/s². */
@@ -64,7 +64,7 @@ static double tr_projected_violation(tr_sim *s, int i, double theta) {
     tr_stop_depths(s, y, depth);
     return tr_mode_violation(s, i, depth) - STOP_PASSED;
   }
-  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the values of the iterate before the last one */
+  tr_evaluate_laws(s, TR_A(s, z) + s->k->active); /* Newton's method leaves the laws' values of the iterate before the last one */
   if (s->friction.held) tr_evaluate_capacities(s);
   double most = tr_mode_violation(s, i, 0);
   for (int j = 0; tr_is_stuck(s, i) && j < s->k->nsliders; ++j)

@@ -39,8 +39,8 @@ static double tr_error_part(const tr_sim *s, int which) {
   return fmin(1.0, fmax(off / tr_run_error(s), STRAYS_LEAST));
 }
 
-/* Factor from violations of pair or stop `which`, in tolerances, to margins, in the margin's unit: friction ratio, relative speed,
- * relative length, or sine². */
+/* Factor that converts a violation of pair or stop `which`, in tolerances, to a margin. The unit of the margin is friction ratio,
+ * relative speed, relative length, or sine². */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
   if (!tr_is_set_valued(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_pair_speed_unit(s, which);

@@ -17,8 +17,8 @@ typedef struct tr_branch {
   tr_contact contacts[TR_EVENT_CONTACTS];
 } tr_branch;
 
-/* If a step changes a position in a curve or field by too much up to its fraction `most`, returns its error in units of the
- * tolerance; otherwise 0. Sets step.passed. */
+/* Error, in tolerances, of a step that changes a position in a curve or field by too much before its fraction `most`; otherwise 0.
+ * Sets step.passed. */
 static double tr_position_error(tr_sim *s, double most);
 
 /* Largest growth factor of the next step after the last call of tr_position_error. */
@@ -67,7 +67,7 @@ static void tr_set_crossing_margin(tr_sim *s, int which);
 
 static inline void tr_clear_margin(tr_sim *s) { s->events.margin = CLEAR_MARGIN, s->events.unsure = 0; }
 
-/* Distance of ball i from its cone in model exchange, in units of s²/|ω|². Returns 1 for every pair that is not a moving ball. */
+/* Distance s²/|ω|² of ball i from its cone, in model exchange. Returns 1 for every pair that is not a moving ball. */
 static double tr_distance_to_cone(const tr_sim *s, int i);
 
 /* Largest violation of all pairs and stops at y, minus one, in tolerances. *worst receives the index of that pair or stop. Requires
@@ -80,7 +80,7 @@ static int tr_is_suspect(const tr_sim *s, int i);
 /* Whether pair i, with one component, is at rest under a load that changed in the last step. */
 static int tr_has_varying_load(const tr_sim *s, int i);
 
-/* Marks of pairs and stops. SUSPECT: may have an event between the points of a step. BY_SIDES: is a pair at rest with different
+/* Marks of pairs and stops. SUSPECT: an event may lie between the points of a step. BY_SIDES: a pair at rest has different
  * capacities in its two directions. */
 enum { TR_SUSPECT = 1, TR_BY_SIDES = 2 };
 
@@ -206,8 +206,8 @@ static void tr_event_state(tr_sim *s, double t, double *out);
 static int tr_step_back_to_branch(tr_sim *s, double *y);
 
 /* At an event of a pair with shared loads, continue the multipliers from the beginning of the step to the event. Newton's method
- * may have found other multipliers at the event; the continued multipliers replace these if all pairs hold with the continued ones.
- * If the continued root ends before the event, y becomes the last state at which this root exists. */
+ * may have found other multipliers at the event; if all pairs hold with the continued multipliers, these replace the others. If the
+ * continued root ends before the event, y becomes the last state at which this root exists. */
 static void tr_restore_shares_before(tr_sim *s, double t, double *y);
 
 /* Give pairs of several components that rest at the event (t, y) their direction just before the event, because the direction at y

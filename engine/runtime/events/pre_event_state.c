@@ -4,9 +4,9 @@
 #define NO_MOTION 1e-9        /* relative to the speed unit: the direction of a slower pair is round-off */
 #define JUST_BEFORE 1e-3      /* relative to the step: first distance before the event at which a direction is computed */
 #define BEFORE_GROWS 10.0     /* factor from one distance before the event to the next */
-#define BRANCH_BACK 1e-12     /* relative to the step: first distance before the event at which a lost branch is searched */
+#define BRANCH_BACK 1e-12 /* relative to the step: first distance before the event at which the program looks for a lost branch */
 #define BRANCH_GROWS 10.0     /* factor from one distance of the branch search to the next */
-#define BRANCH_FAR 1e-2       /* relative to the step: largest distance before the event at which a lost branch is searched */
+#define BRANCH_FAR 1e-2 /* relative to the step: largest distance before the event at which the program looks for a lost branch */
 
 static void tr_event_state(tr_sim *s, double t, double *out) {
   tr_dense_state(s, s->pending.theta, out);

@@ -5,7 +5,8 @@
 /* relative to the speed at the start of the step: a slower pair has nearly stopped, and its direction is only integration error */
 #define ALL_BUT_STOPPED 0.01
 #define RIGHT_ANGLE 1e-12 /* relative to the sum of absolute products: a smaller scalar product of two directions is round-off */
-#define LINE_TURNS 0.98 /* cosine of 11 degrees: a pair whose velocity turns away from its line by more has nearly stopped */
+/* cosine of 11 degrees: a pair whose velocity turns away from its line by a larger angle has nearly stopped */
+#define LINE_TURNS 0.98
 /* relative to the speed: largest speed perpendicular to the line on which a pair slides; if rtol is larger, rtol is used */
 #define LINE_TURNED 1e-8
 

@@ -143,7 +143,8 @@ static void tr_creep_gradient_hessian(const tr_sim *s, const tr_creep_problem *c
   for (int q = 0; q < c->n; ++q) {
     const int first = c->first[q], n = c->first[q + 1] - first, wide = tr_creep_rows(s, c, q, v, right);
     const double speed = tr_creep_smoothed_size(c, q), stiff = c->cap[q] / speed;
-    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* for one component: factor of the curvature */
+    /* for one component: factor of the curvature */
+    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0;
     for (int k = 0; k < wide; ++k) {
       U[k] = X[k] = 0.0;
       for (int i = 0; i < n; ++i) {

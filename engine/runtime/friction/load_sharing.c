@@ -64,10 +64,10 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   }
 }
 
-/* Order the n multipliers c of a group with responses A: first the loaded multipliers, whose capacity counts, then the others.
- * `cap` is in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without capacity
- * carry nothing; they store the load 0, because a share of zero capacity is undefined. Returns the number of loaded multipliers, or
- * n if the loaded multipliers alone could not hold the group's freedoms. */
+/* Order the n multipliers c of a group with responses A: first the loaded multipliers, which have a significant capacity, then the
+ * others. `cap` is in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without
+ * capacity carry nothing; they store the load 0, because a share of zero capacity is undefined. Returns the number of loaded
+ * multipliers, or n if the loaded multipliers alone could not hold the group's freedoms. */
 static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A, const double *cap, int rank, int *order) {
   double most = 0.0, B[n * n], L[n * n], d[n];
   int perm[n], count = 0, last = n;
@@ -203,8 +203,8 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
-/* Creep minimisation with a reserve: use only a fraction 1 − 2⁻ᵏ of the capacities, the smallest one with which all pairs hold. A
- * growing load then does not overload a pair at once. */
+/* Creep minimisation with a reserve: use only the smallest fraction 1 − 2⁻ᵏ of the capacities at which all pairs hold. A growing
+ * load then does not overload a pair at once. */
 static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
   memcpy(start, eta, sizeof(double) * s->k->neta);

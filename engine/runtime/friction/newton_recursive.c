@@ -7,7 +7,7 @@
 #include "friction/friction.h"
 
 /* relative to a row's scale: with a smaller pivot, maps are used instead. The limit is 100 × KEEP_PIVOT. The pivots of 100 loops in
- * series are above it (1e-6 and more). */
+ * series are above this limit (1e-6 and more). */
 #define CLEAR_ALONG 1e-7
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
 /* relative to the largest friction: an iteration that starts from the loads of a close state fails if its second step is larger */
@@ -229,7 +229,7 @@ static double tr_response_by_recursion(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   double less[k->neta], N[k->nn + 1], borne[k->neta], with[k->neta], without[k->neta], large = NO_LOAD;
   if (!tr_factor_without_friction(s)) return 0.0;
-  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* a scale above round-off */
+  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* `large`: a scale that is not round-off */
   memset(less, 0, sizeof less);
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, without);
   less[i] = large;

@@ -76,7 +76,7 @@ static void tr_random_start(const tr_sim *s, const double *size, int which, unsi
   for (int i = 0; i < s->k->neta; ++i) eta[i] = reach * size[i] * tr_next_random(seed);
 }
 
-/* Whether eta is small enough for a root. Afterwards, the laws' values belong to eta. */
+/* Whether eta is small enough to be a root. Afterwards, the laws' values belong to eta. */
 static int tr_is_of_root_size(tr_sim *s, const double *size, const double *eta) {
   double most = 0.0, load = 0.0;
   for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(eta[i])), load = fmax(load, size[i]);

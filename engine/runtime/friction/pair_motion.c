@@ -57,7 +57,8 @@ static void tr_set_levers(tr_sim *s) {
   const tr_kernel *k = s->k;
   double u[k->neta + 1], none[k->nn + 1];
   memset(none, 0, sizeof none);
-  for (int i = 0; i < k->neta; ++i) TR_A(s, lever)[i] = 1.0; /* multipliers of no pair are forces of freedoms that do not slide */
+  /* a multiplier that belongs to no pair is the force of a freedom that does not slide */
+  for (int i = 0; i < k->neta; ++i) TR_A(s, lever)[i] = 1.0;
   for (int part = 0; part < 3; ++part) {
     memset(u, 0, sizeof u);
     for (int i = 0; i < k->nsliders; ++i)

@@ -1,14 +1,14 @@
 /* Tangents of f at a state: multipliers, factors of ∂R/∂z, and derivatives along all parameters.
  *
  * The multipliers z solve R(z) = 0. If the run did not record z, Newton steps with the factors of ∂R/∂z from the last stage compute
- * it. One pass of the unit's derivatives, along all multipliers and all parameters, then gives new factors and the tangents. */
+ * z. One pass of the unit's derivatives, along all multipliers and all parameters, then gives new factors and the tangents. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
 /* relative to the largest multiplier: after a smaller correction, z has settled; the matrix ∂R/∂z hardly changes over such a
  * correction */
 #define SETTLED_MULTIPLIERS 1e-13
-/* relative to the largest multiplier: with new factors: after a smaller correction, z has settled; the tangents have this relative
+/* relative to the largest multiplier, with new factors: after a smaller correction, z has settled; the tangents have this relative
  * error */
 #define SETTLED_AFTER 1e-11
 #define NO_MULTIPLIERS 1e-200     /* smallest size by which corrections are divided, for multipliers that are all zero */

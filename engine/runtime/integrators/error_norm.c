@@ -2,8 +2,8 @@
  * sliding. */
 #include "integrators/integrators.h"
 
-/* The error of a work is divided by the work itself. The divisor is at least SMALL_WORK times the largest work and the scene's
- * energy scale, plus round-off. */
+/* The error of a work is divided by the work itself. The divisor is at least SMALL_WORK × the largest work, plus SMALL_ENERGY × the
+ * scene's energy scale, plus round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
 #define NOISE_ENERGY 1e-14 /* relative to the energy scale / rtol: round-off in the divisor of works */

@@ -2,7 +2,8 @@
  * tolerance. */
 #include "integrators/integrators.h"
 
-/* relative to the step size whose estimated error equals the tolerance; a margin, because the estimate neglects higher orders */
+/* size of the next step, relative to the step size whose estimated error equals the tolerance; below 1, because the estimate
+ * neglects higher orders */
 #define SAFETY 0.9
 #define RETRY_MOST 0.9   /* largest factor on a refused step */
 /* Exponents of the present and the last error. At equal accuracy, one third fewer steps are refused than with the exponents 1 and

@@ -1,7 +1,7 @@
 /* Modes of all pairs at rest (theory, "Deciding modes"). A pair may stick if the friction that rest needs is within its capacity. A
  * pair may slip if its friction then opposes its acceleration. The search starts with all pairs stuck, and repeatedly changes the
- * mode that violates its condition most (the largest misfit). If this search fails, another one starts from other modes. Finally,
- * all combinations of the modes of a few pairs are tried. */
+ * mode that violates its condition most (the largest misfit). If this search fails, another search starts from other modes.
+ * Finally, all combinations of the modes of a few pairs are tried. */
 #include "modes/modes.h"
 
 /* Largest number of pairs for which all mode combinations are tried: 3 modes per pair, 2 for pairs with several components. */

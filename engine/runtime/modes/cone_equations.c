@@ -1,10 +1,10 @@
 /* Friction at rest of any number of pairs as one equation (theory, "Many pairs").
  *
- * For a pair at rest or about to slide, let y (N) be its friction, x (m/s²) its surface acceleration, and p = y + ρ x (ρ: a mass).
- * p determines y and x. y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads and x are
- * affine functions of the frictions y. y − R = 0 is therefore a piecewise smooth equation for y, with sticking, sliding and
- * spinning. Newton's method with a line search solves this equation. The start is zero friction, or a path on which friction grows
- * from zero (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
+ * Let y (N) be the friction and x (m/s²) the surface acceleration of a pair at rest or about to slide. The combination p = y + ρ x
+ * (ρ: a mass) determines y and x. y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads
+ * and x are affine functions of the frictions y. y − R = 0 is therefore a piecewise smooth equation for y, with sticking, sliding
+ * and spinning. Newton's method with a line search solves this equation. The start is zero friction, or a path on which friction
+ * grows from zero (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
 #include "modes/modes.h"
 
 #define CONES_TRIED 1e-7     /* step of the difference quotient by `part` */

@@ -17,7 +17,7 @@
 #define CONES_MOST 40        /* largest number of Newton iterations */
 #define CONES_HALVES 14      /* largest number of halvings of a Newton step in the search for a smaller residual */
 #define CONES_SLOPE 1e-4     /* relative to the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
-#define CONES_FOUND 1e-13    /* relative to the largest friction: residual from round-off */
+#define CONES_FOUND 1e-13    /* relative to the largest friction: a smaller residual is round-off */
 #define CONES_NEARLY 1e-10   /* relative to the largest friction: largest residual that is accepted when no step reduces it */
 
 /* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
@@ -72,7 +72,7 @@ static int tr_path_evaluate(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, 
   return sense;
 }
 
-/* Unit tangent at the point evaluated last. Along it, friction grows if `sense` is 1, and decreases if `sense` is −1. */
+/* Unit tangent at the point evaluated last. Along the tangent, friction grows if `sense` is 1, and decreases if `sense` is −1. */
 static void tr_path_tangent(const tr_homotopy_path *w, int e, int sense, double *way) {
   for (int i = 0; i < e; ++i) way[i] = sense * w->by[i];
   way[e] = sense;

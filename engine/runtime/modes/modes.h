@@ -19,8 +19,8 @@ static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
  * Requires maps of (t, y), and leaves these maps valid. */
 static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
 
-/* Collect the set-valued pairs at rest in `rest`: stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1: no pair),
- * and other pairs of their classes. Requires maps of the current state. Returns their number. */
+/* Collect the set-valued pairs at rest in `rest`. These are stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1:
+ * no pair), and other pairs of their classes. Requires maps of the current state. Returns their number. */
 static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
 
 /* Set the speeds of the n pairs `rest` in y to zero. In loops, other pairs may come to rest at the same time; they are appended to

@@ -5,8 +5,8 @@
 
 #define CHATTER_MAX 12          /* number of consecutive events at one time after which steps ignore events */
 #define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
-/* relative to a fixed step: smallest part into which it is divided where friction requires shorter steps, for example where sliding
- * of several components ends */
+/* relative to a fixed step: smallest part into which the step is divided where friction requires shorter steps, for example where
+ * sliding of several components ends */
 #define LEAST_PART 1e-4
 /* relative to the distance to the limit: if less would remain after a step, the step is extended to the limit */
 #define LEFT_OVER 1e-10

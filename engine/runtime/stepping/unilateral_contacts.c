@@ -4,11 +4,11 @@
 
 #define TOUCHES 1e-11   /* relative to max(length, 1 m): largest gap of a contact that closes together with others */
 #define STILL 1e-12     /* relative to the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
-#define REST_GAP 1e-14  /* relative to the length scale: impacts end when the gap of the next flight stays below this */
+#define REST_GAP 1e-14  /* relative to the length scale: impacts end when the gap of the next flight stays below this value */
 #define STEADY 1e-11    /* in units of length · rate²: a smaller acceleration of a gap counts as 0 */
 #define LIFTS 20.0      /* relative to TOL_LIFT: a closed contact that pulls more requires a new decision */
-/* relative to the period of a drive, load or rotation: longest step while a contact is open; no gap closes and opens again within
- * it */
+/* relative to the period of a drive, load or rotation: longest step while a contact is open. No gap closes and opens again within
+ * such a step. */
 #define OPEN_PART 0.03125
 /* relative to max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
 #define PENETRATED 1e-9
