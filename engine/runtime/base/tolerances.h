@@ -37,7 +37,8 @@
 #define RANK_PIVOT 1e-9
 
 /* Closure of loops. "Length" is the length scale of the run. */
-#define LOOP_CLOSED 4e-15     /* relative to the length, or rad; for rates, in units of length · rate: round-off of a closed loop */
+/* relative to the length, or rad; for rates, in units of length · rate: a smaller residual of a loop is round-off */
+#define LOOP_CLOSED 4e-15
 /* relative to the length scale, or rad: with a larger residual after all iterations, the loops cannot be closed */
 #define LOOP_OPEN 1e-8
 /* relative to the length scale, or rad: with many loops, the correction of a smaller residual is the last one. (Each correction

@@ -2,7 +2,7 @@
  * are then computed. */
 #include "evaluate/evaluate.h"
 
-/* in units of length · rate (rotations: rate): residual of consistent rates that is round-off */
+/* in units of length · rate (rotations: rate): a smaller residual of the rates is round-off */
 #define RATES_CLOSED 1e-15
 /* in units of length · rate (rotations: rate): largest residual of consistent rates, which may have lost 4 digits */
 #define RATES_AGREE 1e-11

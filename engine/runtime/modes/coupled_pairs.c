@@ -9,7 +9,7 @@
  * the error of a step cause this deviation. Accelerations caused by forces are excluded: they keep the ratio even in open loops,
  * and accelerations of light bodies may be arbitrarily large. */
 #define SAME_START 1e-3
-/* relative to the accelerations caused by forces: deviation from the ratio of a class that is round-off */
+/* relative to the accelerations caused by forces: a smaller deviation from the ratio of a class is round-off */
 #define SAME_BY_FORCES 1e-10
 #define NO_START 1e-9   /* in units of length · rate²: largest deviation from the ratio of a class, if all accelerations vanish */
 /* relative to the unit of the rates: if all rates of the state are zero, larger rates come from drives, and smaller rates are
