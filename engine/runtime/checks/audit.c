@@ -1,6 +1,6 @@
 /* The audit: whether the run satisfies its laws (theory, "Audit"). The audit evaluates the accepted solution at the end of each
- * step, and changes nothing. It balances the energy between the ends of steps. For every other law, it stores the largest violation
- * ("figure"). */
+ * step, and changes nothing. The audit balances the energy between the ends of steps. For every other law, the audit stores the
+ * largest violation ("figure"). */
 #include "checks/checks.h"
 
 #define EVERY_STEPS 4    /* number of steps from one energy balance to the next; a balance shows a loss in any of these steps */

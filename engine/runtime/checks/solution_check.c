@@ -1,6 +1,6 @@
 /* Verification of solutions (theory, "Answers are checked"). The check compares modes and multipliers with the kernel's maps alone.
- * It uses no residual, rank or eliminated map of the solver, and so detects errors of the solver. It runs at every decision and at
- * the end of every accepted step. */
+ * The check uses no residual, rank or eliminated map of the solver, and so detects errors of the solver. The check runs at every
+ * decision and at the end of every accepted step. */
 #include "checks/checks.h"
 
 /* relative to the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular
@@ -36,8 +36,8 @@ typedef struct tr_recomputed {
 
 static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
 
-/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. This
- * is the only information that the check takes from the solver. */
+/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. The
+ * dropped rows are the only information that the check takes from the solver. */
 static int tr_is_row_dropped(const tr_sim *s, int i) {
   const int *perm = (const int *)TR_A(s, perm);
   if (s->loops.rank_now >= s->loops.rank) return 0;

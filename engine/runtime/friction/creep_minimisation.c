@@ -3,7 +3,7 @@
  * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over w. w contains the accelerations in the metric of the
  * masses, and w₀ the accelerations without friction. x = B w contains the surface accelerations of the pairs, and cap the
  * capacities of the pairs. The minimum is the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method solves the
- * problem for a decreasing sequence of ε. For each ε, it starts from the last result. Its line search on the convex objective
+ * problem for a decreasing sequence of ε. For each ε, it starts from the last result. The line search on the convex objective
  * always succeeds. Each iteration updates the loads. The result is only a start for the exact equations; their solution is then
  * checked against the laws. The maps are the only data of the mechanism. */
 #include "friction/friction.h"

@@ -1,5 +1,5 @@
-/* Restarts of Newton's method: continuation with growing friction, then random starts. They are the last resort before a run ends:
- * the usual starts (the last friction, zero, a ball's tilt) have failed. */
+/* Restarts of Newton's method: continuation with growing friction, then random starts. These restarts are the last attempt before a
+ * run ends, when the usual starts (the last friction, zero, a ball's tilt) have failed. */
 #include "friction/friction.h"
 
 #define PART_FIRST 0.25 /* relative to the full friction: first step of the continuation */

@@ -61,7 +61,7 @@ static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   memset(TR_A(s, impulse_work), 0, sizeof(double) * s->k->npowers);
 }
 
-/* Write the first row. Its energy becomes the reference of the energy residuals. Returns a status. */
+/* Write the first row. The energy in this row becomes the reference of the energy residuals. Returns a status. */
 static int tr_write_first_row(tr_sim *s, double *row) {
   double *y = TR_A(s, yout);
   memcpy(y, TR_A(s, y), sizeof(double) * tr_state_width(s));

@@ -102,8 +102,8 @@ static inline void tr_cones_combination(const tr_sim *s, const tr_cone_problem *
   for (int j = 0; j < pair->neta; ++j) p[j] = c->y[pair->eta0 + j] + c->rho[q] * c->x[pair->eta0 + j];
 }
 
-/* Mode and residual of pair q, which is not a ball. Its law must have been evaluated. The pair sticks if |p| is at most its sliding
- * friction. */
+/* Mode and residual of pair q, which is not a ball. The law of the pair must have been evaluated. The pair sticks if |p| is at most
+ * its sliding friction. */
 static void tr_cones_pair_residual(tr_sim *s, tr_cone_problem *c, int q) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   double p[3], most = 0.0;

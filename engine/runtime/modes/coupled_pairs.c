@@ -1,8 +1,8 @@
 /* Classes of pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed
  * ratios, so either all pairs of a class slide, or none. A multiplier of one of its pairs identifies a class; `class_rates`
  * contains the rates of all its pairs at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii A_jj, where A
- * is the response of freedoms to frictions with closed loops. Their frictionless accelerations must also have the ratio of their
- * rates; this excludes driven pairs and dead centres. */
+ * is the response of freedoms to frictions with closed loops. The frictionless accelerations of these pairs must also have the
+ * ratio of their rates; this condition excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
 /* relative to the accelerations that the state's rates cause: largest deviation from the ratio of a class. Loops that are open by

@@ -1,9 +1,9 @@
 /* Fixed steps for real time, with bounded evaluations, iterations and events (theory, "Bounded steps").
  *
- * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers
- * the rest of the step, with any number of events. Its modes are decided within the remaining iterations. If this decision
- * fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records which of these methods
- * was used. */
+ * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers the
+ * rest of the step, with any number of events. The modes of the impulse step are decided within the remaining iterations. If this
+ * decision fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records which of these
+ * methods was used. */
 #include "stepping/stepping.h"
 
 /* relative to the friction that stops a freedom without loops: friction applied to a freedom with prescribed motion */

@@ -270,8 +270,8 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends at an event of a joint that only pushes. Its contact opens or closes, or a pin passes a mouth of its
- * slot. Returns a status. */
+/* Complete a step that ends at an event of a joint that only pushes. At the event, a contact opens or closes, or a pin passes a
+ * mouth of its slot. Returns a status. */
 static int tr_complete_contact_event(tr_sim *s) {
   const double te = s->pending.t;
   double *ye = TR_A(s, event_y);

@@ -1,6 +1,6 @@
 /* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or remake it so that
- * it ends at its event. In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step. Its function
- * then returns, and continues in the same phase when it is called again. */
+ * it ends at its event. In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step. The function
+ * of the case then returns, and continues in the same phase at the next call. */
 #include "stepping/stepping.h"
 
 #define CHATTER_MAX 12          /* number of consecutive events at one time after which steps ignore events */

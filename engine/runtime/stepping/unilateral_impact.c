@@ -1,5 +1,6 @@
 /* Impacts of joints that only push (theory, "Contact that begins and ends"). One problem of impulses contains all touching
- * contacts, the loops and the friction of all joints. It is solved as an impulse step, so short that forces have no effect. */
+ * contacts, the loops and the friction of all joints. This problem is solved as an impulse step, which is so short that forces have
+ * no effect. */
 #include "stepping/stepping.h"
 
 #define IMPACT_TIME 1e-12   /* in units of 1 / rate scale: length of this impulse step */

@@ -2,8 +2,8 @@
  * first exceeds its capacity. Speeds do not show these events; the error control detects all others. */
 #include "time_stepping/time_stepping.h"
 
-/* relative to the step: size of the next trial if a pair is released too early. (This can happen, because impulses use the rates at
- * the start of the step.) */
+/* relative to the step: size of the next trial if a pair is released too early. (An early release can happen, because impulses use
+ * the rates at the start of the step.) */
 #define EARLY 0.25
 
 /* Modes during a step that is made in two halves. */
