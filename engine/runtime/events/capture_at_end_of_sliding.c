@@ -14,7 +14,8 @@
 #define CAPTURE_STEADY 0.1
 /* relative to the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
 #define CAPTURE_TURNED 0.01
-/* number of corrections of the length of a last stretch; each correction leaves an error of the square of this length */
+/* number of corrections of the length of a last stretch; the error that a correction leaves is proportional to the square of this
+ * length */
 #define CAPTURE_PASSES 2
 /* in units of tolerance / rate scale: required accuracy of the stop's time; no requirement below the speed NEAR_MISS */
 #define CAPTURE_TIME RUN_ERROR

@@ -49,8 +49,8 @@ static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_c
   return 1;
 }
 
-/* Fraction in a…b at which the force of contact i passes through zero, or NONE if it does not. Found by halvings, then by secants.
- * lo, hi: contacts at a and b. */
+/* Fraction in a…b at which the force of contact i passes through zero, or NONE if it does not. The search uses halvings, then
+ * secants. lo, hi: contacts at a and b. */
 static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contact lo, tr_contact hi) {
   double least;
   for (int halves = 0; halves < HALVINGS; ++halves)

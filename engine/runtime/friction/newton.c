@@ -90,7 +90,8 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* Like tr_newton. If the direction of a group's load requires the opposite impending motion, reverses it and solves again. */
+/* Like tr_newton. If the direction of a group's load requires the opposite impending motion, the motion is reversed, and the
+ * equations are solved again. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
   if (!s->friction.shared || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;

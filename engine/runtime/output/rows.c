@@ -1,4 +1,4 @@
-/* Output rows: multipliers and columns at a state. Also the values that only the runtime can compute. */
+/* Output rows: multipliers and columns at a state, and the values that only the runtime can compute. */
 #include "output/output.h"
 
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */

@@ -12,7 +12,8 @@
 #define OPEN_PART 0.03125
 /* relative to max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
 #define PENETRATED 1e-9
-/* relative to the flight after an impact: longest next step, because the dense output of a long step misses a short flight */
+/* relative to the duration of the flight after an impact: longest next step, because the dense output of a long step misses a short
+ * flight */
 #define FLIGHT_STEP 2.0
 #define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step from which a landing inside the step is found */
 #define CHOICES_MOST 60 /* largest number of changes of contacts in one decision */
