@@ -28,8 +28,8 @@ int kind : TR_KIND_…
 int contact0 : first contact
 int ncontacts : number of contacts
 int v0 : first rate in the state; -1: its rates are not part of the state
-int cone : whether it can spin without sliding (a ball)
-int stores : whether its law stores and returns energy
+int cone : whether the pair can spin without sliding (a ball)
+int stores : whether the law of the pair stores and returns energy
 """)
 
 UNILATERAL = Record("tr_unilateral", "A joint that only pushes: its contact begins and ends.", """
@@ -38,7 +38,7 @@ int row : its constraint row
 int pair : its friction pair; -1: none
 int poisson : whether restitution follows Poisson's law instead of Newton's
 int open : whether the contact starts open
-int inside : index, among the stops, of the flag that is pressed while the parts can touch; -1: they always can
+int inside : index, among the stops, of the flag that is pressed while the parts can touch; -1: the parts can always touch
 """)
 
 PACE = Record("tr_pace", "A parameter that sets the frequency of a harmonic signal or of a prescribed rotation.", """
@@ -49,7 +49,7 @@ double hertz : Hz per unit of the parameter
 POST = Record("tr_post", "Post-processing of a column.", """
 int kind : TR_POST_…
 int column : index
-int partner : column that it depends on
+int partner : column on which the post-processing depends
 """)
 
 PROGRAM = Record("tr_program", "Bytecode of one function of a scene of parts (engine/parts/bytecode/program.py).", """

@@ -61,8 +61,8 @@ double time : first occurrence, s
 double period : distance of the occurrences, s; 0: the break occurs once
 """)
 
-INPUT = Record("tr_input", "An external input since its communication point. A motion that follows it starts from the present "
-               "position and closes the gap with critical damping.", """
+INPUT = Record("tr_input", "An external input since its communication point. A motion that follows the input starts from its "
+               "present position, and closes the gap with critical damping.", """
 double kind : TR_TABLE_INPUT
 double followed : whether a motion follows the input
 double t0 : the communication point, s
@@ -182,7 +182,7 @@ JUDGEMENT = Record("tr_judgement", "Verdict of the audit on the run so far.", f"
 double verdict : TR_VERDICT_…
 double tolerance : relative tolerance of the run, or the tolerance assumed for a method without error control
 double judged : 1: the energy was balanced; 0: works were not integrated
-double lost : largest unexplained energy, J; positive: gained
+double lost : largest unexplained energy, J; positive: energy gained
 double lost_time : time of the largest unexplained energy, s
 double jump_time : time of the largest change between two balances, s
 double jump_joint : joint of the last event between these balances, counted from 1 among those with friction; 0: none

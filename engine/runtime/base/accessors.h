@@ -1,4 +1,5 @@
-/* Accessors to parts of a block: pairs and their modes, signals, end stops, multipliers, units. Also the cancellation of a run. */
+/* Functions that access parts of a block: pairs and their modes, signals, end stops, multipliers, units. Two functions cancel a
+ * run. */
 #ifndef TR_ACCESSORS_H
 #define TR_ACCESSORS_H
 #include <math.h>
@@ -18,8 +19,8 @@ enum { TR_ROW_LAW, TR_ROW_REST, TR_ROW_FREE, TR_ROW_SHARE, TR_ROW_STORED, TR_ROW
  * minimisation. PLACED: the present multipliers. */
 enum { TR_STORES_NONE, TR_STORES_CREEP, TR_STORES_PLACED };
 
-/* The leader to which the share of a multiplier refers. Fields: index of the leading multiplier, its pair, and the offset in
- * `dhold` of the derivative of this pair's capacity. */
+/* Leader of a group: the share of each other multiplier refers to the leader's share. Fields: index of the leader's multiplier, its
+ * pair, and the offset in `dhold` of the derivative of the pair's capacity. */
 typedef struct tr_leader {
   int multiplier, pair, dhold;
 } tr_leader;
@@ -34,7 +35,8 @@ typedef struct tr_zone {
   tr_contact before[TR_EVENT_CONTACTS]; /* contacts at the entry */
 } tr_zone;
 
-/* Last value of a column with post-processing (tr_post). For an angle, also the time and the rate at the end of the last step. */
+/* Last value of a column with post-processing (tr_post). For an angle, the record also holds the time and the rate at the end of
+ * the last step. */
 typedef struct tr_memory {
   int known, rated;
   double value, t, rate;
@@ -89,9 +91,9 @@ static inline int tr_is_hook(const tr_sim *s, int stop) { return stop >= s->k->n
  * engaged tooth, counted from 1. */
 static inline int tr_is_pressed(const tr_sim *s, int stop) { return (int)*tr_stop_flag(s, stop) >= TR_STOP_PRESSED; }
 
-/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. pushes (or null pointer) receives for an end
- * stop the factor of the elastic force, which is 0 at release, and for a hook the excess of the hook's signal over the release
- * value. */
+/* Depth of each stop at y, m or rad; for hooks, see ``recursion/latch_forces.py``. `pushes` (null pointer: not requested) receives,
+ * for an end stop, the factor of the elastic force, which is 0 at release. For a hook, it receives the excess of the hook's signal
+ * over the release value. */
 static inline void tr_stop_depths_and_pushes(const tr_sim *s, const double *y, double *depth, double *pushes) {
   const int n = s->k->nstops;
   double both[2 * n + s->k->npositions + 1];
@@ -136,18 +138,18 @@ static inline int *tr_pair_classes(const tr_sim *s) { return (int *)TR_A(s, pair
 static inline int *tr_stopping_marks(const tr_sim *s) { return (int *)TR_A(s, stopping); }
 static inline tr_leader *tr_leaders(const tr_sim *s) { return (tr_leader *)TR_A(s, leaders); }
 
-/* Number of active rows that constrain loops. The rows of light freedoms follow them (theory, "Light bodies"). */
+/* Number of active rows that constrain loops. The rows of light freedoms follow the rows of loops (theory, "Light bodies"). */
 static inline int tr_loop_rows(const tr_sim *s) { return s->k->active - s->k->nlight; }
 
-/* tr_row_unit: unit of a constraint row's residual: 1 for rotation (rad), the length scale for translation. tr_rate_unit: unit of a
- * rate, without the factor rate scale. */
+/* tr_row_unit: unit of a constraint row's residual; 1 for rotation (rad), the length scale for translation. tr_rate_unit: unit of a
+ * rate, divided by the rate scale. */
 static inline double tr_row_unit(const tr_sim *s, int row) { return s->k->row_kind[row] == TR_CONSTRAINS_TURNING ? 1.0 : s->set.length; }
 static inline double tr_rate_unit(const tr_sim *s, int rate) { return s->k->vkind[rate] == TR_COORDINATE_LENGTH ? s->set.length : 1.0; }
 
 /* Record of a table. `tables` begins with the offsets of all records. */
 static inline double *tr_table_of(const tr_sim *s, int table) { return TR_A(s, tables) + (int)TR_A(s, tables)[table]; }
 
-/* × max(time, 1 s): times that differ by less are equal, because round-off accumulates over the steps */
+/* relative to max(time, 1 s): two times that differ by less count as equal; their difference is round-off of many steps */
 #define SAME_TIME 1e-13
 static inline double tr_time_tolerance(double t) { return SAME_TIME * fmax(1.0, fabs(t)); }
 

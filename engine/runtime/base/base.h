@@ -57,23 +57,23 @@ static tr_least_squares tr_least_squares_factor(int m, int r, const double *N, d
  * instead. */
 static void tr_least_squares_solve(const tr_least_squares *q, double *kappa, const double *more, double *x);
 
-/* Evaluate an external input u at time t. A motion q that follows u may start at a distance e = q − u, with the relative rate ė. It
- * approaches u with critical damping, where τ is the time since the start: q = u + (e + (ė + ω e) τ) exp(−ω τ). */
+/* Evaluate an external input u at time t. A motion q that follows u may start at a distance e = q − u, with the relative rate ė.
+ * The motion then approaches u with critical damping: q = u + (e + (ė + ω e) τ) exp(−ω τ), where τ is the time since the start. */
 static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal *out);
 
 /* Number of external inputs, which are the first tables. */
 static int tr_input_count(const tr_sim *s);
 
-/* Whether an input has a maximum or minimum between two times, s. Only inputs with a second derivative can have one. */
+/* Whether an input has a maximum or minimum between two times, s. Only inputs with a second derivative can have such a point. */
 static int tr_has_input_turn(const tr_sim *s, double from, double to);
 
 /* Time of the first break of the signals after t, s; INFINITY if there is none. */
 double tr_break_after(const tr_sim *s, double t);
 
-/* Set the last and the next break of a run that starts at t. */
+/* For a run that starts at t, set the last break and the next break. */
 static void tr_begin_breaks(tr_sim *s, double t);
 
-/* Pass all breaks up to and including time t. Returns whether there were any. */
+/* Pass all breaks up to and including time t. Returns whether there were any breaks. */
 static int tr_pass_breaks(tr_sim *s, double t);
 
 /* Form the raw maps of the current state, unless they exist already. */
@@ -81,7 +81,7 @@ static void tr_form_maps(tr_sim *s);
 
 /* Change of rates dv (nv) by impulses δλ (dlam) and δη (deta, or a null pointer) at the current state y. `response`: for each
  * friction, the acceleration that a unit of this friction causes in its own freedom. `again`: whether the previous call was at the
- * same state; its stored ẏ without impulses is then reused. */
+ * same state. The ẏ without impulses that this call stored is then reused. */
 static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam, const double *deta, const double *response, int again, double *dv);
 
 /* Store y and the time of the signals as the current state. Requires a kernel with recursion. */

@@ -47,7 +47,7 @@ static int tr_lay_out(tr_sim *s, int ntable) {
   return at;
 }
 
-/* Set the kernel, columns and Jacobian of a block, its capacities, and the layout that they need. */
+/* Set the kernel, columns and Jacobian unit of a block, its capacities, and the layout that all these require. */
 static void tr_fit(tr_sim *s, const tr_kernel *k, const tr_outputs *o, const tr_jacobian *j, int nbreaks, int ntable, int ev_capacity) {
   s->k = k, s->o = o, s->j = j, s->clock.nbreaks = nbreaks, s->events.capacity = ev_capacity;
   s->bytes = TR_HEAD + sizeof(double) * tr_lay_out(s, ntable);

@@ -31,11 +31,11 @@ typedef double tr_vec __attribute__((vector_size(32), aligned(8)));
  * longer. */
 #define TR_INLINE static inline __attribute__((always_inline))
 
-/* Marks a function that is never inlined. Code of steps without a call of this function is then unchanged. */
+/* Marks a function that is never inlined. The function then does not change the machine code of the steps that never call it. */
 #define TR_APART static __attribute__((noinline))
 
-/* a − b c, rounded once if the machine has a fused multiply-add, as the compiler does in loops. In straight-line code, the compiler
- * could otherwise fuse other products. */
+/* a − b c. If the machine has a fused multiply-add, the result is rounded once, as in compiled loops. Without this function, the
+ * compiler might fuse other products in straight-line code. */
 static inline double tr_multiply_subtract(double a, double b, double c) {
 #ifdef __FMA__
   return __builtin_fma(-b, c, a);

@@ -5,7 +5,7 @@
 #define TR_VALIDITY_H
 
 enum {
-  TR_HAS_MAPS = 1,       /* rates of the pairs; also the kernel's maps if `step.mapped` is not TR_MAPS_NONE */
+  TR_HAS_MAPS = 1,       /* rates of the pairs, and the kernel's maps if `step.mapped` is not TR_MAPS_NONE */
   TR_HAS_FACTOR = 2,     /* factor of S, in the order `perm` */
   TR_HAS_LOADS = 4,      /* load maps, with λ eliminated: Np, T */
   TR_HAS_HELD = 8,       /* held maps: accelerations of the sliding freedoms by η, with λ eliminated: Q */

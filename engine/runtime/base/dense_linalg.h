@@ -17,8 +17,8 @@ static inline void tr_exchange_symmetric(int n, int k, int m, double *L) {
 }
 
 /* Pivoted Cholesky factor of d S d (n×n, S in full storage). The lower triangle of L receives the factor, and `perm` the pivot
- * order. The first `base` pivots must exceed `keep`, later pivots `grow`. Returns the rank: the number of pivots before the first
- * pivot that is too small. */
+ * order. The first `base` pivots must exceed `keep`; later pivots must exceed `grow`. Returns the rank: the number of pivots before
+ * the first pivot that is too small. */
 static int tr_cholesky(int n, const double *S, const double *d, double *L, int *perm, int base, double keep, double grow) {
   for (int j = 0; j < n; ++j) {
     const double *from = S + (size_t)j * n, dj = d[j];
@@ -101,7 +101,8 @@ TR_SIZED int tr_lu_sized(const int n, double *A, int *perm) {
   return 1;
 }
 
-#define TR_LU_WIDE 4 /* columns eliminated from another column in one pass, which reduces memory access to a quarter */
+/* number of columns that are eliminated from another column in one pass; this reduces memory access to a quarter */
+#define TR_LU_WIDE 4
 #define TR_LU_LARGE 16 /* smallest matrix size at which elimination by four columns is faster */
 
 /* Factorise the columns k ≤ c < end of A, from which all earlier columns are already eliminated. Exchanges rows only within these
@@ -129,7 +130,7 @@ static inline int tr_lu_panel(int n, int k, int end, double *A, int *perm) {
   return 1;
 }
 
-/* Eliminate the columns k to k + 3 from the column `to`, in the order of four single eliminations. */
+/* Eliminate the columns k to k + 3 from the column `to`, one after another. */
 static inline void tr_lu_subtract_panel(int n, int k, const double *A, double *to) {
   const double *L0 = A + (size_t)k * n, *L1 = L0 + n, *L2 = L1 + n, *L3 = L2 + n, a = to[k], b = to[k + 1] = tr_multiply_subtract(to[k + 1], L0[k + 1], a);
   const double c = to[k + 2] = tr_multiply_subtract(tr_multiply_subtract(to[k + 2], L0[k + 2], a), L1[k + 2], b);

@@ -1,6 +1,7 @@
 /* The floating-point environment during a call. Hosts may trap exceptions, round in another direction, or flush subnormal numbers
- * to zero. Each function that a host calls saves the host's environment and sets the default environment. At its end, it restores
- * the host's environment with its exception flags. The functions exist for x86-64 and 64-bit ARM; elsewhere they do nothing. */
+ * to zero. Each function that a host calls saves the host's environment and sets the default environment. Before it returns, it
+ * restores the host's environment and exception flags. The functions exist for x86-64 and 64-bit ARM; on other machines they do
+ * nothing. */
 #ifndef TR_ENVIRONMENT_H
 #define TR_ENVIRONMENT_H
 #if defined __x86_64__ || defined _M_X64

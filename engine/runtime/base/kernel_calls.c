@@ -26,8 +26,8 @@ static void tr_rates_by_impulses(tr_sim *s, const double *y, const double *dlam,
   }
   double size = 0.0;
   for (int i = 0; i < k->nv; ++i) size = fmax(size, fabs(base[k->nq + i]));
-  /* z is scaled so that its effect is larger than the round-off of ẏ without impulses. 1/d² is the acceleration along a row by a
-   * unit of its multiplier. */
+  /* z is scaled so that its effect is larger than the round-off of ẏ without impulses. 1/d² is the acceleration that a unit of a
+   * row's multiplier causes along this row. */
   const double *d = TR_A(s, d);
   double gain = 0.0;
   for (int i = 0; i < a; ++i) gain = fmax(gain, fabs(dlam[i]) * up / (d[i] * d[i]));

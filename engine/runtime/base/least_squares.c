@@ -2,11 +2,13 @@
  * open directions.
  *
  * The columns are normalised before the Gram matrix is factorised, so that units have no effect. The Gram matrix squares the
- * condition number; two iterative refinements restore the lost digits. A direction involves few joints, so the code skips the zeros
- * at the start and at the end of each column. The coefficients of dependent directions are zero. */
+ * condition number; two iterative refinements restore the lost digits. Each direction involves few joints, so most entries of a
+ * column are zero. The code skips the zeros at the start and at the end of each column. The coefficients of dependent directions
+ * are zero. */
 #include "base/base.h"
 
-#define DEPENDENT 1e-12 /* squared remainder of a dependent unit direction; sums of about 1000 products are accurate to 1e-14 */
+/* a unit direction with a smaller squared remainder is dependent; sums of about 1000 products are accurate to 1e-14 */
+#define DEPENDENT 1e-12
 #define CORRECTIONS 2 /* number of iterative refinements */
 
 /* Number of doubles of work space: Gram matrix, scales, right-hand side, pivot order and spans (ints). */

@@ -17,7 +17,7 @@ typedef struct tr_explicit {
   int ends_in_error;   /* whether an error estimator uses the derivative at the end of the step */
   double stiff_at;     /* h|λ| (λ: eigenvalue of the Jacobian) above which stability limits the step size */
   const double *c;     /* nodes of all rows */
-  const double *lead;  /* stages × stages, by rows: weights of earlier stages whose sum is the start of Newton's method */
+  const double *lead;  /* stages × stages, by rows: weights of earlier stages; the weighted sum is the start of Newton's method */
   void (*argument)(int stage, int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   void (*solution)(int n, double h, const tr_vec *restrict y, const tr_vec *restrict K, tr_vec *restrict out);
   const tr_combination *error, *dense_row;

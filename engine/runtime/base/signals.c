@@ -6,9 +6,9 @@ static void tr_evaluate_given(const tr_input *in, double t, tr_signal *out) {
   out->value = u[0] + tau * (u[1] + 0.5 * tau * u[2]), out->first = u[1] + tau * u[2], out->second = u[2], out->third = 0.0;
 }
 
-/* Signal of an input at time t. The input counts from its beginning on; `ts`, a time inside the step, decides whether this is
- * reached. A motion that follows the input closes the gap from the communication point on or, if the input begins later, from its
- * beginning on. */
+/* Signal of an input at time t. Before the time `begin`, the signal has the value `start`; the time ts inside the step decides
+ * which side of `begin` applies. A motion that follows the input approaches the input from t0 on, or from `begin` on if `begin` is
+ * later. */
 static void tr_evaluate_input(const tr_input *in, double t, double ts, tr_signal *out) {
   double from = in->t0, gap = in->gap, rate = in->gap_rate, w = in->bandwidth;
   if (ts < in->begin) {
@@ -41,7 +41,7 @@ static int tr_has_input_turn(const tr_sim *s, double from, double to) {
   return 0;
 }
 
-/* The knot times, which follow the head of a table. After them come the values, then second derivatives (spline) or slopes (Hermite
+/* Knot times of a table. In memory, the order is: head, knot times, values, then second derivatives (spline) or slopes (Hermite
  * pieces). */
 static const double *tr_knot_times(const tr_knots *table) { return (const double *)(table + 1); }
 
@@ -63,7 +63,7 @@ static void tr_evaluate_hermite(const double *v, const double *m, double h, doub
   out->second = 2.0 * bend + 6.0 * u * twist, out->third = 6.0 * twist;
 }
 
-/* Signal of a table at time t. The time ts selects the interval of the table. All evaluations of a step pass the same ts, and so
+/* Signal of a table at time t. The time ts selects the interval of the table. All evaluations of a step pass the same ts, so all
  * use the same side of a knot. */
 static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_signal *out) {
   int kind = (int)table->kind, n = (int)table->n, lo = 0, hi = n - 1;
@@ -92,8 +92,8 @@ static void tr_evaluate_table(const tr_knots *table, double t, double ts, tr_sig
   }
 }
 
-/* Write time t and `count` signals to x. Requires the time inside the step in x, which selects the intervals of tables. `tables`
- * begins with the offset of each record. Runs, statics and derivatives all call this function. */
+/* Write time t and `count` signals to x. x must already contain the time inside the step, which selects the intervals of tables.
+ * `tables` begins with the offset of each record. Runs, statics and derivatives all call this function. */
 static inline void tr_evaluate_signals(const double *tables, int count, double t, double *x) {
   tr_moment *now = (tr_moment *)x;
   tr_signal *out = (tr_signal *)(now + 1);
@@ -109,7 +109,8 @@ void tr_signals(const double *tables, int count, double t, double *x) { tr_evalu
 
 double tr_next_break(const tr_sim *s) { return s->clock.next_break; }
 
-/* The last break until t and the first after t. A periodic break that differs from t by round-off is not after t. */
+/* Find the last break up to t and the first break after t. A periodic break that differs from t only by round-off counts as a break
+ * up to t. */
 static void tr_find_breaks(const tr_sim *s, double t, double *last, double *next) {
   const tr_break *breaks = (const tr_break *)TR_A(s, breaks);
   int once = s->clock.nbreaks, lo = 0;

@@ -22,11 +22,13 @@
 typedef struct tr_clock {
   double t;                /* time of the state `y`, s */
   double t_start, t_end;   /* start and end of the run, s */
-  double every, row_next;  /* spacing of rows and time of the next row, s; every 0: each step writes a row; −n: n rows */
-  long row_index, part;    /* number of rows so far: in the run; in the present step, if rows follow the steps */
+  /* spacing of rows and time of the next row, s; every = 0: one row per step; every = −n: n rows per step */
+  double every, row_next;
+  long row_index, part;    /* number of rows written so far in the run, and in the present step (if `every` is at most 0) */
   int width;               /* doubles in a row, including time */
   int nbreaks;             /* number of breaks */
-  double last_break, next_break; /* times of the last break that the run has passed and of the next, s; −INFINITY, INFINITY: none */
+  /* times of the last break that the run has passed and of the next break, s; −INFINITY, INFINITY: none */
+  double last_break, next_break;
   int status;              /* TR_OK while the run continues */
 } tr_clock;
 
@@ -38,7 +40,7 @@ enum { TR_MAPS_NONE, TR_MAPS_RAW, TR_MAPS_OF_LOADS, TR_MAPS_HELD, TR_MAPS_OF_IMP
 /* The present step, and data that it leaves for the next step. */
 typedef struct tr_stepping {
   double h;            /* size of the next trial step, s; 0: not yet chosen */
-  double h_slip;       /* step size before a pair entered its proportional zone, s, reused after the zone; 0: none */
+  double h_slip;       /* step size before a pair entered its proportional zone, s; reused when the pair leaves the zone; 0: none */
   double t0, size;     /* start and length of the last accepted step, s */
   double err_old;      /* error of the last accepted step in units of the tolerance; 0: no step yet */
   double jac_t;        /* time at which the Jacobian was evaluated, s */
@@ -65,8 +67,9 @@ typedef struct tr_stepping {
   double *begin_x;     /* array of the host (nx) that receives the external values at the start of the step; null pointer: none */
   double *impacts;     /* array of the host (tr_impact_length) that receives the impact at the end of the step; null pointer: none */
   double stiffness;    /* h |λ| of the last explicit trial step */
-  double passed;       /* largest change of a position in a curve or field over the last trial step, in units of its limit */
-  /* rows inside the accepted step: whether judged; whether less accurate than its end (tr_is_limited_by_stability) */
+  double passed; /* largest change of a position in a curve or field over the last trial step, divided by the allowed change */
+  /* rough: whether rows inside the accepted step are less accurate than its end (tr_is_limited_by_stability). judged: whether
+   * `rough` is known. */
   int judged, rough;
   double moved_t;      /* time of the last progress, s (tr_is_stalled) */
   long moved;          /* number of trial steps when the run last progressed */
@@ -112,8 +115,9 @@ typedef struct tr_loops {
   int open;            /* number of open directions with reactions that friction determines (``constraints/internal_forces.c``) */
   double least_pivot;  /* smallest pivot within `rank`, at the state that determined `rank` */
   double recursive_pivot; /* root of the recursion's smallest pivot (``friction/newton_recursive.c``); 0: S is factorised */
-  double round_off;    /* many loops: a residual that a correction hardly reduced; it is round-off of points far from the origin */
-  int known;           /* whether `begin` is valid, see `stepping/singular_step_limits.c` */
+  /* with many loops: residual that a correction hardly reduced, because the residual is round-off of points far from the origin */
+  double round_off;
+  int known;           /* whether `begin` is valid (`stepping/singular_step_limits.c`) */
   double begin, end;   /* independence (tr_loop_independence) at the start and at the end of the step */
   double least, trend; /* smallest independence at the stages of the step; change of independence in the last step, 1/s */
 } tr_loops;
@@ -130,7 +134,7 @@ typedef struct tr_friction {
   int reserve;         /* whether large groups share their load again, with the largest possible reserve */
   int stored;          /* TR_STORES_…: whether groups of any size store loads, because the sharing rule has no solution */
   int from_anywhere;   /* whether Newton's method may use all starts, because the run would otherwise end */
-  double faint;        /* N: a smaller friction is round-off of the last capacities */
+  double faint;        /* N: a smaller friction is round-off of the capacities evaluated last */
   double eased;        /* fraction of friction that the equations omit (``friction/newton_restarts.c``) */
   double searched;     /* last time at which all starts were tried, s */
   int failed;          /* pair of the event whose decision failed; -1: none */
@@ -138,7 +142,7 @@ typedef struct tr_friction {
   int folds;           /* number of folds in close succession */
   double resumed_t;    /* time of the last failure that the run overcame, s */
   int resumed;         /* number of failures that the run overcame at that time */
-  int redecide;        /* whether the last decision of contacts failed, so that a remedy of friction must repeat it */
+  int redecide;        /* whether the last decision of contacts failed, so that a remedy of friction must repeat this decision */
   int impending_laws;  /* whether balls in stuck groups share loads by the friction that they would have in the impending motion */
   double pace;         /* highest frequency of harmonic signals and of prescribed rotations, Hz */
   long work;           /* iteration count at which the present decision about many pairs is given up; 0: unlimited */
@@ -146,7 +150,7 @@ typedef struct tr_friction {
   int freed;           /* pair whose friction is removed as a trial (tr_find_obstructing_pair); -1: none */
   int cutting_pair;    /* sliding pair whose change of direction has shortened steps; -1: none */
   int capture;         /* pair whose sliding ends in the next step; -1: none */
-  double capture_h;    /* length of the step that ends this sliding, s */
+  double capture_h;    /* length of the step that ends the sliding of `capture`, s */
   int steady;          /* whether the captured pair stops in a steady direction (tr_find_steady_stop) */
   double past_t[TR_PAST_ENDS]; /* end times of the last steps, newest first, s; NaN: no such step since the last event */
 } tr_friction;
@@ -161,7 +165,8 @@ typedef struct tr_moreau {
   double first_t;      /* time at which method auto first used impulse steps, s; -1: never */
   double failed_t;     /* last time at which no step was possible, s */
   long burst_events;   /* number of events before this window */
-  int steps, calm;     /* numbers of impulse steps: since the last change of method; in succession, without a mode change */
+  /* number of impulse steps since the last change of method; number of successive impulse steps without a mode change */
+  int steps, calm;
 } tr_moreau;
 
 /* Impacts of joints that only push. solving: whether maps describe impulses alone, over the time `h`, s. */
@@ -172,8 +177,8 @@ typedef struct tr_impact {
 
 /* A joint that only pushes. In an impact: if `given` is 1, `multiplier` is the joint's multiplier; otherwise `shift` is the
  * required change of the gap's rate, divided by −h. rebound: speed after the joint's last impact, m/s; 0: none since the contact
- * closed. now: speed after the impact at which impacts end, m/s; otherwise INFINITY. unloaded: 1 while the joint is open and closed
- * contacts keep its gap 0. */
+ * closed. now: speed after the present impact if this impact is the last one of its series, m/s; otherwise INFINITY. unloaded: 1
+ * while the joint is open and closed contacts keep its gap 0. */
 typedef struct tr_touch {
   double given, multiplier, shift, rebound, now, unloaded;
 } tr_touch;
@@ -182,9 +187,9 @@ typedef struct tr_touch {
 typedef struct tr_events {
   int count, capacity; /* number of records in the buffer; size of the buffer */
   int chatter;         /* number of consecutive events at nearly the same time */
-  double chatter_t;    /* time of the last of these events, s */
+  double chatter_t;    /* time of the last event that `chatter` counts, s */
   double margin;       /* margin of the next event (``events/event_outcome_margin.c``) */
-  int unsure;          /* whether `margin` is below the run's error, or a slow crossing makes the event's time inaccurate */
+  int unsure;          /* whether `margin` is below the run's error, or whether a slow crossing makes the event's time inaccurate */
   tr_last last;
 } tr_events;
 
@@ -205,7 +210,8 @@ typedef struct tr_audit {
   double most, terms;  /* largest kinetic energy; largest sum of absolute energy terms, which is the scale of round-off, J */
   double power;        /* largest power of a pair's friction, W */
   double gap;          /* relative position residual of the loops after the last projection */
-  double size[TR_LAWS], pair[TR_LAWS]; /* per law of the audit: its figure in the present trial step; pair with this figure */
+  /* for each law of the audit: largest violation in the present trial step, and the pair with this violation */
+  double size[TR_LAWS], pair[TR_LAWS];
   tr_judgement all;    /* judgement of all accepted steps */
 } tr_audit;
 
@@ -237,7 +243,8 @@ typedef struct tr_places {
   int light_S, light_Z, light_D, light_P; /* light freedoms, S = [S' C; Cᵀ D]: S', Z = S'⁻¹ C, factor of D − Cᵀ Z, its pivots */
   int openV, openQ, openN, openG; /* open directions in loops whose joints have friction: λ, spring loads Q, loads N, QᵀQ */
   int open_amounts, openY; /* amount of each open direction; derivatives of these amounts by η */
-  int openF, openP, openB, openE; /* equations of these amounts: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η including these amounts */
+  /* equations of the amounts of open directions: matrix, pivots; Qᵀ ∂δ/∂N; ∂N/∂η with these amounts included */
+  int openF, openP, openB, openE;
   int more, dmore;  /* δ, the change of contact-spring loads by friction (constraints/internal_forces.c); ∂δ/∂N, ∂δ/∂η */
   int post_memory;  /* tr_memory for each column with post-processing */
   int Q, row_kind, leaders, share; /* q̈ = Q0 + Qe η of the sliding freedoms; for each multiplier: TR_ROW_…, tr_leader, share */
@@ -246,7 +253,7 @@ typedef struct tr_places {
   int moves, dlaw, pivots, less, borne, acc; /* inputs and outputs of the kernel's recursion */
   int end_acc;      /* accelerations and sums of their absolute terms, from the check of the last step's end, for the audit */
   int impending_law, impending_dlaw; /* balls of groups at rest: η that the laws give in the impending motion; ∂η/∂N */
-  int impending;    /* unit axis of the impending motion of each such ball, at the offsets of its rates */
+  int impending;    /* unit axis of the impending motion of each ball of a group at rest, at the offsets of the ball's rates */
   int hold, dhold;  /* tr_hold per pair; derivatives of the capacities by N */
   int past_speeds, stopping; /* speeds at the ends of the last steps; int for each pair: whether it stops with the captured pair */
   int lever, capture_tried; /* levers of the multipliers; for each pair: speed at the last failed capture, m/s */
@@ -254,8 +261,9 @@ typedef struct tr_places {
   int violations;   /* violations of pairs and stops: present, at the start of the step, at the end of the step */
   int contacts, contact_peaks; /* contacts at the last accepted state; peak force of each contact, N, decaying with time */
   int indicators, end_speed, saved_modes; /* model exchange: indicators, counts; speeds at the end of sliding; old modes */
-  int touch, raw_rows; /* tr_touch of each joint that only pushes; their rows as the kernel wrote them */
-  int jac, jw, jp, W, wperm, choice_jac; /* stiff method: Jacobian, multiplier part, its point, matrix, pivots; second Jacobian */
+  int touch, raw_rows; /* tr_touch of each joint that only pushes; rows of these joints as the kernel wrote them */
+  /* stiff method: Jacobian, multiplier part, work space of the Jacobian unit, matrix, pivots; second Jacobian */
+  int jac, jw, jp, W, wperm, choice_jac;
 } tr_places;
 
 /* Cancellation by the host. The runtime asks the host every few milliseconds of work. */
@@ -273,12 +281,12 @@ typedef struct tr_bounding {
   int overrun;                  /* outcome of the last bounded step: TR_OVERRUN_… */
 } tr_bounding;
 
-/* Followers without friction whose force a host watches (``events/follower_pulls.c``). The arrays are the host's. */
+/* Followers without friction whose force a host watches (``events/follower_pulls.c``). The host owns the arrays. */
 typedef struct tr_pulls {
   int count;
   const int *slot;     /* index of each follower's λ among the active rows */
   const double *sense; /* sign of a λ that pushes */
-  double *last, *peak; /* force at the end of the last step, and the largest so far, N; positive for a push */
+  double *last, *peak; /* force at the end of the last step, and largest force so far, N; positive for a push */
   double *time;        /* first instant of a pull, s; NaN: none */
 } tr_pulls;
 
@@ -288,7 +296,7 @@ typedef struct tr_sim {
   const tr_outputs *o;  /* null pointer: no columns */
   const tr_jacobian *j; /* null pointer: not attached */
   int ny;               /* nq + nv + nb: doubles in the state without integrals */
-  int nworks;           /* number of integrals that columns need; the audit's sums follow them in the state */
+  int nworks;           /* number of integrals that columns need; in the state, the audit's sums follow these integrals */
   tr_settings set;
   tr_clock clock;
   tr_stepping step;
@@ -311,7 +319,7 @@ typedef struct tr_sim {
   tr_places at;
 } tr_sim;
 
-/* Bytes before the arrays. If the block is aligned to the size of a SIMD vector, so is each array. */
+/* Bytes before the arrays. If the block is aligned to the size of a SIMD vector, each array is aligned, too. */
 #define TR_HEAD ((sizeof(tr_sim) + 63) / 64 * 64)
 /* An array of the block. */
 #define TR_A(s, field) ((double *)((char *)(s) + TR_HEAD) + (s)->at.field)

@@ -32,7 +32,7 @@ static void tr_add_columns(int m, int n, const double *A, const double *x, doubl
   }
 }
 
-/* The larger argument; NaN if an argument is NaN, where fmax would ignore it. */
+/* The larger argument; NaN if an argument is NaN. (fmax would ignore a NaN.) */
 static inline double tr_max_or_nan(double a, double b) { return b <= a || a != a ? a : b; }
 
 /* Whether all n numbers are finite. */
@@ -42,8 +42,8 @@ static int tr_is_finite(int n, const double *a) {
   return sum == 0.0;
 }
 
-/* y = b + A x, where A is m×n, four rows at a time. May overwrite three doubles after the end of y, for which arrays of the block
- * have room. */
+/* y = b + A x, where A is m×n, four rows at a time. May overwrite three doubles after the end of y; arrays of the block have room
+ * for these. */
 static inline void tr_affine_map(int m, int n, const double *b, const double *A, const double *x, double *y) {
   for (int i = 0; i < m; i += TR_LANES) {
     tr_vec sum = *(const tr_vec *)(b + i);

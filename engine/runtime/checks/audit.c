@@ -1,21 +1,24 @@
 /* The audit: whether the run satisfies its laws (theory, "Audit"). The audit evaluates the accepted solution at the end of each
- * step, and changes nothing. It balances the energy between the ends of steps. For every other law, it stores the largest violation
- * ("figure"). */
+ * step, and changes nothing. The audit balances the energy between the ends of steps. For every other law, the audit stores the
+ * largest violation ("figure"). */
 #include "checks/checks.h"
 
 #define EVERY_STEPS 4    /* number of steps from one energy balance to the next; a balance shows a loss in any of these steps */
 #define FIRST_ORDER 1e-4 /* tolerance assumed for steps without error control, and for impulse steps where events accumulate */
 #define LEAST_RTOL 1e-12 /* smallest tolerance of the audit; with a tighter tolerance, errors of results are round-off */
-#define FAR_OFF 1e3      /* × the tolerance, × the energy turned over: a run with more unexplained energy is inaccurate */
-#define AT_MOST 0.1      /* × the energy turned over: a run with more unexplained energy is inaccurate, whatever its tolerance */
-/* × the energy turned over: unexplained energy that is allowed if the mechanism has loops, which may be singular */
+#define FAR_OFF 1e3      /* relative to tolerance × the energy turned over: a run with more unexplained energy is inaccurate */
+/* relative to the energy turned over: a run with more unexplained energy is inaccurate, whatever its tolerance */
+#define AT_MOST 0.1
+/* relative to the energy turned over: unexplained energy that is allowed if the mechanism has loops, which may be singular */
 #define SINGULAR_LOSS 1e-6
-#define NOTED 0.1        /* × the unexplained energy of an inaccurate run: more unexplained energy causes a note */
-#define ROUND_OFF_TERMS 1e-11 /* × the sum of all terms of the balance: round-off of these terms over a run */
-#define LAW_LEAST 1e-6   /* × a law's unit: smaller figures cause no note */
-#define FAINT_LOAD 1e-9  /* × the largest friction: if a pair has less friction, its friction ratio is round-off */
-#define LEAST_LOAD 1e-15 /* × energy over length: if all pairs have less friction, it is round-off, for example with μ = 0 */
-/* × length · rate²: if the terms of an acceleration are smaller, they are round-off (a pendulum that hangs still) */
+#define NOTED 0.1 /* relative to the unexplained energy above which a run is inaccurate: more unexplained energy causes a note */
+#define ROUND_OFF_TERMS 1e-11 /* relative to the sum of all terms of the balance: round-off of these terms over a run */
+#define LAW_LEAST 1e-6   /* relative to a law's unit: smaller figures cause no note */
+#define FAINT_LOAD 1e-9  /* relative to the largest friction: if a pair has less friction, its friction ratio is round-off */
+/* in units of energy over length: if all pairs have less friction, their friction is round-off, for example with μ = 0 */
+#define LEAST_LOAD 1e-15
+/* in units of length · rate²: if the terms of an acceleration are smaller, the acceleration is round-off (a pendulum that hangs
+ * still) */
 #define FAINT_TERMS 1e-9
 
 static double tr_audit_tolerance(const tr_sim *s) {
@@ -65,7 +68,8 @@ static void tr_audit_friction(tr_sim *s, int checked) {
   tr_recomputed again = {.acc = acc, .acc_size = acc + k->neta + k->active, .N = N, .law = law, .sliding = sliding}, *it = 0;
   if (s->step.recursive && !s->step.mapped && tr_has_stuck_pair(s)) it = &again;
   if (it && !checked) tr_recompute_recursive(s, it, 1);
-  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s); /* else done by tr_update_extremes */
+  /* otherwise, tr_update_extremes has evaluated the capacities */
+  if (k->sets && !(s->friction.held && s->step.watch)) tr_evaluate_capacities(s);
   for (int i = 0; i < k->nsliders && k->sets; ++i) load = fmax(load, tr_hold_of(s, i)->size);
   for (int i = 0; i < k->nsliders; ++i) {
     double power = tr_audit_power(s, i);
@@ -81,7 +85,7 @@ static void tr_audit_friction(tr_sim *s, int checked) {
 
 static void tr_audit_laws(tr_sim *s, int checked) {
   tr_audit *a = &s->audit;
-  if (s->k->active + s->k->neta == 0) return; /* only the energy balance applies */
+  if (s->k->active + s->k->neta == 0) return; /* without multipliers, only the energy balance applies */
   for (int i = 0; i < TR_LAWS; ++i) a->size[i] = 0.0, a->pair[i] = -1.0;
   if (s->k->active) a->size[TR_LAW_CLOSURE] = a->gap;
   if (s->k->neta) tr_audit_friction(s, checked);
@@ -103,7 +107,7 @@ static void tr_audit_balance(tr_sim *s, double t, const double *y) {
   double kinetic, potential, taken, given;
   tr_set_time(s, t);
   tr_audit_energies(s, y, &kinetic, &potential, &taken, &given);
-  a->known = taken - given < INFINITY; /* works are NaN if powers in the middle of a stiff step failed */
+  a->known = taken - given < INFINITY; /* works are NaN if the powers in the middle of a stiff step have no solution */
   if (!a->known) return;
   const double lost = kinetic + potential - taken - given - a->begin;
   a->all.turned += 0.5 * (fabs(kinetic - a->kinetic) + fabs(potential - a->potential) + fabs(taken - a->taken) + fabs(given - a->given));

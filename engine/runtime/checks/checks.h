@@ -3,11 +3,12 @@
 #define TR_CHECKS_H
 #include "integrators/integrators.h"
 
-/* × the speed unit: round-off of rates set to zero. Divided by the length of a short impulse step, it looks like an
- * acceleration. */
+/* relative to the speed unit: round-off of rates set to zero. Divided by the length of a short impulse step, this round-off looks
+ * like an acceleration. */
 #define NO_SPEED 1e-15
 
-/* Largest acceleration that counts as zero, in units of length · rate². In an impulse step, it includes round-off of speeds. */
+/* Largest acceleration that counts as zero, in units of length · rate². In an impulse step, this acceleration includes round-off of
+ * speeds. */
 static inline double tr_acceleration_tolerance(const tr_sim *s) {
   return s->moreau.h > 0.0 ? fmax(TOL_RESOLVE, NO_SPEED / (s->moreau.h * s->set.rate)) : TOL_RESOLVE;
 }
@@ -20,8 +21,8 @@ static inline double tr_closure_speed(const tr_sim *s);
  * z. */
 static int tr_check_solution(tr_sim *s, const double *y, const int *rest, int n);
 
-/* Call tr_check_solution at the end of a step, without maps if the solution is recursive. *sure receives whether maps were used; if
- * not, tr_confirm_end must confirm a violation, unless an event inside the step explains it. */
+/* Call tr_check_solution at the end of a step, without maps if the solution is recursive. *sure receives whether maps were used. If
+ * not, tr_confirm_end must confirm a violation, unless an event inside the step explains the violation. */
 static int tr_suspect_end(tr_sim *s, const double *y, int *sure);
 
 /* Evaluate the end (t, y) of a step again, with maps, and return tr_check_solution. Required if other states were evaluated after

@@ -1,23 +1,27 @@
 /* Verification of solutions (theory, "Answers are checked"). The check compares modes and multipliers with the kernel's maps alone.
- * It uses no residual, rank or eliminated map of the solver, and so detects errors of the solver. It runs at every decision and at
- * the end of every accepted step. */
+ * The check uses no residual, rank or eliminated map of the solver, and so detects errors of the solver. The check runs at every
+ * decision and at the end of every accepted step. */
 #include "checks/checks.h"
 
-/* × the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular position of
- * loops, a dropped pivot p leaves a violation of √p, which is at most 3e-5 (``constraints/loop_solve.c``). */
+/* relative to the sum of absolute terms: allowed violation of an equation. The round-off of a solution is 1e-14. Near a singular
+ * position of loops, a dropped pivot p leaves a violation of √p, which is at most 3e-5 (``constraints/loop_solve.c``). */
 #define LOOP_OPENS 1e-4
-#define FAINT_OPENING 1e-7 /* × length · rate² (rotations: rate²): violation of a loop row that is always allowed */
+#define FAINT_OPENING 1e-7 /* in units of length · rate² (rotations: rate²): violation of a loop row that is always allowed */
 #define REST_MOVES 1e-4
-#define LAW_MISSED 1e-6    /* × the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
-#define CONE_BROKEN 1e-7   /* × the friction ratio: allowed excess of a held pair over its capacity; events release it at 1e-10 */
-#define BRANCH_MISSED 1e-6 /* × the kink speed; for a ball, squared sine of its tilt: allowed distance from the assumed branch of a law */
-#define CREEPS 1e-7        /* × the speed unit: allowed speed of a held pair, caused by loop closure and cut joints */
-#define CREEPS_PART 10.0   /* × the tolerance, × the speed unit: allowed speed of a held pair, if larger than CREEPS */
-#define START_BACKWARDS 1e-6 /* × the sum of absolute terms: allowed acceleration of a starting pair against its direction */
-#define FRICTION_NOTHING 1e-12 /* × the load: a smaller friction counts as zero */
-/* × min(energy, energy / length): if the friction of all pairs is smaller, it is round-off (a hanging pendulum) */
+#define LAW_MISSED 1e-6    /* relative to the terms of a law: allowed violation; half of the digits are lost near a ball's cone */
+/* relative to the friction ratio: allowed excess of a held pair over its capacity; events release a pair at an excess of 1e-10 */
+#define CONE_BROKEN 1e-7
+/* relative to the kink speed (for a ball's cone: squared sine of the tilt): allowed distance from the assumed branch of a law */
+#define BRANCH_MISSED 1e-6
+#define CREEPS 1e-7        /* relative to the speed unit: allowed speed of a held pair, caused by loop closure and cut joints */
+#define CREEPS_PART 10.0   /* relative to tolerance × the speed unit: allowed speed of a held pair, if larger than CREEPS */
+/* relative to the sum of absolute terms: allowed acceleration of a starting pair against its direction */
+#define START_BACKWARDS 1e-6
+#define FRICTION_NOTHING 1e-12 /* relative to the load: a smaller friction counts as zero */
+/* in units of min(energy, energy / length): if all pairs have less friction, their friction is round-off (a hanging pendulum) */
 #define FRICTION_FAINT 1e-9
-#define STOP_MISSED 1e-9   /* × the length, or rad: allowed depth of an open stop, and allowed gap of an engaged stop */
+/* relative to the length scale, or rad: allowed depth of an open stop, and allowed gap of an engaged stop */
+#define STOP_MISSED 1e-9
 
 /* The solution, recomputed from the maps alone. */
 typedef struct tr_recomputed {
@@ -26,14 +30,14 @@ typedef struct tr_recomputed {
   double *law, *dn;       /* η that the laws give at N, and ∂η/∂N */
   const double *Qe;       /* accelerations by unit friction without loops (neta × neta); null pointer without maps */
   tr_sliding *sliding;
-  int sized;              /* whether N_size and dn are computed; required only if a law misses its usual accuracy */
+  int sized;              /* whether N_size and dn are computed; required only if a law is not satisfied with the usual accuracy */
   double faint;           /* N: round-off of the largest friction; smaller friction violates no law */
 } tr_recomputed;
 
 static inline double tr_closure_speed(const tr_sim *s) { return fmax(CREEPS, CREEPS_PART * s->set.rtol) * tr_speed_unit(s); }
 
-/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. This
- * is the only information that the check takes from the solver. */
+/* Whether the solver dropped loop row i at a singular position. No λ satisfies such a row, so its violation may have any size. The
+ * dropped rows are the only information that the check takes from the solver. */
 static int tr_is_row_dropped(const tr_sim *s, int i) {
   const int *perm = (const int *)TR_A(s, perm);
   if (s->loops.rank_now >= s->loops.rank) return 0;
@@ -114,7 +118,7 @@ static int tr_check_law(tr_sim *s, int i, tr_recomputed *it) {
   const tr_pair *pair = tr_pair_of(s, i);
   const tr_element *el = s->k->element + pair->element;
   const double *eta = TR_A(s, z) + s->k->active;
-  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: a second scale, for μ = 0 */
+  double gap = 0.0, size = 0.0, force = 0.0, load = 0.0; /* load: scale of the friction if μ = 0 */
   for (int e = pair->eta0; e < pair->eta0 + pair->neta; ++e) {
     const double off = fabs(eta[e] - it->law[e]);
     gap = fmax(gap, off), force = fmax(force, off / TR_A(s, lever)[e]), size += fabs(it->law[e]);

@@ -2,14 +2,16 @@
  * equations, number of roots. */
 #include "checks/checks.h"
 
-/* dimension of the Krylov subspace; error of the contraction: below 1e-4 in chains of 64 joints, 0 up to 8 frictions */
+/* dimension of the Krylov subspace. The contraction is exact with up to 8 frictions; its error is below 1e-4 in chains of 64
+ * joints. */
 #define KRYLOV 8
-#define INVARIANT 1e-10    /* × the image of a vector: a smaller part outside the subspace is round-off */
-#define ONE_DIRECTION 1e-9 /* × the norm of a power of a matrix: at a smaller distance from rank 1, the radius no longer changes */
+#define INVARIANT 1e-10    /* relative to the image of a vector: a smaller part outside the subspace is round-off */
+/* relative to the norm of a power of a matrix: at a smaller distance from rank 1, the radius no longer changes */
+#define ONE_DIRECTION 1e-9
 /* number of squarings: the norm of the power 2^30 has a 2^30th root that equals the radius within 1e-8 */
 #define SQUARINGS 30
-#define SAME_ROOT 1e-7     /* × the largest friction of a root: closer roots are equal */
-/* × the largest load: roots within this distance are equal; covers a root that is zero up to round-off */
+#define SAME_ROOT 1e-7     /* relative to the largest friction of a root: closer roots are equal */
+/* relative to the largest load: roots within this distance are equal; covers a root that is zero up to round-off */
 #define SAME_AS_NONE 1e-14
 
 /* The fixed-point iteration of the linearised laws. N0 (nn): loads without friction, N; null pointer: the matrix of Newton's method
@@ -19,7 +21,7 @@ typedef struct {
   double large;
 } tr_iteration;
 
-/* u ← law'(N) R v, with R by a pass over the bodies. */
+/* u ← law'(N) R v, where R is the response of the loads N to frictions. A pass over the bodies gives R v. */
 static void tr_iterate_recursive(tr_sim *s, const tr_iteration *it, const double *v, double *u) {
   const tr_kernel *k = s->k;
   const int e = k->neta;
@@ -72,7 +74,7 @@ static int tr_restrict_iteration(tr_sim *s, const tr_iteration *it, double *H) {
 }
 
 /* Spectral radius of H (n × n, columns of length KRYLOV), by squaring. Overwrites H. The power of H is stored as a power of 2 times
- * a matrix with entries near 1; one root is taken at the end. */
+ * a matrix with entries near 1. The root of the power is taken once, at the end. */
 static double tr_spectral_radius(int n, double *H) {
   double exponent = 0.0, power = 1.0, norm = 0.0, trace = 0.0;
   for (int k = 0;; ++k, power *= 0.5) {
@@ -155,7 +157,7 @@ int tr_roots(tr_sim *s) {
   double *eta = TR_A(s, z) + a, found[8 * e + 1], z[tr_z_length(s) + 1];
   unsigned seed = 12345u;
   if (!e) return 1;
-  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* a copy, because the run continues with these multipliers */
+  memcpy(z, TR_A(s, z), sizeof(double) * tr_z_length(s)); /* stores the multipliers, because the run continues with them */
   s->step.watch = 0;
   tr_evaluate_maps_at(s, s->clock.t, TR_A(s, y));
   if (k->sets) tr_set_row_kinds(s);

@@ -5,8 +5,8 @@
 #include "base/base.h"
 
 /* Choice of the open reactions, and data for the derivative of this choice by the state. V (a×r): the r open directions. least:
- * factorised least-squares problem for the amounts along V. turn (r×(ny+1)): for each component of [y, t], the effect of the change
- * of V, cᵈ of ``internal_forces_derivative.c``. */
+ * factorised least-squares problem for the amounts along V. turn (r×(ny+1)): for each component of [y, t], the vector cᵈ of
+ * ``internal_forces_derivative.c``, which is the effect of the change of V. */
 typedef struct tr_reaction_choice {
   int r;
   double *V, *turn;
@@ -58,7 +58,7 @@ static void tr_narrow_without_friction(tr_sim *s);
 /* Set the row scales d from the diagonal of S at an accurate state, assembled or projected, and determine the rank of S. A row
  * whose diagonal is round-off uses the largest diagonal of its kind (rotation or translation). If all rows of a kind are round-off,
  * their scale follows from the other kind and the length scale. (Example: rotations of a planar loop about axes other than the
- * world's.) nothing: whether all rows are without effect; all scales are then 1, and all pivots round-off. */
+ * world's.) nothing: whether all rows have no effect; then all scales are 1, and all pivots are round-off. */
 static void tr_find_rank(tr_sim *s, int nothing);
 
 /* Whether the row of contact c, which is open, depends on rows of closed contacts and loops. Requires the factor. */
@@ -86,8 +86,8 @@ static void tr_form_maps_without_loops(tr_sim *s, int held);
 /* With recursive friction, form the load maps unless they exist already. With set-valued laws, also form the held maps. */
 static void tr_form_all_maps(tr_sim *s);
 
-/* Independence of the loop rows, which measures the distance from a singular position: the square root of the last pivot, 0 if a
- * row was dropped, INFINITY for a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
+/* Independence of the loop rows, which measures the distance from a singular position. The result is the square root of the last
+ * pivot, 0 if a row was dropped, INFINITY for a sparse factor. Requires the factor, or the smallest pivot of the recursion. */
 static double tr_loop_independence(const tr_sim *s);
 
 static inline void tr_update_independence(tr_sim *s) { s->loops.least = fmin(s->loops.least, tr_loop_independence(s)); }
@@ -106,9 +106,10 @@ static void tr_follow_choice(tr_sim *s, const tr_reaction_choice *q, int j, cons
  * freedom. Requires held maps. */
 static inline int tr_is_prescribed(const tr_sim *s, int i);
 
-/* In an impulse step, add its start rates, divided by its length, to the accelerations acc (neta). The sums are end rates, divided
- * by this length. A prescribed freedom gets twice its mean rate instead, because its friction cannot change its motion. size
- * (neta): sums of absolute terms; null pointer: none. Requires held maps. */
+/* In an impulse step, add the rates at the step's start, divided by the step's length, to the accelerations acc (neta). The sums
+ * are the rates at the step's end, divided by the same length. A prescribed freedom gets twice its mean rate instead, because
+ * friction cannot change the motion of this freedom. size (neta): sums of absolute terms; null pointer: none. Requires held
+ * maps. */
 static void tr_add_start_rates(const tr_sim *s, double *acc, double *size);
 
 #endif

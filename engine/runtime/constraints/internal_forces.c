@@ -1,19 +1,22 @@
-/* Internal forces: open reactions of redundant loops whose joints have friction (theory, "Redundant loops"). These reactions are
- * the limit for stiff contacts.
+/* Internal forces: open reactions of redundant loops whose joints have friction (theory, "Redundant loops"). The internal forces
+ * are the limit of those of elastic contacts with growing stiffness.
  *
  * Rigid parts require that the deformations of the contacts along their normals are compatible: Qᵀ(κ + Q y + δ(N)) = 0. The
- * unknowns y are the amounts of the open directions V. Column j of Q contains the loads of the contact springs by a unit of open
- * direction j. κ are the loads of the springs without open reactions; κ is affine in η, because friction acts as an applied force.
- * ``loop_solve.c`` has already made Qᵀκ = 0, the condition of least elastic energy.
+ * unknowns y are the amounts of the open directions V. Column j of Q contains the loads of the contact springs that a unit of open
+ * direction j causes. κ are the loads of the springs without open reactions; κ is affine in η, because friction acts as an applied
+ * force. ``loop_solve.c`` has already made Qᵀκ = 0, the condition of least elastic energy.
  *
- * δ is the change of the spring loads because friction turns the forces away from the normals. δ uses the friction of the law for a
- * sliding pair, and the friction η for a pair at rest. Loads therefore do not jump when a pair begins to slip. Friction has no
- * potential, so y minimises an energy only without friction. Newton's method finds y from η. If δ is linear, one step suffices. */
+ * Friction turns the forces away from the normals; δ is the change of the spring loads that results. δ uses the friction of the law
+ * for a sliding pair, and the friction η for a pair at rest. Loads therefore do not jump when a pair begins to slip. Friction has
+ * no potential, so y minimises an energy only without friction. Newton's method finds y from η. If δ is linear, one step
+ * suffices. */
 #include "constraints/constraints.h"
 
 #define PRESS_MAX 40 /* largest number of iterations; if only balls make δ nonlinear, two or three suffice */
-#define PRESS_EXACT 1e-15 /* × the largest load that friction changes, or × the largest joint load: a smaller step is round-off */
-/* × the largest load: a step below this is the last, because the next (quadratic) step would be round-off */
+/* relative to the largest load that friction changes, or to the largest joint load: a smaller step is round-off */
+#define PRESS_EXACT 1e-15
+/* relative to the largest load: a smaller step is the last one, because the next step would be quadratically smaller, and so
+ * round-off */
 #define PRESS_LAST 1e-9
 #define PRESS_NONE 1e-250 /* N: a smaller load has no significant digits */
 

@@ -4,7 +4,7 @@
  * residual of the least squares, with κlᵀ w = S p. For a change of state d, it follows that Vᵀ κlᵀ dκ + cᵈ = 0. The vector cᵈ_q =
  * wᵀ (dκl) V_q − pᵀ (dS) V_q accounts for the change of V with the state. The rows of the Jacobian unit contain derivatives of κ
  * and of S λ, and are affine in λ. Both products are therefore differences: the rows at λ + V_q minus the rows at λ. In loops whose
- * joints have friction, w is the load of the springs with friction (``internal_forces.c``), and δ also changes. */
+ * joints have friction, w contains the spring loads with friction (``internal_forces.c``), and δ changes with the state, too. */
 #include "constraints/constraints.h"
 
 static void tr_jacobian_columns(tr_sim *s, const double *y, const double *z, int cols, double *J) {

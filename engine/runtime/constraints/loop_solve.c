@@ -8,18 +8,19 @@
  * If many loops share few bodies, S has a sparse factor (theory, "Loops by structure"). The order of its pivots depends on the
  * structure, not on the values. At the start, the sparse factor proves full rank if every pivot is far above the pivot of a
  * dependent row. Otherwise the dense factor determines the rank. If the stored rank is full, the sparse factor is used in every
- * position. Near a singular position, it drops each row that depends on the rows before it. */
+ * position. Near a singular position, the sparse factor drops each row that depends on earlier rows. */
 #include "constraints/constraints.h"
 
-/* × the largest diagonal of the other kind: if all diagonals of rotations, or of translations, are smaller, they are round-off */
+/* relative to the largest diagonal of the other kind: if all diagonals of rotations, or of translations, are smaller, they are
+ * round-off */
 #define NOTHING_OF_KIND 1e-12
-/* × the largest diagonal of the same kind: a row with a smaller diagonal takes the scale of this largest one */
+/* relative to the largest diagonal of the same kind: a row with a smaller diagonal takes the scale of the largest diagonal */
 #define NOTHING_OF_ROW 1e-9
-/* × a row's scale: smallest pivot of a clearly independent row; 1000 × GROW_PIVOT, because the structural pivot order gives smaller
- * pivots */
+/* relative to a row's scale: smallest pivot of a clearly independent row; 1000 × GROW_PIVOT, because the structural pivot order
+ * gives smaller pivots */
 #define CLEAR_PIVOT 1e-3
 
-/* Sparse factor of S in the structural pivot order, column by column. A row with a pivot not above `keep` depends on the rows
+/* Sparse factor of S in the structural pivot order, column by column. A row whose pivot is at most `keep` depends on the rows
  * before it, and is dropped. `perm`: the rows in use, then the dropped rows. Returns the number of rows in use. Requires raw
  * maps. */
 TR_APART int tr_factor_sparse(tr_sim *s, double keep) {
@@ -138,7 +139,7 @@ static void tr_add_loop_product(const tr_sim *s, const double *z, double *r) {
   }
 }
 
-/* Complete the solution of S x = b: x (n) solves the rows of loops alone; add the unknowns of light freedoms. */
+/* Complete the solution of S x = b by the unknowns of light freedoms. On entry, x (n) solves the rows of loops alone. */
 static void tr_solve_light_rows(tr_sim *s, const double *b, double *x) {
   const int a = s->k->active, n = tr_loop_rows(s), l = s->k->nlight;
   for (int q = 0; q < l; ++q) x[n + q] = b[n + q] - tr_dot(TR_A(s, maps) + (size_t)(n + q) * a, x, n);

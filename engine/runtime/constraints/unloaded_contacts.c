@@ -1,9 +1,9 @@
-/* Contacts without load, of joints that only push. The row of such a contact depends on the rows of closed contacts; the fourth
- * foot of a box is an example. The contact counts as open, but touches: its gap stays 0 while the other contacts are closed
- * (theory, "Contact that begins and ends"). */
+/* Contacts of joints that only push, if they touch without load. The constraint row of such a contact depends on the rows of closed
+ * contacts; the fourth foot of a box is an example. The contact counts as open, but touches: its gap stays 0 while the other
+ * contacts are closed (theory, "Contact that begins and ends"). */
 #include "constraints/constraints.h"
 
-/* × the row's own entry of S: if the part of a row that does not follow from closed contacts is smaller, the row is dependent */
+/* relative to the row's own entry of S: a row is dependent if the part that does not follow from closed contacts is smaller */
 #define OWN_PART 1e-9
 
 /* V (active) receives the open direction in which contact c, which is open, has the multiplier 1. Returns whether the contact's row

@@ -2,10 +2,11 @@
  * it. Forces jump, velocities are continuous, and a fold event is logged. */
 #include "diagnosis/diagnosis.h"
 
-#define FOLD_AHEAD 1e-7  /* s, × 1 / rate: length of the Euler step from the last state to the state where roots are searched */
-#define FOLD_AGAIN 1e-5  /* s, × 1 / rate: a fold that follows the last one sooner counts as repeated */
+/* in units of 1 / rate scale: length of the Euler step from the last state to the state where the search for roots begins */
+#define FOLD_AHEAD 1e-7
+#define FOLD_AGAIN 1e-5  /* in units of 1 / rate scale: a fold that follows the last one sooner counts as repeated */
 #define FOLDS_MOST 3     /* number of repeated folds after which the run ends */
-#define FOLD_SPEED 1e-4  /* × the fastest rate: largest change of a rate during the Euler step */
+#define FOLD_SPEED 1e-4  /* relative to the fastest rate: largest change of a rate during the Euler step */
 #define FOLD_ENDS 1e-4   /* a new root whose contraction differs less from 1 ends within microseconds */
 /* number of random starts of Newton's method; their scale is the friction under the loads without friction */
 #define FOLD_STARTS 48
@@ -62,7 +63,7 @@ static int tr_find_most_changed(const tr_sim *s, const double *was, const double
   return best;
 }
 
-/* Length of the Euler step to the state where roots are searched, s: so short that rates hardly change. */
+/* Length, s, of the Euler step to the state where the search for roots begins. Rates hardly change in this step. */
 static double tr_look_ahead_time(const tr_sim *s) {
   const double h = FOLD_AHEAD / s->set.rate, *v = TR_A(s, y) + s->k->nq, *change = TR_A(s, K) + s->k->nq;
   double fastest = s->set.rate, most = 0.0;
@@ -93,8 +94,8 @@ static int tr_pass_fold(tr_sim *s) {
     tr_evaluate_maps(s, y);
     if (tr_find_root_on_branches(s) && tr_rhs(s, s->clock.t + h, y, TR_A(s, dy)) && tr_is_on_branches(s)) {
       double jump;
-      /* A root that ends at once is not used: which one random starts find depends on the cut of a loop, so no motion is
-       * determined. */
+      /* A root that ends at once is not used. There are several such roots, and the random starts find one that depends on the cut
+       * of a loop; the motion would be arbitrary. */
       const int ends = fabs(1.0 - tr_contraction(s)) <= FOLD_ENDS;
       const int pair = tr_find_most_changed(s, was + k->active, TR_A(s, z) + k->active, &jump), first = tr_pair_of(s, pair)->contact0;
       if (jump > FOLD_JUMP && ends) {

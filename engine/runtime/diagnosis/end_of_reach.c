@@ -5,12 +5,13 @@
  * (a gimbal; a Cardan joint at a right angle). Otherwise the loop is fully stretched or folded. */
 #include "diagnosis/diagnosis.h"
 
-/* × the smallest pivot at an accurate state: largest pivot that counts as the end of reach. A pivot is the square of the relative
- * distance from the end of reach. Steps that cannot close loops end at a distance of at most 0.01. With friction the limit is
- * stricter, because a toggle jams at a distance of μ times the radius of its pin. */
+/* relative to the smallest pivot at an accurate state: largest pivot that counts as the end of reach. A pivot is the square of the
+ * relative distance from the end of reach. Steps that cannot close loops end at a distance of at most 0.01. With friction the limit
+ * is stricter, because a toggle jams at a distance of μ times the radius of its pin. */
 #define LOST 1e-4
 #define LOST_RUBBING 1e-7
-/* largest ratio (force · length) / couple of a pure couple; at a distance of 0.01 from the end of reach, the ratio is this large */
+/* largest ratio (force · length) / couple of a pure couple. The ratio has this value at a distance of 0.01 from the end of
+ * reach. */
 #define PURE_COUPLE 1e-2
 
 /* Write to `lost` (a) the direction of λ that has just lost its effect. This direction is the null vector of the last pivot within
@@ -46,8 +47,8 @@ static double tr_find_lost_direction(tr_sim *s, double *lost) {
 }
 
 /* Returns TR_FAIL_CLOSURE or TR_FAIL_GIMBAL if the loops are at the end of their reach at the state `y`, otherwise TR_OK. least:
- * largest pivot that counts as this end. Sets fail_detail to the constraint row with the largest component in the lost direction.
- * Sets fail_number to the smallest pivot (1: independent, 0: dependent). */
+ * largest pivot that counts as the end of reach. Sets fail_detail to the constraint row with the largest component in the lost
+ * direction. Sets fail_number to the smallest pivot (1: independent, 0: dependent). */
 static int tr_check_end_of_reach(tr_sim *s, double least) {
   const tr_kernel *k = s->k;
   const int a = k->active, n = tr_loop_rows(s);

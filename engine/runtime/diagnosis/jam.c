@@ -2,7 +2,8 @@
  * pair. If no solution exists even then, the pair is inconsistent. */
 #include "diagnosis/diagnosis.h"
 
-/* × the squared component of the pairs before: a later pair must exceed it; of equal pairs, the first counts */
+/* relative to the largest squared component of the pairs before: a later pair must have a larger one; of equal pairs, the first is
+ * returned */
 #define BLAME_MORE 1.01
 
 /* The sliding pair whose equation is closest to losing its root: it has the largest component in the near-null vector of the
@@ -31,7 +32,8 @@ static int tr_find_weakest_pair(tr_sim *s) {
   return best;
 }
 
-/* Index of a moving pair without whose friction the equations at the current state have a solution; −1: none. */
+/* Index of a moving pair that prevents a solution at the current state: without the friction of this pair, the equations have a
+ * solution. −1: none. */
 static int tr_find_obstructing_pair(tr_sim *s) {
   const tr_kernel *k = s->k;
   int rest[k->nsliders + 1], n = tr_collect_pairs_at_rest(s, -1, rest), found = -1;
@@ -94,9 +96,9 @@ static int tr_is_fully_driven(tr_sim *s, int pair) {
   return driven;
 }
 
-/* The first moving pair after whose sudden stop at y a solution exists; −1 if there is none. For failures that no single moving
- * pair causes (tr_find_obstructing_pair), but several pairs together, or a pair at rest. (Example: a self-locking thread whose nut
- * reverses stops the link that drives the nut.) */
+/* The first moving pair whose sudden stop at y makes a solution possible; −1 if there is none. Used for failures that no single
+ * moving pair causes (tr_find_obstructing_pair), but several pairs together, or a pair at rest. (Example: a self-locking thread
+ * whose nut reverses stops the link that drives the nut.) */
 static int tr_find_stopping_pair(tr_sim *s, const double *y, const tr_mode *modes) {
   double copy[tr_state_width(s)];
   for (int i = 0; i < s->k->nsliders; ++i) {

@@ -44,8 +44,8 @@ static inline void tr_store_end_multipliers(tr_sim *s) { tr_copy(tr_z_length(s),
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y);
 
 /* Whether the case must wait for lanes; the caller then returns TR_WAITS. On the next call, the result is 0. tr_wait_for_step: the
- * lanes compute a trial step of size h (all stages, the end and the errors). tr_wait_for_dense: the extra stages of the last step's
- * dense output. tr_wait_for_end: the projection of ynew at time t, and ẏ there (`slope`). */
+ * lanes compute a trial step of size h (all stages, the end and the errors). tr_wait_for_dense: the lanes compute the extra stages
+ * of the last step's dense output. tr_wait_for_end: the lanes project ynew at time t, and compute ẏ of the result (`slope`). */
 static int tr_wait_for_step(tr_sim *s, double h);
 static int tr_wait_for_dense(tr_sim *s);
 static int tr_wait_for_end(tr_sim *s, double t, double *slope);
@@ -54,8 +54,8 @@ static int tr_wait_for_end(tr_sim *s, double t, double *slope);
  * lanes could not serve it. */
 static int tr_take_from_lane(tr_sim *s, int kind, int evaluations);
 
-/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: whether the call
- * follows loop closure; if so, only rates that depend on no other rates become zero. Requires maps of y. */
+/* Stop the pairs `rest` (n) in y by impulses of their own friction, then set their rates to exactly zero. own: 1 after loop
+ * closure; only rates that depend on no other rates then become zero. Requires maps of y. */
 static void tr_bring_to_rest(tr_sim *s, double *y, const int *rest, int n, int own);
 
 /* Scale the quaternions of y to norm 1. */
@@ -74,7 +74,7 @@ static int tr_project(tr_sim *s, double t, double *y);
  * closed positions are found, −1 if no consistent rates are found. */
 static int tr_assemble_state(tr_sim *s, const double *qgiven, const double *vgiven);
 
-/* Whether all freedoms together change the active rows at y only by round-off. The other joints then satisfy the rows by themselves
+/* Whether all freedoms together change the active rows at y only by round-off. Every motion of the tree then satisfies the rows
  * (example: a door on two hinges). */
 static int tr_has_idle_rows(tr_sim *s, double *y);
 #endif

@@ -2,34 +2,35 @@
  * are then computed. */
 #include "evaluate/evaluate.h"
 
-/* Below, "rad; × the length" means: for rotations an angle in rad, for translations a fraction of the length scale. */
-
-#define RATES_CLOSED 1e-15  /* × length · rate (rotations: rate): round-off of consistent rates; rates solve linear equations */
-/* × length · rate (rotations: rate): largest residual of consistent rates, which may have lost 4 digits */
+/* in units of length · rate (rotations: rate): a smaller residual of the rates is round-off */
+#define RATES_CLOSED 1e-15
+/* in units of length · rate (rotations: rate): largest residual of consistent rates, which may have lost 4 digits */
 #define RATES_AGREE 1e-11
-/* rad; × the length: a smaller gap comes from rounding of given values, which may then change a little */
+/* rad, or relative to the length scale: a smaller gap counts as rounding of the given values, which may then change a little */
 #define ROUNDED 1e-6
-#define FEW_DIGITS 1e-2     /* rad; × the length: gap of values given with two digits; a larger gap means a contradiction */
-#define MOVED_BY 10.0       /* × the gap: largest change of given values */
-#define NEARER 0.1          /* × the smallest residual of earlier searches: a later search must end below this */
-#define NUDGE 0.02 /* rad; × the length: displacement of the start in later phases of the search */
-#define AFAR (0.5 * TURN) /* rad; × the length: spread of random starts of open coordinates */
-#define HELD 0.01     /* × the change of open coordinates: allowed change of given coordinates */
+/* rad, or relative to the length scale: largest gap that values with two digits can cause. With a larger gap, the given values
+ * contradict each other. */
+#define FEW_DIGITS 1e-2
+#define MOVED_BY 10.0       /* relative to the gap: largest change of given values */
+#define NEARER 0.1 /* relative to the smallest residual of earlier searches: a later search must end at a smaller residual */
+#define NUDGE 0.02 /* rad, or relative to the length scale: displacement of the start in later phases of the search */
+#define AFAR (0.5 * TURN) /* rad, or relative to the length scale: spread of random starts of open coordinates */
+#define HELD 0.01     /* relative to the change of open coordinates: allowed change of given coordinates */
 #define TRIES_AFAR 24 /* number of random starts; with forty loops, they take a tenth of a second in all */
-#define TIGHT 1e-13         /* × the length, or rad: residual of closed loops; a search ends below TIGHT_ENDS × TIGHT */
+#define TIGHT 1e-13 /* relative to the length scale, or rad: residual of closed loops; a search ends below TIGHT_ENDS × TIGHT */
 #define TIGHT_ENDS 1e-2
-#define NO_ROW 1e-30        /* sum of squared effects of unit changes on a row; if it is smaller, no freedom changes the row */
-#define NO_LEVER 1e-12      /* × the length, or rad: a smaller effect of a unit change on a row is round-off */
-#define ROW_DEPENDS 1e-10   /* × a row's scale: largest pivot of a dependent row */
-#define TIGHT_LAST 4e-15    /* × the largest coordinate, in rad or lengths: round-off of a large coordinate */
+#define NO_ROW 1e-30        /* if the sum of squared effects of unit changes on a row is smaller, no freedom changes the row */
+#define NO_LEVER 1e-12      /* relative to the length scale, or rad: a smaller effect of a unit change on a row is round-off */
+#define ROW_DEPENDS 1e-10   /* relative to a row's scale: largest pivot of a dependent row */
+#define TIGHT_LAST 4e-15    /* relative to the largest coordinate, in rad or lengths: round-off of this coordinate */
 #define TIGHT_MOST 5e-9     /* largest tolerance of closed loops; below the gap that later checks call open */
 #define CLOSE_STEPS 200     /* largest number of Newton steps; far from the solution, steps are shortened */
-#define CLOSE_CUT 0.3       /* rad; × the length: largest change in a shortened step */
+#define CLOSE_CUT 0.3       /* rad, or relative to the length scale: largest change in a shortened step */
 #define CLOSE_STALLED 40    /* number of steps after which a search has failed if its best residual was not halved */
 #define LONGER 4.0          /* ratio of successive trial fractions of a step, in a search with long steps */
-#define PAYS 0.5            /* × the reduction that the linear model predicts: smallest accepted reduction */
+#define PAYS 0.5            /* relative to the reduction that the linear model predicts: smallest accepted reduction */
 #define BODY_COSTS 100.0    /* multiplications per body and freedom in one evaluation */
-#define FARTHEST 1e7        /* rad; × the length: longest step, about a million turns of a screw */
+#define FARTHEST 1e7        /* rad, or relative to the length scale: longest step, about a million turns of a screw */
 
 /* A search for closed positions. given (nv), for each freedom: 0 if its start coordinate is open, 1 if it is given, 2 if it is exact
  * and must not change. start: the state before the search. weight (nv): allowed change of position along each rate. G: the
@@ -69,8 +70,8 @@ static double tr_position_residual(tr_sim *s, const double *y, double *h) {
   return tr_largest_residual(s, h, 0);
 }
 
-/* Largest residual at y that counts as closed: round-off, which grows with the coordinates (a screw thousands of turns from
- * zero). */
+/* Largest residual at y with which the loops count as closed. This residual is round-off, which grows with the coordinates
+ * (example: a screw thousands of turns from zero). */
 static double tr_closed_tolerance(const tr_sim *s, const double *y) {
   double far = 0.0;
   for (int i = 0; i < s->k->nq; ++i) far = fmax(far, fabs(y[i]) / (s->k->qkind[i] == TR_COORDINATE_LENGTH ? s->set.length : 1.0));
@@ -78,7 +79,7 @@ static double tr_closed_tolerance(const tr_sim *s, const double *y) {
 }
 
 /* h (2·rows) ← residuals at y with rate j = 1 and all other rates 0; for j = −1, with all rates 0. The velocity residual is linear
- * in the rates, so the difference of two results is a column of the constraint Jacobian. Requires rates of zero in y. */
+ * in the rates, so the difference of two results is a column of the constraint Jacobian. All rates in y must be zero. */
 static void tr_residual_of_rate(tr_sim *s, double *y, int j, double *h) {
   const tr_kernel *k = s->k;
   if (j >= 0) y[k->nq + j] = 1.0;
@@ -109,7 +110,8 @@ static void tr_least_change(tr_sim *s, const double *G, const double *weight, co
   double *A = TR_A(s, jw), *L = A + n * n, d[n], x[n];
   int perm[n], moved[n];
   memset(A, 0, sizeof(double) * n * n);
-  for (int q = 0; q < k->nv; ++q) { /* lower triangle of G W² Gᵀ, from nonzero entries alone: a freedom moves few rows */
+  /* lower triangle of G W² Gᵀ, from nonzero entries alone, because each freedom changes few rows */
+  for (int q = 0; q < k->nv; ++q) {
     const double *g = G + (size_t)n * q;
     int count = 0;
     for (int i = 0; i < n; ++i)
@@ -139,7 +141,7 @@ static void tr_move_positions(const tr_sim *s, const double *from, const double 
 
 /* Fraction of the step dv to take. By default, the largest change is at most CLOSE_CUT. With `longer`, the fraction is the largest
  * that reduces the residual `now` by at least PAYS × the predicted reduction. For a screw with an unknown number of turns, the
- * largest component of dv is then tried alone; on success it replaces dv. */
+ * largest component of dv is then tried alone; on success, this component replaces dv. */
 static double tr_step_part(tr_position_search *c, const double *y, double *dv, double now, int longer) {
   tr_sim *s = c->s;
   const int nv = s->k->nv;
@@ -201,8 +203,8 @@ static int tr_close_rounded(tr_position_search *c, const double *near, double ga
   return tr_close_positions(c, y, 1) && c->moved <= MOVED_BY * gap;
 }
 
-/* Displace open coordinates from the start by up to `far`, and given coordinates by up to `held` · `far`. With `seed`, the
- * displacements are random; otherwise they are fixed and differ from each other. */
+/* Displace open coordinates from the start by up to `far`, and given coordinates by up to `held` · `far`. With a null pointer
+ * `seed`, the displacements are fixed and differ from each other; otherwise they are random. */
 static void tr_displace_start(const tr_position_search *c, double far, double held, unsigned *seed, double *y) {
   const int nv = c->s->k->nv;
   double dv[nv + 1];
@@ -212,9 +214,9 @@ static void tr_displace_start(const tr_position_search *c, double far, double he
   tr_move_positions(c->s, c->start, dv, 1.0, y);
 }
 
-/* Close the positions by changes of open coordinates alone. Searches begin at the start, then at random starts; the last ones
- * have long steps. If this fails and the gap is small, given values with few digits may change too. Returns 1 if the loops are
- * closed. */
+/* Close the positions by changes of open coordinates alone. The first search begins at the start state, later searches at random
+ * starts. If all fail, the searches are repeated with long steps. If this fails and the gap is small, given values with few digits
+ * may change too. Returns 1 if the loops are closed. */
 static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   const int ny = c->s->ny;
   int kept = 0, open = 0;
@@ -235,7 +237,7 @@ static int tr_close_with_open_coordinates(tr_position_search *c, double *y) {
   return gap <= FEW_DIGITS && tr_close_rounded(c, near, gap, y);
 }
 
-/* Close the positions from random starts. Required only for scenes without given values; for others, the same starts have already
+/* Close the positions from random starts. Returns 0 if the scene has given values: searches from the same starts have then already
  * failed. */
 static int tr_close_from_afar(tr_position_search *c, double *y) {
   unsigned seed = 1u;

@@ -1,5 +1,5 @@
 /* Requests to the SIMD lanes, which step several cases at once (``hosts/lane_batch.c``). A case waits for its request between two
- * phases of a step (``stepping/trial_step.c``). A case whose request lanes cannot serve takes the ordinary path. */
+ * phases of a step (``stepping/trial_step.c``). If lanes cannot serve its request, the case computes the result itself. */
 #include "evaluate/evaluate.h"
 
 static tr_request tr_lane_request(tr_sim *s, int kind, double t, double *y) {

@@ -3,7 +3,8 @@
  * function `shift`. Otherwise δv is the difference of two evaluations of stage 2, with and without δλ. */
 #include "evaluate/evaluate.h"
 
-#define ROUND_OFF_MOST 4e-13 /* × the length, or rad: largest residual that counts as round-off; 100 × LOOP_CLOSED */
+/* relative to the length scale, or rad: largest residual that counts as round-off; 100 × LOOP_CLOSED */
+#define ROUND_OFF_MOST 4e-13
 #define CLOSE_BOUNDED 3   /* largest number of iterations on positions in a bounded step */
 
 static void tr_normalise_quaternions(const tr_sim *s, double *y) {
@@ -72,7 +73,7 @@ static int tr_project(tr_sim *s, double t, double *y) {
     s->stats.projections++;
   }
   if (tr_has_many_loops(s) && y == TR_A(s, ynew) && pos > CLOSURE_SHRINKS * before && before <= ROUND_OFF_MOST)
-    s->loops.round_off = fmax(s->loops.round_off, before); /* only at ends of steps: rows do not change the motion */
+    s->loops.round_off = fmax(s->loops.round_off, before); /* only at ends of steps, so that output rows do not change the motion */
   s->audit.gap = pos;
   if (pos > LOOP_OPEN) {
     s->step.failure = TR_FAIL_CLOSURE;

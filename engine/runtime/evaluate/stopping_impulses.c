@@ -1,8 +1,9 @@
 /* Stopping impulses: friction impulses that bring pairs to rest. */
 #include "evaluate/evaluate.h"
 
-#define PASSING_WORK 1e-6 /* × the kinetic energy: if stopping a rate near zero takes more work, this rate passes through zero */
-#define PASSING_LEAST 1e-16 /* × the energy unit: least value of this limit; for a mechanism at rest */
+/* relative to the kinetic energy: if stopping a rate near zero takes more work, this rate passes through zero */
+#define PASSING_WORK 1e-6
+#define PASSING_LEAST 1e-16 /* relative to the energy unit: least value of the limit by PASSING_WORK, for a mechanism at rest */
 
 /* Largest surface speed of the pairs `rest` (n) in the current state, m/s. */
 static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
@@ -11,8 +12,8 @@ static double tr_largest_speed(const tr_sim *s, const int *rest, int n) {
   return biggest;
 }
 
-/* Whether rates of the pairs `rest` (n) depend on other rates, through loops or drives. To set their rates in the state to zero
- * would not stop these pairs. */
+/* Whether rates of the pairs `rest` (n) depend on other rates, through loops or drives. Zeros in the state would then not stop
+ * these pairs. */
 static int tr_has_dependent_rates(const tr_sim *s, const int *rest, int n) {
   int follow = s->k->rows > 0;
   for (int q = 0; q < n; ++q) follow |= tr_pair_of(s, rest[q])->v0 < 0;

@@ -1,32 +1,34 @@
-/* End of sliding of pairs of several components (theory, "End of sliding"). The speed of such a pair reaches zero without a sign
- * change. The last stretch of sliding is therefore a separate step (capture). At the end of this step, the pair and all pairs that
- * stop with it are at rest. */
+/* End of sliding of pairs of several components (theory, "End of sliding"). The speed of such a pair reaches zero without a change
+ * of sign, so no root shows the stop. The last stretch of sliding is therefore a separate step (capture). At the end of this step,
+ * the pair and all pairs that stop with it are at rest. */
 #include "events/events.h"
 
-#define CAPTURE_JOLT 10.0   /* × the pair's own rates: largest change of any rate when the pair stops */
-/* × tolerance · speed unit: largest speed at which a pair may be stopped, if no other pair stops with it */
+#define CAPTURE_JOLT 10.0   /* relative to the pair's own rates: largest change of any rate when the pair stops */
+/* in units of tolerance · speed unit: largest speed at which a pair may be stopped, if no other pair stops with it */
 #define CAPTURE_ALONE 1.0
-/* × deceleration: if the acceleration perpendicular to the sliding is larger, a pair passes its least speed without stopping */
+/* relative to the deceleration: if the acceleration perpendicular to the sliding is larger, the pair passes its least speed without
+ * a stop */
 #define CAPTURE_ACROSS 0.2
-/* × the tolerance (× the speed unit; / rate; × the length): largest errors of a last stretch in a steady direction: speed across
- * it, time of the stop, and straight rows inside it */
+/* relative to the tolerance: largest errors of a last stretch in a steady direction. These errors are: speed across the direction
+ * (in speed units), time of the stop (in units of 1 / rate scale), straight rows inside the stretch (in lengths). */
 #define CAPTURE_STEADY 0.1
-/* × the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
+/* relative to the deceleration: largest acceleration across a last stretch in a steady direction, below the speed CAPTURE_SPEED */
 #define CAPTURE_TURNED 0.01
-/* number of corrections of the length of such a stretch; each leaves an error of the square of this length */
+/* number of corrections of the length of a last stretch; the error that a correction leaves is proportional to the square of this
+ * length */
 #define CAPTURE_PASSES 2
-/* × tolerance / rate: required accuracy of the stop's time; no requirement below the speed NEAR_MISS */
+/* in units of tolerance / rate scale: required accuracy of the stop's time; no requirement below the speed NEAR_MISS */
 #define CAPTURE_TIME RUN_ERROR
-/* × tolerance / rate: stops at a smaller distance in time are simultaneous; far below the error of event times */
+/* in units of tolerance / rate scale: stops at a smaller distance in time are simultaneous; far below the error of event times */
 #define STOPS_AS_ONE 0.01
-/* × the length of the last stretch: a pair whose own stop is closer to the end of the stretch stops at this end, too; well above
- * the error of stop times */
+/* relative to the length of the last stretch. A pair whose own stop is closer to the end of the stretch also stops at that end.
+ * This distance is well above the error of stop times. */
 #define STOPS_WITH 0.5
 
 /* Surface speeds of all pairs, m/s, at the end of the step that is `back` steps before the last. */
 static double *tr_past_speeds(const tr_sim *s, int back) { return TR_A(s, past_speeds) + back * s->k->nsliders; }
 
-/* Store the speeds at the end of an accepted step. Speeds from before an event are discarded. Requires maps of this end. */
+/* Store the speeds at the end of an accepted step. Speeds from before an event are discarded. Requires maps of the step's end. */
 static void tr_save_speeds(tr_sim *s) {
   double *t = s->friction.past_t;
   if (t[0] != s->step.t0)
@@ -69,8 +71,8 @@ static double tr_time_to_rest_by_braking(tr_sim *s, int i) {
   return across > CAPTURE_ACROSS ? INFINITY : left;
 }
 
-/* Largest speed, m/s, at which pair i may be stopped. It is smaller if other pairs are about to stop, too. left: time, s, in which
- * the pair would rest by itself. */
+/* Largest speed, m/s, at which pair i may be stopped. This speed is smaller if other pairs are about to stop, too. left: time, s,
+ * after which the pair would come to rest by itself. */
 static double tr_capture_speed(tr_sim *s, int i, double left) {
   int alone = tr_time_to_rest_by_braking(s, i) < INFINITY;
   for (int m = 0; m < s->k->nsliders && alone; ++m) alone = m == i || !tr_is_resting_as_soon(s, m, left);
@@ -78,8 +80,8 @@ static double tr_capture_speed(tr_sim *s, int i, double left) {
 }
 
 /* A pair that stops alone in a steady direction, and whose stop lies on the present line of its sliding; −1: none. *left receives
- * the time until its rest, s. Ordinary steps would pass this stop: the direction is undefined there, so the steps would follow
- * their own errors. */
+ * the time until its rest, s. Ordinary steps would miss this stop: at rest the direction is undefined, so the errors of the steps
+ * would determine the motion. */
 static int tr_find_steady_stop(tr_sim *s, double *left) {
   const double small = CAPTURE_STEADY * s->set.rtol, unit = tr_speed_unit(s);
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -150,8 +152,8 @@ static int tr_has_answer_at_rest(tr_sim *s, double t, double *y, int i) {
   return has;
 }
 
-/* Freeze the direction of pair i over its last stretch. Also freeze the directions of other pairs of several components that are as
- * slow. Directions of faster pairs may turn. */
+/* Freeze the direction of pair i over its last stretch. Also freeze the directions of other pairs of several components with a
+ * speed up to tr_last_speed. Directions of faster pairs may turn. */
 static void tr_freeze_last_directions(tr_sim *s, int i) {
   for (int m = 0; m < s->k->nsliders; ++m) {
     if (!tr_is_set_valued(s, m) || !tr_is_sliding(s, m) || tr_pair_of(s, m)->nrates == 1) continue;
@@ -161,7 +163,7 @@ static void tr_freeze_last_directions(tr_sim *s, int i) {
   }
 }
 
-/* Mark the pairs that stop with pair i at the end of its last stretch. Requires maps of this end. */
+/* Mark the pairs that stop with pair i at the end of its last stretch. Requires maps of the end of the stretch. */
 static void tr_mark_pairs_stopping_with(tr_sim *s, int i) {
   const double h = s->friction.capture_h;
   for (int m = 0; m < s->k->nsliders; ++m)

@@ -1,18 +1,19 @@
-/* Separations: inside a step, the normal force of a contact of two sides passes through zero, and its normal turns to the other side.
+/* Separations: inside a step, the normal force of a two-sided contact passes through zero, and the contact moves to the other side.
  * (Contacts of joints that only push open and close: ``unilateral_event_location.c``.) */
 #include "events/events.h"
 
 #define TURNED 2.0     /* rad: larger than any steady turn of a normal within a step */
-#define NEAR_ZERO 0.2  /* × the smaller end force: if the force has a larger minimum, it does not pass through zero */
+#define NEAR_ZERO 0.2  /* relative to the smaller end force: if the force has a larger minimum, it does not pass through zero */
 /* Number of halvings of a quarter step. The result is an eighth of a step, in which a force that passes through zero is nearly
  * linear in time. */
 #define HALVINGS 1
-#define LINES_MOST 8   /* largest number of secant steps after the halvings; the first ones square the error */
+#define LINES_MOST 8   /* largest number of secant steps after the halvings; the first secant steps square the error */
 #define NONE 2.0       /* fraction of a step that means no separation inside the step */
-/* × rtol, as a fraction of the step: separations at a smaller distance are one event. Each is located within rtol. */
+/* fraction of the step, relative to rtol: separations at a smaller distance are one event. Each separation is located within
+ * rtol. */
 #define TOGETHER 100.0
-#define SMALL 0.2      /* × the largest force so far: a smaller contact force may pass through zero twice in a step */
-/* decay factor per step of the stored largest force; so a contact whose load stays small is no longer searched */
+#define SMALL 0.2      /* relative to the largest force so far: a smaller contact force may pass through zero twice in a step */
+/* decay factor per step of the stored largest force; after a time, a contact whose load stays small is not searched */
 #define FADES 0.99
 #define TINY 1e-300    /* N²: replaces a zero divisor */
 
@@ -48,8 +49,8 @@ static int tr_narrow_turn(tr_sim *s, int i, double m, double *a, double *b, tr_c
   return 1;
 }
 
-/* Fraction in a…b at which the force of contact i passes through zero, or NONE if it does not. Found by halvings, then by secants.
- * lo, hi: contacts at a and b. */
+/* Fraction in a…b at which the force of contact i passes through zero, or NONE if it does not. The search uses halvings, then
+ * secants. lo, hi: contacts at a and b. */
 static double tr_find_separation(tr_sim *s, int i, double a, double b, tr_contact lo, tr_contact hi) {
   double least;
   for (int halves = 0; halves < HALVINGS; ++halves)
@@ -92,8 +93,8 @@ static int tr_is_turned(const tr_contact *before, const tr_contact *now, double 
   return least <= 2.0 * NEAR_ZERO;
 }
 
-/* Whether a contact with the same normal at both ends of the step may have turned twice inside. This requires a force that is small
- * relative to `peak`, its largest force so far (multiplied by FADES in each step). */
+/* Whether a contact with equal normals at both ends of the step may have turned twice inside the step. The force of such a contact
+ * is small relative to `peak`, the contact's largest force so far (multiplied by FADES in each step). */
 static int tr_may_turn_twice(const tr_contact *before, const tr_contact *now, double peak, double floor) {
   const double smaller = fmin(before->force, now->force);
   return smaller > floor && smaller < SMALL * peak && !(tr_contact_turn(before, now, 0.0) > TURNED);
@@ -104,7 +105,7 @@ static void tr_log_separations_within(tr_sim *s, double a, double b, const tr_co
   for (int m = 0; m < s->k->nsliders; ++m) {
     const int first = tr_pair_of(s, m)->contact0, n = tr_pair_of(s, m)->ncontacts;
     double at[s->o->ncontacts];
-    if (tr_unilateral_of_pair(s, m) >= 0) continue; /* a contact of a joint that only pushes opens instead */
+    if (tr_unilateral_of_pair(s, m) >= 0) continue; /* contacts of joints that only push open instead */
     for (int i = 0; i < n; ++i) {
       const tr_contact *p = before + first + i, *q = now + first + i;
       at[i] = tr_is_turned(p, q, floor) ? tr_find_separation(s, first + i, a, b, *p, *q) : NONE;

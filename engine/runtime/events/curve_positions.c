@@ -1,9 +1,9 @@
-/* Positions in curves and fields (theory, "Error control"). A step changes none of them by more than half a piece of its curve, or
- * half the declared width of its field. The error estimate alone misses a force that acts only between two stages. */
+/* Positions in curves and fields (theory, "Error control"). Each position changes over a step by at most half a piece of its curve,
+ * or half the declared width of its field. The error estimate alone misses a force that acts only between two stages. */
 #include "events/events.h"
 
 #define PIECE_PART 0.5    /* largest change of a position over a step, in pieces */
-#define NEXT_PART 0.9     /* × the largest change: change over the next step, if it continues like the last one */
+#define NEXT_PART 0.9 /* relative to the largest change: change over the next step, if the motion continues as in the last step */
 #define POSITION_PARTS 8  /* number of parts of a step; positions are compared at the ends of these parts */
 
 /* Positions at (t, y). */

@@ -1,24 +1,26 @@
-/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step
- * must end at the first corner. Each corner is a root of a smooth function. The state at a hook's corner decides whether the hook
+/* Corners of a step: places where a damped end stop releases, or where the signal of a hook passes its release value. The step must
+ * end at the first corner. Each corner is a root of a smooth function. The state at a hook's corner determines whether the hook
  * falls. */
 #include "events/events.h"
 
-#define CORNER_NEAR 1e-9  /* × the elastic force: a smaller corner distance counts as zero */
-#define CORNER_PART 0.1   /* × the tolerance: largest distance between a corner and the end of a step that counts as this corner */
+#define CORNER_NEAR 1e-9  /* relative to the elastic force: a smaller corner distance counts as zero */
+/* relative to the tolerance: largest distance between a corner and the end of a step that counts as this corner */
+#define CORNER_PART 0.1
 #define CORNER_ROOT 80    /* largest number of iterations; they alternate between secant and halving */
-#define CORNER_LATE 1e-12 /* × the step: a corner closer to the step's end coincides with it */
-#define HOOK_BEYOND 1e-11 /* excess of a hook's signal over its release value at a step's end at the corner; above TOL_STOP */
+#define CORNER_LATE 1e-12 /* relative to the step: a corner closer to the step's end counts as the end */
+/* excess of a hook's signal over its release value at the end of a step that ends at the corner; above TOL_STOP */
+#define HOOK_BEYOND 1e-11
 #define HOOK_POINTS 32    /* number of points of a step at which a hook's signal is evaluated */
-/* × the distance between two of these points: finite difference that gives the slope at an end of the step */
+/* relative to the distance of two of the HOOK_POINTS points: finite difference that gives the slope at an end of the step */
 #define HOOK_EDGE 1e-3
-#define HOOK_SECTIONS 40  /* largest number of golden sections between two of these points */
+#define HOOK_SECTIONS 40  /* largest number of golden sections between two of the HOOK_POINTS points */
 
 /* Distance of stop i from its corner at θ of the last step: the factor of its elastic force, which is 0 at release. For a hook:
  * excess of its signal over the release value. side: sign of the signal beyond this value. */
 static double tr_corner_distance(tr_sim *s, int i, double side, double theta) {
   double depth[s->k->nstops + 1], pushes[s->k->nstops + 1], *y = TR_A(s, yout);
   tr_evaluate_dense(s, theta, y);
-  tr_set_time(s, s->step.t0 + theta * s->step.size); /* drives and signals are those at θ */
+  tr_set_time(s, s->step.t0 + theta * s->step.size); /* sets the drives and signals at θ */
   tr_stop_depths_and_pushes(s, y, depth, pushes);
   return tr_is_hook(s, i) ? side * pushes[i] - HOOK_BEYOND : pushes[i];
 }
@@ -88,7 +90,7 @@ static double tr_find_first_corner(tr_sim *s, double most) {
   tr_stop_depths_and_pushes(s, TR_A(s, ynew), depth, end);
   tr_set_time(s, s->step.t0);
   tr_stop_depths_and_pushes(s, TR_A(s, y), depth, begin);
-  tr_save_solution(s, kept); /* a copy, because evaluations inside the step overwrite the solution */
+  tr_save_solution(s, kept); /* stores the solution, because evaluations inside the step overwrite it */
   for (int i = 0; i < n; ++i) {
     if (tr_is_hook(s, i)) first = tr_ensure_dense(s) ? fmin(first, tr_find_hook_corner(s, i, begin[i])) : first;
     else if (tr_is_pressed(s, i) && begin[i] * end[i] < 0.0 && fabs(begin[i]) >= near && fabs(end[i]) >= near && tr_ensure_dense(s))

@@ -1,9 +1,9 @@
 /* Detection of events of end stops and latches: event kinds, flags, and whether a stop may have two events inside a step. */
 #include "events/events.h"
 
-#define SHORTLY 1e-3      /* × the step: time difference for the derivative of a depth */
+#define SHORTLY 1e-3      /* relative to the step: time difference for the derivative of a depth */
 #define TOP_POINTS 16     /* number of intervals into which the step is divided to find a cubic's maximum */
-#define TOP_DIP 0.1       /* × the variation of a depth over the step: possible excess of the depth over the cubic */
+#define TOP_DIP 0.1       /* relative to the variation of a depth over the step: possible excess of the depth over the cubic */
 
 /* Event kind of an end stop or latch hook: engaged if `pressed`, otherwise released. */
 static int tr_stop_event_kind(const tr_sim *s, int stop, int pressed) {
@@ -34,7 +34,7 @@ static int tr_may_pass_zero(double g0, double m0, double g1, double m1) {
 
 /* A stop is marked if the cubic through its depths and rates at both ends has a maximum near the threshold. Rates come from K and
  * K[end]; for impulse steps, from the dense output. For a hook that is down, the event function is constant far from the next
- * tooth. Its possible rise is the fall of the depth behind the hook, which is smooth. */
+ * tooth. The fall of the depth behind the hook, which is smooth, shows how far this function can rise. */
 static int tr_mark_stops_with_events_inside(tr_sim *s, char *inside) {
   int any = 0;
   const int n = tr_state_width(s), ns = s->k->nstops, by_dense = tr_method_of(s)->kind == TR_IMPULSES;

@@ -2,11 +2,11 @@
 #include "events/events.h"
 
 #define TURN_NOTED 0.017453292519943295 /* rad: at an event, contacts of other pairs that turn by more are logged, too */
-#define BALL_TURNS 4                    /* largest number of decisions at one event; they repeat while balls change branch */
-/* largest number of branch changes of balls at one time; one suffices if the new branch exists */
+#define BALL_TURNS 4                    /* largest number of decisions at one event; decisions repeat while balls change branch */
+/* largest number of branch changes of balls at one time; a single change suffices if the new branch exists */
 #define BRANCH_CHANGES 4
-#define CONE_NEAR 1e-6                  /* × s²/|ω|²: with loops closed, a ball closer to its cone counts as at its cone */
-#define ANSWERS_LATER 2    /* after the start: largest number of pairs at rest for which a decision searches other solutions */
+#define CONE_NEAR 1e-6 /* distance s²/|ω|²: with loops closed, a ball closer to its cone counts as a ball at its cone */
+#define ANSWERS_LATER 2    /* after the start: largest number of pairs at rest for which a decision searches for other solutions */
 
 static int tr_mode_change(const tr_sim *s, int i, const tr_mode *old) {
   const tr_mode *m = tr_mode_of(s, i);
@@ -100,7 +100,8 @@ static void tr_freeze_left_lines(tr_sim *s, const int *rest, int n) {
   }
 }
 
-/* Let pair i slide on at (t, y), where it stops without a solution at rest, if drives move it. Returns 0 if they do not. */
+/* Pair i stops at (t, y), where no solution at rest exists. If drives move the pair, let it slide on. Returns 0 if no drive moves
+ * it. */
 static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const tr_mode *modes) {
   tr_restore_modes(s, modes);
   tr_evaluate_maps_at(s, t, y);
@@ -112,7 +113,7 @@ static int tr_continue_driven(tr_sim *s, double t, const double *y, int i, const
 }
 
 /* Whether a pair of `rest` (n) starts to slide while it moves backwards. This happens if a drive has begun to move and the rates of
- * the loop do not follow it yet. */
+ * the loop do not follow the drive yet. */
 static int tr_is_starting_backwards(const tr_sim *s, const int *rest, int n) {
   for (int q = 0; q < n && s->k->active; ++q) {
     if (tr_pair_of(s, rest[q])->nrates > 1 || !tr_is_sliding(s, rest[q])) continue;
@@ -161,7 +162,7 @@ static int tr_decide_again(tr_sim *s, int which, const tr_mode *modes, int other
     tr_restore_modes(s, modes), memcpy(y, old, sizeof old);
     return 0;
   }
-  /* not evaluated again, because a second evaluation might find another solution */
+  /* ẏ is copied, because a second evaluation might find another solution */
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
   s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed;

@@ -7,22 +7,24 @@
 
 #define ROOT_STEPS_BOUNDED 4
 #define CLOSE_ROOT 1e6     /* violation that a bounded step accepts, in tolerances: 1e-7 of the speed unit, 1e-4 of a capacity */
-#define CLOSE_STOP 500.0   /* CLOSE_ROOT for a pair of several components; at this violation its speed is below NEAR_MISS */
+/* replaces CLOSE_ROOT for a pair of several components, whose speed at this violation is below NEAR_MISS */
+#define CLOSE_STOP 500.0
 /* largest number of iterations on θ: up to SECANT_STEPS by interpolation, then by halvings, which always converge */
 #define ROOT_STEPS 80
 #define SECANT_STEPS 40
 /* number of halvings after which a point next to the step's start is tried; the violation may already be positive there */
 #define START_HALVES 2
-#define JUST_BEYOND 0.01 /* × the tolerance: if a is within a tolerance of the root, the next point aims this far beyond the root */
+/* relative to the tolerance: if `a` is within a tolerance of the root, the next point lies this far beyond the expected root */
+#define JUST_BEYOND 0.01
 #define ROOT_ROUND_OFF 1e-14 /* round-off of θ */
-#define DIP 0.05        /* × the variation of a sliding speed over the stages: possible drop of the speed between stages */
-#define TURN_DIP 0.5    /* × this variation: possible drop between distant stages, if the speed has a minimum inside the step */
-/* × the variation of a stuck pair's violation over the stages: possible further rise between stages, which are at most a quarter
- * period of the fastest load apart */
+#define DIP 0.05 /* relative to the variation of a sliding speed over the stages: possible drop of the speed between stages */
+#define TURN_DIP 0.5    /* replaces DIP between distant stages, if the speed has a minimum inside the step */
+/* relative to the variation of a stuck pair's violation over the stages: possible further rise between stages. (Two stages are at
+ * most a quarter period of the fastest load apart.) */
 #define SWING 0.5
-/* × this variation: possible rise for a spinning ball, whose axis at low speed turns within part of a step */
+/* replaces SWING for a spinning ball, whose axis at low speed turns within part of a step */
 #define CONE_SWING 2.0
-#define NEAR_RELEASE 0.05 /* × the friction ratio: if a stage is closer to release, the step may contain an event */
+#define NEAR_RELEASE 0.05 /* relative to the friction ratio: if a stage is closer to release, the step may contain an event */
 
 /* An approximate root of the violation in [a, b], found with the few evaluations that a bounded step allows. The result may lie on
  * either side of the exact root. */
@@ -46,8 +48,8 @@ static double tr_find_root_bounded(tr_sim *s, double a, double b, double ga, dou
   return m;
 }
 
-/* The bracket of a root, as fractions of the step. f: violation, minus 1, of the pair or stop with the largest violation at b; f is
- * interpolated. The largest of all violations has kinks, so only its sign is used. */
+/* The bracket of a root, as fractions of the step. f: violation, minus 1, of the pair or stop with the largest violation at b. The
+ * search interpolates f. Of the largest of all violations, the search uses only the sign, because this function has kinks. */
 typedef struct tr_root_search {
   double a, b;        /* no violation is positive at a; a violation is positive at b */
   double ga, gb;      /* largest violation, minus 1, at a and b */
@@ -59,7 +61,8 @@ typedef struct tr_root_search {
 } tr_root_search;
 
 /* The next point of a search, after `it` points, by inverse quadratic interpolation through both ends and the replaced end. Where
- * Chandrupatla's criterion does not guarantee progress, the bracket is halved instead. least: smallest width of the bracket. */
+ * Chandrupatla's criterion does not guarantee progress, the next point is the middle of the bracket. least: smallest width of the
+ * bracket. */
 static double tr_next_root_point(const tr_root_search *r, int it, double least) {
   const double half = 0.5 * (r->a + r->b), aim = r->fa > -1.0 ? JUST_BEYOND : 0.0;
   const double x1 = r->at_b ? r->b : r->a, x2 = r->at_b ? r->a : r->b, x3 = r->left;
@@ -75,8 +78,8 @@ static double tr_next_root_point(const tr_root_search *r, int it, double least) 
   return m > r->a && m < r->b ? m : half;
 }
 
-/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: before the call the expected pair or stop,
- * afterwards the one found. Returns NaN if the solution itself ends at this place. */
+/* First θ in (a, b] where the violation, minus 1, of a pair or stop is positive. *which: the expected pair or stop before the call,
+ * and the pair or stop found after the call. Returns NaN if the solution itself ends at this place. */
 static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
   const int nz = tr_z_length(s), watched = tr_watched_count(s);
   const double least = fmax(ROOT_ROUND_OFF, TIME_ROUND_OFF * fabs(s->step.t0) / s->step.size);
@@ -107,8 +110,8 @@ static double tr_find_first_root(tr_sim *s, tr_root_search r, int *which) {
 }
 
 /* Whether the violation at θ is an event (TR_FOUND), or whether the step is too large (TR_TOO_LARGE). The step is too large if a
- * pair of several components turned fast or nearly stopped; the friction of this pair alone then carries other pairs beyond the
- * limits of their modes. *which may become the pair that stops first. */
+ * pair of several components turned fast or nearly stopped. In such a step, the friction of this pair carries other pairs beyond
+ * the limits of their modes. *which may become the pair that stops first. */
 static int tr_classify_event(tr_sim *s, double theta, int *which) {
   if (!(theta == theta)) return TR_TOO_LARGE;
   if (!s->k->sets) return TR_FOUND;
@@ -161,8 +164,8 @@ static int tr_is_suspect(const tr_sim *s, int i) {
 }
 
 /* Whether a ball's branch of friction may end in the last step (a fold). The multipliers at the end then belong to another branch,
- * and roots inside are followed from the start. Returns 0 if a second ball is near its cone: with four roots, the followed root can
- * end in unlimited friction. */
+ * so roots inside the step are followed from its start. Returns 0 if a second ball is near its cone: with four roots, the followed
+ * root can end in unlimited friction. */
 static int tr_is_fold_possible(const tr_sim *s, int which) {
   if (!(s->step.margin_end > 0.0) || which >= s->k->nsliders || !tr_is_sliding_ball(s, which)) return 0;
   for (int i = 0; i < s->k->nsliders; ++i)

@@ -1,9 +1,10 @@
 /* Event records: the margin of an event, and the angle by which it turns each contact normal. */
 #include "events/events.h"
 
-/* × the largest contact force or friction: a smaller contact force is round-off, and has no meaningful direction */
+/* relative to the largest contact force or friction: a smaller contact force is round-off, and has no meaningful direction */
 #define ROUND_OFF 1e-9
-#define UNLOADED 1e-12 /* × energy scale / length scale: a smaller contact force is round-off, even if it is the largest */
+/* in units of energy scale / length scale: a smaller contact force is round-off, even if it is the largest contact force */
+#define UNLOADED 1e-12
 
 /* Contact force, N, below which the n contacts before and after an event carry only round-off. Friction counts in this limit, too,
  * because friction of a constant torque has no contact. */

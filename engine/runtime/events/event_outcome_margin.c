@@ -3,15 +3,16 @@
  * stuck pairs from release and of slipping pairs from rest. Events with a margin below the run's error are marked as unsure. */
 #include "events/events.h"
 
-/* × the unit of the crossing quantity, per duration of the run: at a slower crossing, a shift of the threshold by one tolerance
- * shifts the event by more than the error of event times */
+/* rate of a crossing, relative to the unit of the crossing quantity divided by the duration of the run. At a slower crossing, a
+ * shift of the threshold by one tolerance shifts the event by more than the error of event times. */
 #define SLOW 0.01
-#define STRAYS_LEAST 1e-3 /* × the run's error: smallest assumed error of a speed */
-#define LET_GO_WITH 1e-6 /* × the friction ratio: pairs whose ratio is this close to that of the released pair are released, too */
-#define ENOUGH 0.01      /* × the friction ratio: if an estimated margin is larger, it is not computed exactly */
-#define LEAST_STRETCH 1e-3 /* × the step: shortest interval over which a slope is measured */
-/* × s²/|ω|²: in model exchange, shift of a ball's indicator from its cone. The law of a ball loses half of its digits at the cone,
- * so its error is 5e-10. */
+#define STRAYS_LEAST 1e-3 /* relative to the run's error: smallest assumed error of a speed */
+/* relative to the friction ratio: a pair whose ratio is this close to the ratio of the released pair is also released */
+#define LET_GO_WITH 1e-6
+#define ENOUGH 0.01      /* relative to the friction ratio: if an estimated margin is larger, it is not computed exactly */
+#define LEAST_STRETCH 1e-3 /* relative to the step: shortest interval over which a slope is measured */
+/* distance s²/|ω|²: in model exchange, shift of a ball's indicator from the cone. The law of a ball loses half of its digits at the
+ * cone; the error of the distance is then 5e-10. */
 #define SHIFT_CONE 2e-9
 
 /* Possible error of the run's states, relative to the units of the states. */
@@ -38,8 +39,8 @@ static double tr_error_part(const tr_sim *s, int which) {
   return fmin(1.0, fmax(off / tr_run_error(s), STRAYS_LEAST));
 }
 
-/* Factor from violations of pair or stop `which`, in tolerances, to margins, in the margin's unit: friction ratio, relative speed,
- * relative length, or sine². */
+/* Factor that converts a violation of pair or stop `which`, in tolerances, to a margin. The unit of the margin is friction ratio,
+ * relative speed, relative length, or sine². */
 static double tr_margin_unit(const tr_sim *s, int which) {
   if (which >= s->k->nsliders) return TOL_STOP / s->set.length;
   if (!tr_is_set_valued(s, which)) return TOL_KINK * tr_sliding_of(s, which)->border / tr_pair_speed_unit(s, which);
@@ -109,7 +110,8 @@ static double tr_decision_margin(tr_sim *s, const int *rest, int n, int released
     const int i = rest[q];
     if (tr_is_stuck(s, i)) least = fmin(least, 1.0 - tr_friction_ratio(s, i));
     else if (i != released && was[i] < 1.0 - LET_GO_WITH) {
-      const double estimate = tr_slip_margin(s, i); /* equal to the margin if no other pair rests, otherwise smaller */
+      /* the estimate equals the margin if no other pair rests; otherwise the estimate is smaller */
+      const double estimate = tr_slip_margin(s, i);
       least = fmin(least, estimate < ENOUGH ? tr_margin_if_stuck(s, i) : estimate);
     }
   }

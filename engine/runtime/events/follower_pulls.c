@@ -1,10 +1,10 @@
 /* First instants at which forces of followers without friction become pulls, for a host that watches them (``hosts/api.c``). */
 #include "events/events.h"
 
-/* × the largest force so far: if a force at an end of a step is smaller, it may become a pull inside the step */
+/* relative to the largest force so far: a force that is smaller at an end of the step may become a pull inside the step */
 #define PULL_SMALL 0.2
 #define PULL_SETTLED 1e-14 /* fraction of the step: a shorter interval is round-off */
-#define PULL_MOST 60     /* largest number of iterations of the search; every third one bisects */
+#define PULL_MOST 60     /* largest number of iterations of the search; every third iteration is a bisection */
 
 /* Force of watched follower i at the fraction `at` of the step, positive for a push. NaN if the state cannot be evaluated. */
 static double tr_push_inside(tr_sim *s, int i, double at) {
@@ -14,7 +14,7 @@ static double tr_push_inside(tr_sim *s, int i, double at) {
   return tr_rhs(s, s->step.t0 + at * s->step.size, y, TR_A(s, dy)) ? s->pulls.sense[i] * TR_A(s, z)[s->pulls.slot[i]] : NAN;
 }
 
-/* Fraction of the step in a…b at which the force of follower i becomes a pull; fa > 0, fb < 0: forces there. */
+/* Fraction of the step in a…b at which the force of follower i becomes a pull. fa > 0, fb < 0: forces at a and b. */
 static double tr_find_pull(tr_sim *s, int i, double a, double fa, double b, double fb) {
   for (int it = 0; it < PULL_MOST && b - a > PULL_SETTLED; ++it) {
     const double secant = a + (b - a) * fa / (fa - fb), m = it % 3 == 2 || !(secant > a && secant < b) ? 0.5 * (a + b) : secant;

@@ -28,7 +28,7 @@ static int tr_set_initial_set_valued(tr_sim *s, double *y) {
 static void tr_set_initial_stops(tr_sim *s) {
   const tr_kernel *k = s->k;
   double depth[k->nstops + 1], *y = TR_A(s, y);
-  for (int i = 0; i < k->nstops; ++i) { /* a hook stays engaged when parameters change during a run */
+  for (int i = 0; i < k->nstops; ++i) { /* when parameters change during a run, a hook stays engaged */
     if (tr_contact_of_stop(s, i) >= 0) continue; /* flags of contacts are set by the assembly and the run */
     if (!tr_is_hook(s, i)) *tr_stop_flag(s, i) = TR_STOP_OPEN;
     else if (!s->stats.steps) *tr_stop_flag(s, i) = k->down[i - (k->nstops - k->nlatches)];

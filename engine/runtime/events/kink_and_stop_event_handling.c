@@ -1,12 +1,12 @@
 /* Handling of events of laws with a kink, and of stops: mode changes and event records. A pair enters and leaves the proportional
- * zone at its kink. A reversal inside the zone is certain only when the pair leaves the zone. The zone therefore stores the
- * contacts at its entry. */
+ * zone at its kink. Whether its sliding reversed inside the zone is known only when the pair leaves the zone. The contacts at the
+ * entry are therefore stored. */
 #include "events/events.h"
 
-/* × the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square root, it is
- * below 0.01 at this distance. */
+/* relative to the step: distance before the event at which a ball is evaluated. If the tilt vanishes at the event like a square
+ * root, the tilt is below 0.01 at this distance. */
 #define FOLD_BEFORE 1e-4
-/* rad (three degrees): a smaller change of a ball's tilt is no jump. Long steps resolve tilts to one degree */
+/* rad (three degrees): a change of a ball's tilt counts as a jump only above this value. Long steps resolve tilts to one degree. */
 #define FOLD_TILT 0.05
 
 /* Pair i enters the proportional zone at (t, y): store its direction and its contacts. */
@@ -99,8 +99,8 @@ static void tr_release_behind(tr_sim *s, int hook, double t) {
   s->stats.events++;
 }
 
-/* Whether a hook that is down leaves its tooth at y because the next tooth passes. The signal then does not lift the hook, and
- * nothing presses on it. y may be slightly before the tooth, because loops were closed after the event was located. */
+/* Whether a hook that is down leaves its tooth at y because the next tooth passes. In this case the signal does not lift the hook,
+ * and nothing presses on the hook. y may be slightly before the tooth, because loops were closed after the event was located. */
 static int tr_is_tooth_passing(const tr_sim *s, int stop, const double *y) {
   double depth[s->k->nstops + 1], lifts[s->k->nstops + 1];
   if (!tr_is_hook(s, stop) || !tr_is_pressed(s, stop)) return 0;
@@ -132,7 +132,7 @@ static void tr_switch_stop(tr_sim *s, int stop, double t, const double *y) {
 
 static void tr_switch_mode(tr_sim *s, int which, double t, const double *y) {
   const tr_kernel *k = s->k;
-  if (which < k->nsliders && tr_has_kink_at_rest(s, which)) { /* friction is continuous, so there is no event */
+  if (which < k->nsliders && tr_has_kink_at_rest(s, which)) { /* friction is continuous, so no event is logged */
     tr_freeze_direction(s, which);
     return;
   }

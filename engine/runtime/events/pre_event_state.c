@@ -1,20 +1,20 @@
 /* State just before an event that cuts a step short: branches of balls, directions of stopping pairs, shared loads, contacts. */
 #include "events/events.h"
 
-#define NO_MOTION 1e-9        /* × the speed unit: the direction of a slower pair is round-off */
-#define JUST_BEFORE 1e-3      /* × the step: first distance before the event at which a direction is computed */
+#define NO_MOTION 1e-9        /* relative to the speed unit: the direction of a slower pair is round-off */
+#define JUST_BEFORE 1e-3      /* relative to the step: first distance before the event at which a direction is computed */
 #define BEFORE_GROWS 10.0     /* factor from one distance before the event to the next */
-#define BRANCH_BACK 1e-12     /* × the step: first distance before the event at which a lost branch is searched */
+#define BRANCH_BACK 1e-12 /* relative to the step: first distance before the event at which the program looks for a lost branch */
 #define BRANCH_GROWS 10.0     /* factor from one distance of the branch search to the next */
-#define BRANCH_FAR 1e-2       /* × the step: largest distance before the event at which a lost branch is searched */
+#define BRANCH_FAR 1e-2 /* relative to the step: largest distance before the event at which the program looks for a lost branch */
 
 static void tr_event_state(tr_sim *s, double t, double *out) {
   tr_dense_state(s, s->pending.theta, out);
   if (!tr_project(s, t, out)) tr_dense_state(s, s->pending.theta, out);
 }
 
-/* Whether the friction branch of ball i exists at the fraction `part` before the event. y becomes the evaluated state at this
- * place. found: θ of the event. */
+/* Whether the friction branch of ball i exists at the fraction `part` before the event. y receives the evaluated state at this
+ * fraction. found: θ of the event. */
 static int tr_has_branch_before(tr_sim *s, int i, double found, double part, double *y) {
   s->pending.theta = found * (1.0 - part);
   const double t = s->step.t0 + s->pending.theta * s->step.size;
@@ -45,7 +45,7 @@ static int tr_hold_until_event(tr_sim *s, double t, const double *y, int which) 
 static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   const tr_kernel *k = s->k;
   const int which = s->pending.which, a = k->active, e = k->neta;
-  /* Restores row_kind, leaders and share together, because they are contiguous in the block. */
+  /* One copy restores row_kind, leaders and share, which are contiguous in the block. */
   int rows = TR_A(s, share) + e - TR_A(s, row_kind), width = tr_state_width(s);
   double eta[e + 1], found[rows + 1], impend[k->nrates + 1], there[width];
   const double theta = s->pending.theta;
@@ -65,7 +65,7 @@ static void tr_restore_shares_before(tr_sim *s, double t, double *y) {
   tr_copy(width, there, y), tr_evaluate_maps_at(s, t, y);
   tr_restore_modes(s, modes), memcpy(TR_A(s, z) + a, eta, sizeof(double) * e);
   memcpy(TR_A(s, row_kind), found, sizeof(double) * rows), memcpy(TR_A(s, impending), impend, sizeof(double) * k->nrates);
-  /* Each value is restored by itself, because tr_set_row_kinds would change the shares. */
+  /* Each value is restored separately, because tr_set_row_kinds would change the shares. */
   s->friction.held = still, s->friction.shared = 1, s->friction.impending_laws = by_law;
 }
 

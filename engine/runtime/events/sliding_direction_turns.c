@@ -1,12 +1,13 @@
 /* Detection of pairs of several components whose sliding direction turns inside a step. Their friction turns, too, and can carry
- * other pairs beyond the limits of their modes. This is not an event of the other pairs. */
+ * other pairs beyond the limits of their modes. The other pairs have no event then; the step is too long. */
 #include "events/events.h"
 
-/* × the speed at the start of the step: a slower pair has nearly stopped, and its direction is integration error. */
+/* relative to the speed at the start of the step: a slower pair has nearly stopped, and its direction is only integration error */
 #define ALL_BUT_STOPPED 0.01
-#define RIGHT_ANGLE 1e-12 /* × the sum of absolute products: a smaller scalar product of two directions is round-off */
-#define LINE_TURNS 0.98 /* cosine of 11 degrees: a pair whose velocity turns away from its line by more has nearly stopped */
-/* × the speed × the tolerance, at least rtol: largest speed perpendicular to the line on which a pair slides */
+#define RIGHT_ANGLE 1e-12 /* relative to the sum of absolute products: a smaller scalar product of two directions is round-off */
+/* cosine of 11 degrees: a pair whose velocity turns away from its line by a larger angle has nearly stopped */
+#define LINE_TURNS 0.98
+/* relative to the speed: largest speed perpendicular to the line on which a pair slides; if rtol is larger, rtol is used */
 #define LINE_TURNED 1e-8
 
 static int tr_has_reversed(const tr_sim *s, int i) {
@@ -24,9 +25,9 @@ static void tr_save_start_speeds(tr_sim *s, double *was) {
     was[i] = tr_is_set_valued(s, i) && tr_is_sliding(s, i) && tr_pair_of(s, i)->nrates > 1 ? tr_speed_of_state(s, i) : 0.0;
 }
 
-/* A pair of several components, other than `which`, that nearly stopped in the step; −1 if there is none. While it stops, its
- * friction turns and carries other pairs beyond the limits of their modes. Pairs that stop along a line are excluded. was: speeds
- * at the start of the step. Requires maps of (t, y). */
+/* A pair of several components, other than `which`, that nearly stopped in the step; −1 if there is none. While this pair stops,
+ * its friction turns and carries other pairs beyond the limits of their modes. Pairs that stop along a line are excluded. was:
+ * speeds at the start of the step. Requires maps of (t, y). */
 static int tr_find_pair_stopping_beside(tr_sim *s, int which, const double *was, double t, const double *y) {
   for (int i = 0; i < s->k->nsliders; ++i) {
     if (i == which || !(was[i] > tr_crawl_speed(tr_speed_unit(s))) || tr_frozen_length(s, i) > TR_LINE) continue;
@@ -58,9 +59,9 @@ static int tr_release_left_lines(tr_sim *s) {
 }
 
 /* The pair that stops at the state where pair `which` seems to leave its mode; `which` if no other pair stops. At this state the
- * friction of the stopping pair jumps, and carries `which` beyond its limit. was: speeds at the start of the step. A slow pair that
- * speeds up has just started; it does not stop. For a pair on a line, speed perpendicular to the line is an error of slightly open
- * loops. Requires maps of (t, y). */
+ * friction of the stopping pair jumps, and carries `which` beyond its limit. was: speeds at the start of the step. A slow pair with
+ * growing speed has just started, and does not stop. For a pair on a line, speed perpendicular to the line is an error of slightly
+ * open loops. Requires maps of (t, y). */
 static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, double t, const double *y) {
   if (which < s->k->nsliders && tr_mode_flag(tr_mode_of(s, which)) == TR_SLIPS && !tr_pair_of(s, which)->cone) return which;
   for (int i = 0; i < s->k->nsliders; ++i) {
@@ -73,8 +74,8 @@ static int tr_find_pair_stopping_first(tr_sim *s, int which, const double *was, 
 }
 
 /* Whether another pair than `which` turned its direction by more than a right angle before the planned end of the step. Only pairs
- * of several components can turn. Returns 0 if `which` slides. In explicit steps that are too long, directions oscillate, because
- * they are stiff, and cause spurious events of other pairs. */
+ * of several components can turn. Returns 0 if `which` slides. Stiff directions oscillate in explicit steps that are too long, and
+ * cause spurious events of other pairs. */
 static int tr_has_other_pair_turned(tr_sim *s, int which) {
   if (which >= s->k->nsliders || !(tr_is_stuck(s, which) || tr_is_moving_ball(s, which))) return 0;
   const double end = s->step.t0 + s->step.size, *y = TR_A(s, ynew);
@@ -87,8 +88,8 @@ static int tr_has_other_pair_turned(tr_sim *s, int which) {
   return 0;
 }
 
-/* Whether the reversal of pair i at θ is an artefact of the dense output: at the state y there, the pair still accelerates. Only
- * pairs of one component that started from rest at the start of this step have these artefacts. */
+/* Whether the reversal of pair i at θ is an artefact of the dense output, because the pair still accelerates at the state y of this
+ * instant. Such artefacts occur only for pairs of one component that started from rest at the start of this step. */
 static int tr_is_spurious_turn(tr_sim *s, int i, double theta, const double *y) {
   if (i >= s->k->nsliders || !tr_is_set_valued(s, i) || tr_mode_flag(tr_mode_of(s, i)) != TR_SLIPS || tr_pair_of(s, i)->nrates > 1) return 0;
   if (tr_speed_of_state(s, i) > tr_rest_speed(tr_speed_unit(s)) || !tr_rhs(s, s->step.t0 + theta * s->step.size, y, TR_A(s, dy))) return 0;

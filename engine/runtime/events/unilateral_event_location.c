@@ -1,13 +1,13 @@
 /* Location of the events of joints that only push: the normal force passes through zero, or the gap closes. */
 #include "events/events.h"
 
-#define SHORTLY_WITHIN 1e-3 /* × the step: time difference for the derivative of a normal force */
-/* largest number of Newton steps on the time of a landing; they converge from the side of negative gaps */
+#define SHORTLY_WITHIN 1e-3 /* relative to the step: time difference for the derivative of a normal force */
+/* largest number of Newton steps on the time of a landing; the steps converge from the side of negative gaps */
 #define LANDING_STEPS 12
-#define LANDING_SAME 1e-15  /* × max(time, 1 s): a smaller Newton step is round-off */
+#define LANDING_SAME 1e-15  /* relative to max(time, 1 s): a smaller Newton step is round-off */
 
-/* For each contact at the fraction theta of the last step: its pull if it is closed; the load that it would have, if it is
- * unloaded. Returns 0 if there is no solution. */
+/* State at the fraction theta of the last step. pull receives, for a closed contact, its pull; for an unloaded contact, the load
+ * that it would have. Returns 0 if there is no solution. */
 static int tr_pulls_inside(tr_sim *s, double theta, double *pull) {
   tr_dense_state(s, theta, TR_A(s, yout));
   if (s->k->nquat) tr_normalise_quaternions(s, TR_A(s, yout));

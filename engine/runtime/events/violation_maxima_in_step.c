@@ -1,12 +1,13 @@
 /* Violations on the dense output of the last step, and the maxima of violations between its points. */
 #include "events/events.h"
 
-#define SAMPLES_BOUNDED 4 /* number of points in a bounded step; also of iterations on θ */
+#define SAMPLES_BOUNDED 4 /* number of points in a bounded step */
 #define TOP_STEPS 12    /* largest number of parabola steps towards one maximum; each step raises the order of the error */
-#define TOP_NEAR 1e-9   /* × the step: a maximum closer to an evaluated point coincides with this point */
-/* × the distance of a maximum from release: if an iteration changes the maximum by less, it does not reach release */
+#define TOP_NEAR 1e-9   /* relative to the step: if a maximum is closer to an evaluated point, this point counts as the maximum */
+/* relative to the distance of a maximum from release: if an iteration changes the maximum by less, the maximum does not reach
+ * release */
 #define TOP_SURE 0.01
-#define EDGE 1e-3       /* × the spacing of the points: finite difference that gives the slope at an end of the step */
+#define EDGE 1e-3       /* relative to the spacing of the points: finite difference that gives the slope at an end of the step */
 
 static double tr_worst_violation(tr_sim *s, const double *y, int *worst) {
   double depth[s->k->nstops + 1], best = -INFINITY;
@@ -39,8 +40,8 @@ typedef struct tr_point {
   double x, own, all;
 } tr_point;
 
-/* Violations at the dense points of a step. A freewheel has one violation for each direction. Each is smooth where the load changes
- * its sign; their maximum is not. */
+/* Violations at the dense points of a step. A freewheel has one violation for each direction. Each of the two is smooth where the
+ * load changes its sign; the larger of the two has a kink. */
 typedef struct tr_samples {
   const char *suspect; /* TR_SUSPECT, TR_BY_SIDES or 0 for each pair and stop */
   int watched, between, sided; /* number of pairs and stops; whether to search between points; whether any pair has two sides */
@@ -118,7 +119,7 @@ typedef struct tr_bracket {
   int which; /* the worst pair or stop at `right` */
 } tr_bracket;
 
-/* Narrow the bracket by a point. A positive violation at this point may belong to another item than the searched one. */
+/* Narrow the bracket by a point. A positive violation at this point may belong to another item than the one of the search. */
 static void tr_narrow_bracket(tr_bracket *b, const tr_point *p, int worst) {
   if (p->all > 0.0 && !(p->x >= b->right.x)) b->right = *p, b->which = worst;
   if (b->left.x >= b->right.x) b->left = b->begin;
@@ -179,7 +180,7 @@ static void tr_search_item(tr_sim *s, const tr_samples *at, int i, int q, tr_bra
 }
 
 /* The bracket of the first root up to point q, from maxima between points q − 2 and q, and from point q itself. Each violation is
- * searched by itself, because the largest of all has kinks, where a parabola finds no maximum. */
+ * searched separately, because the largest of all violations has kinks, where a parabola finds no maximum. */
 static tr_bracket tr_bracket_first_root(tr_sim *s, const tr_samples *at, int q, int first, int worst) {
   tr_bracket b = {.left = {q > first ? at->x[q - 1] : 0.0, NAN, q > first ? at->all[q - 1] : -1.0}, .right = {NAN, NAN, NAN}, .which = worst};
   if (at->all[q] > 0.0) b.right = (tr_point){at->x[q], NAN, at->all[q]};

@@ -8,16 +8,16 @@
 
 #define NO_TILT 1e-60 /* stands for a tilt of zero, because a zero in the mode means that no tilt is prescribed */
 #define TILT_STEP 1e-6 /* first tilt; its square is far above round-off */
-#define TILT_IS 1e-9 /* × the square of a tilt: a smaller residual φ is round-off */
-#define TILT_NEAR 1e-4 /* × a tilt: first distance from this tilt in the search for a root near it */
+#define TILT_IS 1e-9 /* relative to the square of a tilt: a smaller residual φ is round-off */
+#define TILT_NEAR 1e-4 /* relative to a tilt: first distance from this tilt in the search for a root near it */
 #define TILT_WIDENS 8.0 /* ratio of successive distances in the search near a tilt */
 #define TILT_GROWS 1.5 /* ratio of successive tilts in the search over all tilts */
 #define TILT_MAX 80 /* largest number of iterations; bisections alone need 50 */
 #define TILT_SWEEPS 30 /* largest number of sweeps over the tilts of several balls */
-#define TILT_SAME 1e-12 /* × a tilt: if the last sweep changed no tilt by more, the sweeps have converged */
-#define TILT_FOUND 1e-14 /* × the tilt: a smaller change of the tilt has no effect */
-#define TILT_BRACKET 1e-15 /* × the upper end of the bracket: a narrower bracket has converged */
-#define TILT_BEYOND 1e-3 /* × the tilt at the kink: sliding is tried at a tilt larger by this much; far above round-off */
+#define TILT_SAME 1e-12 /* relative to a tilt: if the last sweep changed no tilt by more, the sweeps have converged */
+#define TILT_FOUND 1e-14 /* relative to the tilt: a smaller change of the tilt has no effect */
+#define TILT_BRACKET 1e-15 /* relative to the upper end of the bracket: a narrower bracket has converged */
+#define TILT_BEYOND 1e-3 /* relative to the tilt at the kink: sliding is tried at a tilt larger by this much; far above round-off */
 
 /* Distance s²/|ω|² of ball i to its cone at the tilt u. eta receives the solution. Returns NaN if there is no solution. */
 static double tr_cone_distance_at_tilt(tr_sim *s, double *eta, int i, double u) {

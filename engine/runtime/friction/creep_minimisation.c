@@ -1,20 +1,20 @@
 /* Friction at rest of any number of pairs as one minimisation (theory, "Many pairs").
  *
- * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over w. w are the accelerations in the metric of the
- * masses, and w₀ those without friction. x = B w are the surface accelerations of the pairs, and cap their capacities. The minimum
- * is the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method minimises for a decreasing sequence of ε, and starts
- * each time from the last result. Its line search on the convex objective always succeeds. Each iteration updates the loads. The
- * result is only a start for the exact equations; their solution is then checked against the laws. The maps are the only data of
- * the mechanism. */
+ * With fixed loads the problem is convex: minimise ½|w − w₀|² + Σ cap |x| over w. w contains the accelerations in the metric of the
+ * masses, and w₀ the accelerations without friction. x = B w contains the surface accelerations of the pairs, and cap the
+ * capacities of the pairs. The minimum is the limit ε → 0 of creeping friction, cap x/√(x² + ε²). Newton's method solves the
+ * problem for a decreasing sequence of ε. For each ε, it starts from the last result. The line search on the convex objective
+ * always succeeds. Each iteration updates the loads. The result is only a start for the exact equations; their solution is then
+ * checked against the laws. The maps are the only data of the mechanism. */
 #include "friction/friction.h"
 
-#define CREEP_NEXT 0.05 /* ratio of successive ε; the first ε is the acceleration by the pair's own friction */
-#define CREEP_LAST 1e-10 /* × the first ε: the last ε */
+#define CREEP_NEXT 0.05 /* ratio of successive ε; the first ε is the acceleration that the pair's own friction causes */
+#define CREEP_LAST 1e-10 /* last ε, relative to the first ε */
 #define CREEP_STEPS 5 /* largest number of Newton steps for each ε but the last */
 #define CREEP_STEPS_LAST 40 /* largest number of Newton steps for the last ε */
-#define CREEP_FOUND 1e-10 /* × the friction: if a Newton step changes friction by less, the iteration has converged */
+#define CREEP_FOUND 1e-10 /* relative to the friction: if a Newton step changes friction by less, the iteration has converged */
 #define CREEP_HALVES 20 /* largest number of halvings of a step until the objective decreases */
-#define CREEP_SLOPE 1e-4 /* × the decrease predicted by the slope: smallest accepted decrease (Armijo) */
+#define CREEP_SLOPE 1e-4 /* relative to the decrease predicted by the slope: smallest accepted decrease (Armijo) */
 
 static void tr_creep_collect_multipliers(const tr_sim *s, tr_creep_problem *c) {
   c->m = 0;
@@ -75,8 +75,8 @@ static void tr_creep_project_ball(const tr_sim *s, const tr_creep_problem *c, in
   for (int j = 0; j < 3; ++j) x[j] -= along * f[j];
 }
 
-/* Surface accelerations x = B w of all pairs. across: whether to keep, of balls, only the components perpendicular to their
- * forces. */
+/* Surface accelerations x = B w of all pairs. across: whether the result contains, for a ball, only the components perpendicular to
+ * its force. */
 static void tr_creep_surface_accelerations(const tr_sim *s, const tr_creep_problem *c, const double *w, int across, double *x) {
   for (int i = 0; i < c->m; ++i) {
     x[i] = 0.0;
@@ -143,7 +143,8 @@ static void tr_creep_gradient_hessian(const tr_sim *s, const tr_creep_problem *c
   for (int q = 0; q < c->n; ++q) {
     const int first = c->first[q], n = c->first[q + 1] - first, wide = tr_creep_rows(s, c, q, v, right);
     const double speed = tr_creep_smoothed_size(c, q), stiff = c->cap[q] / speed;
-    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0; /* for one component: factor of the curvature */
+    /* for one component: factor of the curvature */
+    const double turned = n == 1 ? 1.0 - c->u[first] * c->x[first] / (c->cap[q] * speed) : 1.0;
     for (int k = 0; k < wide; ++k) {
       U[k] = X[k] = 0.0;
       for (int i = 0; i < n; ++i) {

@@ -2,10 +2,14 @@
  * loops prescribe, which freedoms coincide, and which are at rest. */
 #include "friction/friction.h"
 
-/* × the stopping time at constant deceleration: longest stopping time; smooth stops take three times as long */
+/* relative to the stopping time at constant deceleration. If the signals have a break within this time, the freedom counts as at
+ * rest. (Smooth stops take three times as long.) */
 #define RESTS_BY 4.0
-#define RESTS_FOR 1e-6 /* s, × 1 / rate: a pair with a longer stopping time rests; a slow pair that reverses needs much less time */
-/* × a freedom's response without loops: least response that counts in a scale; its round-off is below RANK_PIVOT */
+/* in units of 1 / rate scale: a pair with a longer stopping time counts as at rest. (A slow pair that reverses needs much less
+ * time.) */
+#define RESTS_FOR 1e-6
+/* relative to a freedom's response without loops: smallest response from which a scale is formed; the round-off of this response is
+ * below RANK_PIVOT */
 #define RESPONSE_FLOOR 1e-4
 
 static double tr_freedom_response(const tr_sim *s, int i, int j) {
@@ -85,8 +89,8 @@ static double tr_acceleration_by_maps(tr_sim *s, int i) {
   return tr_acceleration_and_terms(s, i, &size);
 }
 
-/* Acceleration of freedom i divided by the sum of its absolute terms. For held freedoms without an own equation of rest: the rest
- * of other freedoms implies theirs, or contradicts it. */
+/* Acceleration of freedom i divided by the sum of its absolute terms. Used for held freedoms that have no equation of rest: the
+ * rest of other freedoms implies the rest of such a freedom, or contradicts it. */
 static double tr_relative_acceleration(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   int e = k->neta;
@@ -110,8 +114,8 @@ static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc) {
   return 0;
 }
 
-/* Whether the acceleration of freedom i is only an error of the present state. The loops hold this freedom without help of other
- * pairs. open: largest error, × the terms that cancel. */
+/* Whether the acceleration of freedom i is only an error of the present state. Returns 0 unless the loops alone hold this freedom,
+ * without other pairs. open: largest error, relative to the sum of the absolute terms of the acceleration. */
 static int tr_is_acceleration_an_error(tr_sim *s, int i, double open) {
   double size;
   if (!tr_is_prescribed(s, i)) return 0;

@@ -28,15 +28,15 @@ static inline int tr_is_sliding_ball(const tr_sim *s, int i) {
   return pair->cone && (pair->kind == TR_KIND_SET ? flag == TR_SLIPS : pair->kind == TR_KIND_KINK && flag == TR_SATURATED);
 }
 
-/* Whether the stuck pair i yields: it exerts its capacity along its direction, while other pairs hold its freedom. The tilt of its
- * mode marks this. Only balls have a tilt otherwise, and balls do not yield. */
+/* Whether the stuck pair i yields: it exerts its capacity along its direction, while other pairs hold its freedom. A tilt in the
+ * mode marks a pair that yields. (All other tilts belong to balls, and balls never yield.) */
 static inline int tr_yields(const tr_sim *s, int i) { return tr_is_stuck(s, i) && !tr_pair_of(s, i)->cone && tr_mode_of(s, i)->tilt != 0.0; }
 
 static inline int tr_row_kind(const tr_sim *s, int i) { return s->friction.held ? tr_row_kinds(s)[i] : TR_ROW_LAW; }
 
 /* Set the rates of held tree joints to exactly zero in v; v may also contain the derivatives of rates. A held pair whose rest
- * follows from other pairs may move slightly with the mechanism. A rate above round-off is kept, because a zero would stop the
- * mechanism. */
+ * follows from other pairs may move slightly with the mechanism. If the rate of such a pair is above round-off, it is kept, because
+ * a zero would stop the mechanism. */
 static void tr_zero_held_rates(const tr_sim *s, double *v);
 
 /* Surface speed of pair i in the current state, m/s. */
@@ -88,8 +88,8 @@ static double tr_friction_ratio(const tr_sim *s, int i);
 /* Deceleration that a unit of friction j causes in the freedom of multiplier i, with closed loops. Requires held maps. */
 static double tr_freedom_response(const tr_sim *s, int i, int j);
 
-/* Scale 1/√response of multiplier i for rank decisions. `own`: response of the multiplier's freedom to its own friction. The
- * response in the scale is at least the round-off of its terms, which may cancel. */
+/* Scale 1/√response of multiplier i for rank decisions. `own`: response of the multiplier's freedom to its own friction. The terms
+ * of a response may cancel; the scale therefore uses at least the round-off of these terms. */
 static double tr_response_scale(const tr_sim *s, int i, double own);
 
 /* Whether multipliers i and j act on the same freedom. Requires held maps. */
@@ -110,13 +110,14 @@ static double tr_acceleration_and_terms(tr_sim *s, int i, double *size);
 /* Like tr_freedom_acceleration, without held maps. */
 static double tr_acceleration_by_maps(tr_sim *s, int i);
 
-/* Whether freedom i, which drives move with the acceleration acc, counts as at rest. This is so if its slow motion fades for a long
- * time, or if the signals have a break near its stopping time (RESTS_BY). Otherwise the motion reverses. Requires maps. */
+/* Whether freedom i, which drives move with the acceleration acc, counts as at rest. The freedom is at rest if its slow motion
+ * fades for a long time. It is also at rest if the signals have a break near its stopping time (RESTS_BY). Otherwise its motion
+ * reverses. Requires maps. */
 static int tr_is_coming_to_rest(const tr_sim *s, int i, double acc);
 
 /* Whether freedom i of a held pair moves although its rest should follow from the rest of other freedoms. open: acceleration caused
- * by open loops, × the sum of absolute terms; 0 for decisions, where loops are closed. Inside a step, the error of the dense output
- * opens loops, and a locked freedom seems to move. Requires the solution and its row kinds. */
+ * by open loops, relative to the sum of absolute terms; 0 for decisions, where loops are closed. Inside a step, the error of the
+ * dense output opens loops, and a locked freedom seems to move. Requires the solution and its row kinds. */
 static int tr_is_held_freedom_moving(tr_sim *s, int i, double open);
 
 /* Violation of a held pair whose rest follows from other pairs: positive if the pair moves too much, otherwise −∞. (Near a dead
@@ -131,16 +132,17 @@ static double tr_set_valued_violation(tr_sim *s, int i);
  * direction. */
 static inline double tr_direction_violation(const tr_sim *s, int i) { return tr_stick_overshoot(tr_sliding_of(s, i)->speed, tr_speed_unit(s)); }
 
-/* Violation of the mode of pair or stop i, in tolerances; a value above 1 is an event. depth: depths of all stops. Has the
- * requirements of tr_set_valued_violation. */
+/* Violation of the mode of pair or stop i, in tolerances; a value above 1 is an event. depth: depths of all stops. The requirements
+ * are those of tr_set_valued_violation. */
 static double tr_mode_violation(tr_sim *s, int i, const double *depth);
 
 /* Stored load of multiplier i of pair m under the loads N. Of a ball's stored friction, only the part perpendicular to its force f
  * counts. slope (3): derivative by f, which is zero for pairs that are not balls. */
 static double tr_stored_load(const tr_sim *s, int m, int i, const double *N, double *slope);
 
-/* In the residual r and the Jacobian J, write the equations of held pairs (TR_ROW_…) to their rows: zero acceleration, zero
- * friction (prescribed motion), a share, a stored load, or the capacity of a pair that yields. Requires held maps and row kinds. */
+/* Write the equations of held pairs (TR_ROW_…) to their rows of the residual r and the Jacobian J. Kinds of equation: zero
+ * acceleration, zero friction (prescribed motion), a share, a stored load, the capacity of a pair that yields. Requires held maps
+ * and row kinds. */
 static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J);
 
 /* Newton's method for η = law(N(η)) from the given eta. Because the Jacobian is exact, convergence is quadratic, and the iteration
@@ -153,16 +155,16 @@ static int tr_find_tilt(tr_sim *s, double *eta, int i);
 
 static void tr_clear_tilts(tr_sim *s);
 
-/* Find a root of sliding ball i at a tilt beyond the kink of its law, where no root begins at the kink itself. This root exists if
- * the ball would have to be further inside its cone at a higher speed. Returns 1 on success, with the root in eta. Requires the
+/* Find a root of sliding ball i at a tilt beyond the kink of its law, where no root begins at the kink itself. Returns 0 if φ ≤ 0
+ * (``ball_near_cone.c``) at a tilt slightly above the tilt of the kink. Returns 1 on success, with the root in eta. Requires the
  * laws' values. */
 static int tr_find_tilt_beyond_kink(tr_sim *s, double *eta, int i);
 
-/* Search a root over growing tilts of ball i, even if φ(0) ≤ 0 (``ball_near_cone.c``). Returns 1 on success. */
+/* Search for a root of φ (``ball_near_cone.c``) over growing tilts of ball i, even if φ(0) ≤ 0. Returns 1 on success. */
 static int tr_search_tilt(tr_sim *s, double *eta, int i);
 
-/* Whether every pair is on the branch of its mode: on the mode's side of its kink, and a ball on the mode's side of its cone.
- * Requires the laws' values. */
+/* Whether every pair is on the branch of its mode: on the mode's side of the kink and, for a ball, of the cone. Requires the laws'
+ * values. */
 static int tr_is_on_branches(const tr_sim *s);
 
 /* Next number, in (−1, 1), of a fixed pseudo-random sequence. */
@@ -191,7 +193,7 @@ static void tr_creep_factor_responses(const tr_sim *s, tr_creep_problem *c);
 static void tr_creep_minimise(tr_sim *s, tr_creep_problem *c, const int *law);
 
 /* Whether the recursion can find friction in the modes in force. Each pair must slide, store its load, or be held at freedoms that
- * are states of the tree; in a tree it may also have no friction. No loop row may be redundant. */
+ * are states of the tree. In a mechanism without loops, a pair may also be without friction. No loop row may be redundant. */
 static int tr_is_recursive(const tr_sim *s);
 
 /* Factorise the inertias of the recursion for the closure of many loops: without friction, with all freedoms. Returns the sign of
@@ -207,8 +209,8 @@ static double tr_response_by_recursion(tr_sim *s, int i);
 static int tr_loads_by_recursion(tr_sim *s, double *eta);
 
 /* Newton's method with the recursion in the current state. near: 1 starts from the loads of a close state, which are stored after
- * the multipliers in z, and fails unless convergence is fast; 0 starts from the frictions in z. Rejects a root if the sign of its
- * determinant is below `least`; −1 accepts both signs. Returns 1 on success. */
+ * the multipliers in z; the call then fails unless convergence is fast. 0 starts from the frictions in z. Rejects a root if the
+ * sign of its determinant is below `least`; −1 accepts both signs. Returns 1 on success. */
 static int tr_newton_recursive_from(tr_sim *s, int near, int least);
 
 /* Store the loads of the solution, from which the next recursive iteration starts. Requires load maps. */

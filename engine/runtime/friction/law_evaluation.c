@@ -2,7 +2,8 @@
 #include "friction/friction.h"
 
 #define NO_FRICTION 1e-290 /* N: a smaller friction is caused by NO_FORCE in the laws, not by a load */
-#define TOL_TWIST 1e-9 /* × the capacity: largest torque about its force that a ball at rest holds; above round-off */
+/* relative to the capacity: largest torque about the contact force that a ball at rest holds; above round-off */
+#define TOL_TWIST 1e-9
 
 /* Evaluate N at the frictions eta, without open reactions. Requires load maps. */
 static inline void tr_evaluate_loads(tr_sim *s, const double *eta) {

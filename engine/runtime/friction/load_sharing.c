@@ -8,14 +8,15 @@
 #include "friction/friction.h"
 
 #define SHARE_MAX 30 /* largest number of iterations on loads and capacities */
-/* × the largest share: tolerance of the loads, which is loose because Newton's method only starts from them */
+/* relative to the largest share: tolerance of the loads, which is loose because Newton's method only starts from them */
 #define SHARE_SAME 1e-3
 #define SHARE_WEIGHT 1e-6 /* smallest weight of a member, so that a member without load can get load again */
 #define SHARE_PASSES 300 /* number of iterations of Lawson's algorithm, which converges linearly */
-#define SHARE_PIVOT 1e-10 /* × a member's own response: with a smaller pivot, a row of the weighted conditions is dependent */
-#define GROUP_COUPLED 1e-16 /* × the product of two freedoms' own responses: a smaller squared coupling is round-off */
-#define SPARE_LEAST 1e-3 /* × the capacity: smallest reserve that is tried */
-#define LEADS_NOTHING 1e-6 /* × the largest capacity of a group: a leader with a smaller capacity carries no load */
+/* relative to a member's own response: if its pivot is smaller, a row of the weighted conditions is dependent */
+#define SHARE_PIVOT 1e-10
+#define GROUP_COUPLED 1e-16 /* relative to the product of two freedoms' own responses: a smaller squared coupling is round-off */
+#define SPARE_LEAST 1e-3 /* relative to the capacity: smallest reserve that is tried */
+#define LEADS_NOTHING 1e-6 /* relative to the largest capacity of a group: a leader with a smaller capacity carries no load */
 #define KEPT_MORE_THAN 8 /* largest number of pairs in a group that minimises its largest share; a larger group stores loads */
 
 /* Let the multiplier `member` have the same share as the multiplier `leader`. */
@@ -63,10 +64,10 @@ static void tr_minimise_largest_share(int n, const double *A, const int *owner, 
   }
 }
 
-/* Order the n multipliers c of a group with responses A: first the loaded multipliers, whose capacity counts, then the others.
- * `cap` is in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without capacity
- * carry nothing; they store the load 0, because a share of zero capacity is undefined. Returns the number of loaded multipliers; n
- * if these alone could not hold the group's freedoms. */
+/* Order the n multipliers c of a group with responses A: first the loaded multipliers, which have a significant capacity, then the
+ * others. `cap` is in the unit of the multiplier; capacities are compared by the accelerations that they cause. Pairs without
+ * capacity carry nothing; they store the load 0, because a share of zero capacity is undefined. Returns the number of loaded
+ * multipliers, or n if the loaded multipliers alone could not hold the group's freedoms. */
 static int tr_set_aside_unloaded(tr_sim *s, int n, const int *c, const double *A, const double *cap, int rank, int *order) {
   double most = 0.0, B[n * n], L[n * n], d[n];
   int perm[n], count = 0, last = n;
@@ -127,9 +128,9 @@ static double tr_unheld_acceleration(tr_sim *s, int n, const int *c) {
 }
 
 /* Set the impending axes of the balls among the n multipliers c of a group with one freedom. This freedom would move the
- * multipliers with the rates v. Returns the index of the leader in c. The leader is the first multiplier. If this belongs to a
- * ball, which may carry no load along its axis, the leader is the first pair that is not a ball. If all are balls, it is the
- * component with the largest part perpendicular to its force. */
+ * multipliers with the rates v. Returns the index of the leader in c. The leader is the first multiplier, unless this multiplier
+ * belongs to a ball, because a ball may carry no load along its axis. The leader is then the first pair that is not a ball. If all
+ * pairs are balls, the leader is the component with the largest part perpendicular to the force of its ball. */
 static int tr_set_impending_axes(tr_sim *s, int n, const int *c, const double *v) {
   int owner[n], at, first = -1, leader = 0;
   double t[3], dt[9], most = 0.0;
@@ -180,8 +181,8 @@ static void tr_share_along_line(tr_sim *s, int n, const int *c) {
     if (i != leader) tr_follow_leader(s, c[i], c[leader]);
 }
 
-/* Share the load of each of the `rank` freedoms separately. Returns 0 unless each multiplier belongs to one freedom only, and all
- * multipliers of a pair to the same one. first: for each freedom, the index in c of one of its multipliers. */
+/* Share the load of each of the `rank` freedoms separately. Returns 0 unless each multiplier belongs to a single freedom, and all
+ * multipliers of a pair belong to the same freedom. first: for each freedom, the index in c of one of its multipliers. */
 static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, int rank) {
   int line[n], at;
   for (int i = 0; i < n; ++i) {
@@ -202,8 +203,8 @@ static int tr_share_by_lines(tr_sim *s, int n, const int *c, const int *first, i
   return 1;
 }
 
-/* Creep minimisation with a reserve: use the smallest fraction 1 − 2⁻ᵏ of the capacities with which all pairs hold. A growing load
- * then does not overload a pair at once. */
+/* Creep minimisation with a reserve: use only the smallest fraction 1 − 2⁻ᵏ of the capacities at which all pairs hold. A growing
+ * load then does not overload a pair at once. */
 static void tr_creep_with_reserve(tr_sim *s, tr_creep_problem *c, const int *law) {
   double *eta = TR_A(s, z) + s->k->active, start[s->k->neta + 1], spare = 1.0;
   memcpy(start, eta, sizeof(double) * s->k->neta);

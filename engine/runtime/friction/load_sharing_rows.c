@@ -2,7 +2,7 @@
  * loads").
  *
  * The value of a member with one component is its capacity. In a group with one freedom, the value of a ball is its friction in the
- * impending motion; the group then begins to slide at a state where all members can slide. Near its cone, however, this friction is
+ * impending motion. The group then begins to slide at a state where all members can slide. Near its cone, however, this friction is
  * not a smooth function of the ball's force. The value is then the capacity times the part of the motion's axis that is
  * perpendicular to the force. (A ball holds no torque about its force.) The direction of this force changes while the ball is at
  * rest. */
@@ -119,9 +119,9 @@ static double tr_form_stored_row(const tr_sim *s, int m, int i, const double *et
   return kept - eta[i];
 }
 
-/* Reverse the impending motion of groups in which the solution's friction has the wrong sign. Returns 1 if this changes the value of
- * a member: of a ball, or of a pair whose capacity depends on the sense of its friction (a thread). The equations must then be solved
- * again. Requires a solution of tr_newton. */
+/* Reverse the impending motion of groups in which the solution's friction has the wrong sign. Returns 1 if the reversal changes the
+ * value of a member. (Such members are balls, and pairs whose capacity depends on the sense of friction, such as threads.) The
+ * equations must then be solved again. Requires a solution of tr_newton. */
 static int tr_reverse_impending(tr_sim *s, const double *eta) {
   const tr_kernel *k = s->k;
   int turns[k->neta], turned = 0, any = 0;

@@ -1,9 +1,9 @@
 /* Violations: by how much a pair or a stop exceeds the limit of its mode, in tolerances. */
 #include "friction/friction.h"
 
-/* × the tolerance, × the sum of absolute terms: acceleration caused by the error of the dense output; largest found: 0.02 */
+/* relative to tolerance × the sum of absolute terms: acceleration caused by the error of the dense output; largest found: 0.02 */
 #define OPEN_INSIDE 0.1
-#define MOVES_ALONG 2.0 /* × REST_BROKEN: threshold of release; so high that the next decision lets the pair move */
+#define MOVES_ALONG 2.0 /* relative to REST_BROKEN: threshold of release; so high that the next decision lets the pair move */
 
 static double tr_rest_violation(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);

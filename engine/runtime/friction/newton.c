@@ -33,8 +33,8 @@ static void tr_form_rest_rows(tr_sim *s, const double *eta, double *r, double *J
   }
 }
 
-/* Add the step r to eta. `step` and `size` receive the largest entries of r and of eta, divided by the levers. By this division,
- * torques of a small mechanism count as much as forces. */
+/* Add the step r to eta. `step` and `size` receive the largest entries of r and of eta, divided by the levers. Because of this
+ * division, torques of a small mechanism count as much as forces. */
 static inline void tr_apply_newton_step(int e, const double *r, const double *per_lever, double *eta, double *step, double *size) {
   *step = *size = 0.0;
   for (int i = 0; i < e; ++i) {
@@ -90,7 +90,8 @@ static int tr_newton(tr_sim *s, double *eta) {
   return 0;
 }
 
-/* Like tr_newton. If the direction of a group's load requires the opposite impending motion, reverses it and solves again. */
+/* Like tr_newton. If the direction of a group's load requires the opposite impending motion, the motion is reversed, and the
+ * equations are solved again. */
 static int tr_newton_with_sense(tr_sim *s, double *eta) {
   if (!tr_newton(s, eta)) return 0;
   if (!s->friction.shared || !tr_reverse_impending(s, eta) || tr_newton(s, eta)) return 1;
@@ -98,8 +99,8 @@ static int tr_newton_with_sense(tr_sim *s, double *eta) {
   return tr_newton(s, eta);
 }
 
-/* Like tr_newton, with values of balls from their axes, for groups at rest without a solution if the values are the balls' friction
- * (``load_sharing_rows.c``). */
+/* Like tr_newton, but the values of balls follow from the axes of their impending motion (``load_sharing_rows.c``). Used for groups
+ * at rest that have no solution if the values are the friction of the balls. */
 static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   double *eta = TR_A(s, z) + s->k->active;
   if (!s->friction.impending_laws) return 0;
@@ -110,9 +111,9 @@ static int tr_newton_with_axis_shares(tr_sim *s, const double *warm) {
   return tr_newton(s, eta);
 }
 
-/* Whether the last root of tr_newton would be unstable with stiff contacts: the determinant of Newton's matrix is then negative
- * (without friction, it is 1) (theory, "Complement equations"). Only loops need this test; without loops, a root ends where the
- * sign changes (``diagnosis/continuation_past_fold.c``). With shared loads the sign has no meaning. */
+/* Whether the last root of tr_newton would be unstable with stiff contacts (theory, "Complement equations"). At such a root, the
+ * determinant of Newton's matrix is negative; without friction it is 1. Only loops need this test; without loops, a root ends where
+ * the sign changes (``diagnosis/continuation_past_fold.c``). With shared loads the sign has no meaning. */
 static int tr_is_unstable_root(const tr_sim *s) {
   const int e = s->k->neta, r = tr_open_count(s);
   if (!s->k->active || s->friction.shared) return 0;

@@ -6,15 +6,17 @@
  * roots, certificates, and states where the recursion fails. */
 #include "friction/friction.h"
 
-/* × a row's scale: with a smaller pivot, maps are used instead. The limit is 100 × KEEP_PIVOT, and below the pivots of 100 loops in
- * series (1e-6 and above). */
+/* relative to a row's scale: with a smaller pivot, maps are used instead. The limit is 100 × KEEP_PIVOT. The pivots of 100 loops in
+ * series are above this limit (1e-6 and more). */
 #define CLEAR_ALONG 1e-7
 #define PASS_WORK 1000 /* multiplications of a pass over the bodies, per friction */
-#define NEAR_ROOT 1e-2 /* × the largest friction: a start from the loads of a close state fails if its second step is larger */
-/* × the least step so far: a step above this is no progress; near a fold, small steps without progress are round-off */
+/* relative to the largest friction: an iteration that starts from the loads of a close state fails if its second step is larger */
+#define NEAR_ROOT 1e-2
+/* relative to the least step so far: a larger step counts as no progress; near a fold, small steps without progress are
+ * round-off */
 #define STALLS 0.9
 #define STALLED_MOST 8 /* number of successive steps without progress after which maps are used */
-#define STEPS_TO_SLOW 0.1 /* × the last step: after a larger step, a new derivative is computed */
+#define STEPS_TO_SLOW 0.1 /* relative to the last step: after a larger step, a new derivative is computed */
 
 static int tr_is_recursive(const tr_sim *s) {
   const tr_friction *f = &s->friction;
@@ -35,8 +37,8 @@ static int tr_is_recursive(const tr_sim *s) {
 /* Whether friction i is a function of the loads of its pair: its pair slides, or stores its load. */
 static inline int tr_has_local_law(const tr_sim *s, int i) { return tr_row_kind(s, i) == TR_ROW_LAW || tr_row_kind(s, i) == TR_ROW_STORED; }
 
-/* Evaluate the laws at the loads N, and with `slopes` their derivatives. The law of a multiplier with a stored load is this
- * load. */
+/* Evaluate the laws at the loads N, and with `slopes` their derivatives. For a multiplier with a stored load, this load takes the
+ * place of the law. */
 static void tr_evaluate_local_laws(tr_sim *s, const double *N, int slopes) {
   const tr_kernel *k = s->k;
   const double *rates = map_rates(k, TR_A(s, maps)), *x = TR_A(s, x), *c = TR_A(s, c) + k->c_laws;
@@ -100,7 +102,7 @@ static int tr_factor_without_friction(tr_sim *s) {
   return tr_factor_inertias(s);
 }
 
-/* Compute η, N, and λ (in z) from the laws, linearised at the old N. law: η by the laws at the old N. */
+/* Compute η, N, and λ (in z) from the laws, linearised at the old N. law: η that the laws give at the old N. */
 static void tr_solve_linear_laws(tr_sim *s, const double *law, double *N, double *eta) {
   const tr_kernel *k = s->k;
   double *D = TR_A(s, dlaw), *less = TR_A(s, less), *borne = TR_A(s, borne);
@@ -227,7 +229,7 @@ static double tr_response_by_recursion(tr_sim *s, int i) {
   const tr_kernel *k = s->k;
   double less[k->neta], N[k->nn + 1], borne[k->neta], with[k->neta], without[k->neta], large = NO_LOAD;
   if (!tr_factor_without_friction(s)) return 0.0;
-  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* a scale above round-off */
+  for (int j = 0; j < k->nn; ++j) large = fmax(large, fabs(TR_A(s, NN)[j])); /* `large`: a scale that is not round-off */
   memset(less, 0, sizeof less);
   k->respond(TR_A(s, c), TR_A(s, w), less, N, borne, without);
   less[i] = large;

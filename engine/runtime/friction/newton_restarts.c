@@ -1,12 +1,13 @@
-/* Restarts of Newton's method: continuation with growing friction, then random starts. They are the last resort before a run ends:
- * the usual starts (the last friction, zero, a ball's tilt) have failed. */
+/* Restarts of Newton's method: continuation with growing friction, then random starts. These restarts are the last attempt before a
+ * run ends, when the usual starts (the last friction, zero, a ball's tilt) have failed. */
 #include "friction/friction.h"
 
-#define PART_FIRST 0.25 /* × the full friction: first step of the continuation */
+#define PART_FIRST 0.25 /* relative to the full friction: first step of the continuation */
 #define PART_GROWS 1.5 /* factor on the continuation's step after a success; a failure halves the step */
 #define PART_LEAST 1e-3 /* smallest step of the continuation */
 #define CHANCES 24 /* number of random starts; their scale is the friction under the loads without friction */
-#define FAR 1e6 /* × the scale of random starts: if Newton's method gives more, it has diverged */
+/* relative to the scale of random starts: if the friction from Newton's method is larger, the iteration has diverged */
+#define FAR 1e6
 
 static int tr_is_on_branches(const tr_sim *s) {
   TR_NEED(s, TR_HAS_LAW);
@@ -75,7 +76,7 @@ static void tr_random_start(const tr_sim *s, const double *size, int which, unsi
   for (int i = 0; i < s->k->neta; ++i) eta[i] = reach * size[i] * tr_next_random(seed);
 }
 
-/* Whether eta is small enough for a root. Afterwards, the laws' values belong to eta. */
+/* Whether eta is small enough to be a root. Afterwards, the laws' values belong to eta. */
 static int tr_is_of_root_size(tr_sim *s, const double *size, const double *eta) {
   double most = 0.0, load = 0.0;
   for (int i = 0; i < s->k->neta; ++i) most = fmax(most, fabs(eta[i])), load = fmax(load, size[i]);

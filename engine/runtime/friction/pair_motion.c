@@ -1,7 +1,8 @@
 /* Rates, surface speeds and levers of friction pairs. */
 #include "friction/friction.h"
 
-#define NOT_QUITE 1e-10 /* × the fastest rate (translation: over the length): round-off of a rate that other pairs keep at zero */
+/* relative to the fastest rate (of translations: divided by the length scale): round-off of a rate that other pairs keep at zero */
+#define NOT_QUITE 1e-10
 
 static void tr_zero_held_rates(const tr_sim *s, double *v) {
   double most = 0.0;
@@ -56,7 +57,8 @@ static void tr_set_levers(tr_sim *s) {
   const tr_kernel *k = s->k;
   double u[k->neta + 1], none[k->nn + 1];
   memset(none, 0, sizeof none);
-  for (int i = 0; i < k->neta; ++i) TR_A(s, lever)[i] = 1.0; /* multipliers of no pair are forces of freedoms that do not slide */
+  /* a multiplier that belongs to no pair is the force of a freedom that does not slide */
+  for (int i = 0; i < k->neta; ++i) TR_A(s, lever)[i] = 1.0;
   for (int part = 0; part < 3; ++part) {
     memset(u, 0, sizeof u);
     for (int i = 0; i < k->nsliders; ++i)

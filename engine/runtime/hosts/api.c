@@ -61,7 +61,7 @@ static void tr_reset_run(tr_sim *s, double t, double t_stop, double every) {
   memset(TR_A(s, impulse_work), 0, sizeof(double) * s->k->npowers);
 }
 
-/* Write the first row. Its energy becomes the reference of the energy residuals. Returns a status. */
+/* Write the first row. The energy in this row becomes the reference of the energy residuals. Returns a status. */
 static int tr_write_first_row(tr_sim *s, double *row) {
   double *y = TR_A(s, yout);
   memcpy(y, TR_A(s, y), sizeof(double) * tr_state_width(s));
@@ -102,7 +102,7 @@ int tr_start(tr_sim *s, double t, double t_stop, double every, double *row) {
     modes = tr_set_initial_modes(s);
     s->friction.from_anywhere = 0;
   }
-  /* Contacts are started without modes, too, because modes may exist when some closed contacts open. */
+  /* Contacts are also started if no modes were found, because modes may exist when some closed contacts open. */
   const int begun = k->nunilateral ? tr_start_contacts(s) : modes;
   if (begun != TR_OK && (modes == TR_OK || !tr_continue_through_jam(s))) return s->clock.status = s->ask.cancelled ? TR_CANCELLED : begun;
   if (k->active + k->neta == 0 && !tr_rhs(s, t, TR_A(s, y), TR_A(s, dy))) return s->clock.status = TR_FAIL_MULTIPLIERS;

@@ -79,8 +79,8 @@ static tr_sim *tr_case_block(tr_batch *b, int which) {
   return s;
 }
 
-/* Assemble and start the case. Returns TR_OK when the case is running, otherwise a status. If the status requests something, the
- * host calls again, and the case begins anew. */
+/* Assemble and start the case. Returns TR_OK when the case is running, otherwise a status. If the status is a request to the host,
+ * the host calls again, and the case begins anew. */
 static int tr_case_start(tr_batch *b) {
   tr_sim *s = tr_case_block(b, 0);
   const tr_kernel *k = s->k;
@@ -106,7 +106,8 @@ static int tr_case_start(tr_batch *b) {
   }
   if (status != TR_OK) return status;
   tr_case_row(b, b->rows);
-  tr_evaluate_for_redundancy(s); /* the state of a single run; which reactions are open is a property of the structure */
+  /* leaves the block as in a single run; the result is unused, because open reactions are a property of the structure */
+  tr_evaluate_for_redundancy(s);
   return TR_OK;
 }
 

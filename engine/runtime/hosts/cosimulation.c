@@ -87,7 +87,8 @@ int tr_cut(tr_sim *s, double t) {
 int tr_resume(tr_sim *s, int anew) {
   s->step.have_k1 = s->step.have_jac = s->step.have_dense = 0;
   if (!anew) return TR_OK;
-  const double energy = tr_audit_energy(s); /* called before the constants change, because it uses those of the old parameters */
+  /* evaluated before the constants change, because this energy depends on the constants of the old parameters */
+  const double energy = tr_audit_energy(s);
   tr_set_parameters(s);
   int code = s->set.evaluations > 0 ? TR_OK : tr_set_initial_modes(s); /* a bounded step decides about pairs at rest itself */
   tr_audit_allow_change(s, energy);

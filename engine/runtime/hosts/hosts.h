@@ -49,7 +49,8 @@ void tr_integrate_rows(int rows, const double *time, int columns, const double *
  * sense × turned, rad; between rows it moves along the shorter arc. stride: number of doubles between rows of angle and turned. */
 void tr_bin_around(int rows, long stride, const double *angle, const double *turned, double sense, const double *volume, int bins, double *on);
 
-/* Reason TR_WHY_… of a friction failure; *pair receives its pair. Returns TR_WHY_UNKNOWN if no law is set-valued. */
+/* Reason TR_WHY_… of a friction failure; *pair receives the pair that causes the failure. Returns TR_WHY_UNKNOWN if no law is
+ * set-valued. */
 int tr_diagnose_friction(tr_sim *s, int *pair);
 
 /* Constraint row of a loop failure; −1 if it is unknown. *number receives the independence of the rows, from 1 (independent) to 0
@@ -119,8 +120,8 @@ void tr_ask(tr_sim *s, tr_asked_host *host);
 /* Replace the settings. The new settings apply from the next step. */
 void tr_configure(tr_sim *s, const tr_settings *set);
 
-/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. Leaves the pairs stuck: a
- * following tr_evaluate returns the motion that is possible nevertheless. Returns 0 if the statics have no solution. */
+/* Solve with all pairs stuck at the state `y`. out receives the result of each pair. Requires tr_start. Leaves the pairs stuck. A
+ * following tr_evaluate returns the motion that remains possible. Returns 0 if the statics have no solution. */
 int tr_hold_all(tr_sim *s, tr_held *out);
 
 /* Directional derivatives at the block's (t, y): rates (ny) = ∂ẏ·direction, and columns (nout) = ∂columns·direction. The direction
@@ -128,15 +129,15 @@ int tr_hold_all(tr_sim *s, tr_held *out);
 int tr_directional(tr_sim *s, const tr_linear *l, const tr_signal *inputs, const double *dy, double *rates, double *columns);
 
 /* Number of doubles of the record of an impact: [number of phases, state before it, phases (at most 2)]. A phase is [external
- * values, impulses of all multipliers, for each contact its kind (0: no impulse, 1: given rate, 2: given impulse) and its
- * restitution]. */
+ * values, impulses of all multipliers, for each contact its kind and its restitution]. Kinds: 0 no impulse, 1 given rate, 2 given
+ * impulse. */
 size_t tr_impact_length(const tr_sim *s);
 
 /* Advance to `target` by at most `most` steps. After each step, record time, state (with works), and external values at the start
- * (begin) and end (x) of the step. Also record the multipliers at each row of K (stages: TR_STAGES × nz). solved: for each step, 1
- * if these multipliers belong to it, 0 if an event has cut it. made: number of recorded steps. rows: room for `capacity` rows, of
- * which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length); 0 phases: none. Discards
- * events. Returns a status, as tr_advance does. */
+ * (begin) and end (x) of the step. The array `stages` (TR_STAGES × nz per step) receives the multipliers at each row of K. solved:
+ * for each step, 1 if these multipliers belong to the step, 0 if an event has cut the step. made: number of recorded steps. rows:
+ * room for `capacity` rows, of which *written are filled. impacts: record of the impact at the end of each step (tr_impact_length);
+ * 0 phases: none. Discards events. Returns a status, as tr_advance does. */
 int tr_record_steps(tr_sim *s, double target, int most, double *rows, long capacity, long *written, double *t, double *y, double *begin, double *x,
                     double *stages, int *solved, double *impacts, int *made);
 
@@ -145,22 +146,22 @@ size_t tr_tangents_work(const tr_tangents *g);
 
 /* Compute f, its tangents df (m × nf) and the multipliers g->z at time t and state y. g->S: tangents of y. x: external values. In
  * df, the tangents of the multipliers replace those of the residuals. Returns 0 if no solution is found, and 2 if the host found
- * it. */
+ * the solution. */
 int tr_evaluate_tangents(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, double *f, double *df);
 
 /* Evaluate both sides of an event at time t and state y. `after` receives the rates after the event, with external values x1. f and
- * df (as in tr_evaluate_tangents) and `flow` (nf) belong to the motion before the event, with external values x; `flow` are the
- * time derivatives of f. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers. Returns 2 if the
- * host found the solution before the event; `flow` is then unknown. */
+ * df (as in tr_evaluate_tangents) belong to the motion before the event, with external values x. `flow` (nf) contains the time
+ * derivatives of f before the event. z1: multipliers after the event; null pointer: unknown. Sets g->z to these multipliers.
+ * Returns 2 if the host found the solution before the event; `flow` is then unknown. */
 int tr_cross_event(tr_sim *s, const tr_tangents *g, double t, const double *y, const double *x, const double *x1, const double *z1, double *f,
                    double *df, double *flow, double *after);
 
 /* Integrate the tangents g->S along recorded steps by the run's explicit method. t, y (stride next), after: values before the first
  * step, then at the end of each of the `count` steps. x, stages: external values and multipliers within each step
- * (tr_record_steps). marks: four numbers for each step: whether the host must complete its end, number of samples inside, whether
- * its end is a sample, whether `stages` belongs to it. times: times of the samples. For each sample, appends a row of columns to
- * `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must complete.
- * Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
+ * (tr_record_steps). marks: four numbers for each step. These are: whether the host must complete its end, number of samples
+ * inside, whether its end is a sample, whether `stages` belongs to it. times: times of the samples. For each sample, appends a row
+ * of columns to `values` and their derivatives (m × columns) to `derivatives`. Ends after the first step whose end the host must
+ * complete. Returns the number of integrated steps, or −1 if the multipliers of a state have no solution. */
 int tr_march_tangents(tr_sim *s, const tr_tangents *g, int count, const double *t, const double *y, size_t next, const double *x, const double *after,
                       const double *stages, const int *marks, const double *times, double *values, double *derivatives);
 
@@ -176,12 +177,12 @@ const double *tr_rates_known(const tr_sim *s);
 const double *tr_indicators(const tr_sim *s);
 
 /* Evaluate ẏ and the indicators at the block's (t, y) in the modes in force. If an event before t is not located yet, there may be
- * no solution; ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
+ * no solution. ẏ then uses the last multipliers found, and the last indicator is negative. Returns 0 if even this ẏ cannot be
  * evaluated. */
 const double *tr_rates_in_modes(tr_sim *s);
 
-/* If all indicators are positive, store the state evaluated last: the branch of friction is then followed from it. For calls when
- * an importer requests indicators, which importers do at accepted steps. */
+/* If all indicators are positive, store the state evaluated last; later evaluations follow the branch of friction from this state.
+ * The host calls this function when an importer requests indicators; importers request indicators at accepted steps. */
 void tr_follow(tr_sim *s);
 
 /* Complete a step of the importer. Returns 1 if the importer must handle an event. */

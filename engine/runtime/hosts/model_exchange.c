@@ -3,22 +3,24 @@
  *
  * All results are functions of (t, y) and of stored data: modes, directions, and the multipliers from which a branch of friction is
  * followed. The stored data change at events, at completed steps, and when an importer requests indicators that are all positive.
- * Each pair has two indicators, which are positive while its mode lasts: one for the end of the mode, one for the branch or
- * direction within the mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small
+ * Each pair has two indicators, which are positive while its mode lasts. One is for the end of the mode, the other for the branch
+ * or direction within the mode. Each end stop has one indicator. The last indicator is negative if friction has no solution. Small
  * shifts keep indicators away from zero just after their event. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define SHIFT_SPEED 1e-10  /* × the pair's speed unit: negative speed that is allowed just after a pair has started */
-#define SHIFT_RATIO TOL_RELEASE /* × the friction ratio: allowed excess just after a decision, for stuck pairs */
-#define SHIFT_KINK TOL_KINK /* × the kink speed: allowed distance beyond a kink just after its event */
-#define SHIFT_STOP 1e-11   /* × the length, or rad: allowed depth just after the event of a stop */
-#define BEGUN_SPEED 1e-6   /* × the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
-#define DRIFT 1.0          /* × tolerance · length, or rad: if residuals of loops are larger, the state is projected */
+#define SHIFT_SPEED 1e-10  /* relative to the pair's speed unit: negative speed that is allowed just after a pair has started */
+#define SHIFT_RATIO TOL_RELEASE /* relative to the friction ratio: allowed excess just after a decision, for stuck pairs */
+#define SHIFT_KINK TOL_KINK /* relative to the kink speed: allowed distance beyond a kink just after its event */
+#define SHIFT_STOP 1e-11   /* relative to the length scale, or rad: allowed depth just after the event of a stop */
+/* relative to the speed unit: at a higher speed, sliding has begun, and its direction is that of the motion */
+#define BEGUN_SPEED 1e-6
+#define DRIFT 1.0          /* in units of tolerance · length, or rad: if residuals of loops are larger, the state is projected */
 #define DRIFT_TURN 1e-6    /* if the squared norm of a quaternion differs more from 1, the state is projected */
-#define FAR_BRANCH 0.02    /* × the friction of a pair: a larger change since the last stored state may mean another branch */
-#define FOLLOWED_PARTS 8   /* number of parts in which friction is then followed from the stored state */
-/* × the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
+/* relative to the friction of a pair: a larger change since the last stored state may mean another branch */
+#define FAR_BRANCH 0.02
+#define FOLLOWED_PARTS 8   /* after such a change: number of parts in which friction is followed from the stored state */
+/* relative to the scene's scales: nominal values of states. BDF methods of importers would be less accurate with the full scales
  * (fmu/README.md). */
 #define NOMINAL 0.1
 
@@ -57,7 +59,8 @@ static double tr_direction_indicator(const tr_sim *s, int i) {
   return LINE_LEFT * LINE_LEFT - fmax(0.0, 1.0 - along * along);
 }
 
-/* By how much the stuck pair i moves; above 1 its mode ends. Without loops only a drive, or the importer, moves such a pair. */
+/* Motion of the stuck pair i, relative to its allowed motion; the mode ends above 1. Without loops, only a drive or the importer
+ * moves such a pair. */
 static double tr_motion_of_stuck_pair(tr_sim *s, int i) {
   return s->k->active ? tr_rest_violation(s, i) : tr_pair_speed(s, i) / tr_rest_speed(tr_speed_unit(s));
 }

@@ -6,7 +6,7 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define ONTO 1e-5 /* × the scales: step of differences between projected states; they are accurate to 1e-10 */
+#define ONTO 1e-5 /* relative to the scales: step of differences between projected states, which are accurate to 1e-10 */
 
 /* Derivatives (nworks) of the powers along the direction. Returns 0 on failure. */
 static int tr_power_slopes(tr_sim *s, int ninputs, const tr_signal *inputs, const double *dy, double *out) {

@@ -2,19 +2,19 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* × the speed of the last failed attempt to bring the pair to rest: the next attempt is made below this speed */
+/* relative to the speed of the last failed attempt to bring the pair to rest: the next attempt is made below this speed */
 #define ENDS_AGAIN 0.5
 #define TURNS_ROUND -0.9   /* cosine: if the velocity turned by more, the pair has stopped in between */
 #define LAST_MOST 60       /* largest number of evaluations to find the direction in which a pair comes to rest */
-/* first fraction of the predicted turn that is applied; after an oscillation, also the factor on this fraction */
+/* fraction of the predicted turn that is applied first; after an oscillation, the fraction is also multiplied by this number */
 #define LAST_PART 0.5
 #define LAST_GROWS 1.1     /* factor on the applied fraction after a step without oscillation */
 #define LAST_FOUND 1e-6    /* tangent of the angle between direction and acceleration at which the search has converged */
 #define ROUNDS 4           /* number of times that the mode of a pair or stop may end at one instant */
-/* × s²/|ω|²: a ball closer to its cone counts as at its cone, because importers may stop just before an event */
+/* distance s²/|ω|²: a ball closer to its cone counts as a ball at its cone, because importers may stop just before an event */
 #define DUE_CONE 1e-9
-#define NEAR_CONE 1e-3     /* × s²/|ω|²: a ball closer to its cone is also evaluated slightly later */
-#define LOOKED 1e-9        /* s, × 1 / rate: time after which a ball near its cone is evaluated again */
+#define NEAR_CONE 1e-3     /* distance s²/|ω|²: a ball closer to its cone is evaluated a second time, slightly later */
+#define LOOKED 1e-9        /* in units of 1 / rate scale: time after which a ball near its cone is evaluated again */
 
 /* Index of a pair or stop whose mode ends; −1: none. Sliding pairs come first, because their events change the loads of other
  * pairs. */
@@ -31,7 +31,7 @@ static int tr_find_mode_end(const tr_sim *s) {
 }
 
 /* Index of a ball whose friction jumps across its cone slightly later; −1: none. No indicator has a root at this jump, so importers
- * stop before it. Restores the indicators. */
+ * stop slightly before the jump. Restores the indicators. */
 static int tr_find_cone_jump_ahead(tr_sim *s) {
   const double ahead = LOOKED / s->set.rate, t = s->clock.t;
   const int n = tr_state_width(s), numbers = 2 * s->k->nsliders + s->k->nstops + 1;
@@ -100,8 +100,8 @@ static int tr_evaluate_acceleration_along(tr_sim *s, int i, const double *d, dou
 }
 
 /* Find the direction in which pair i, with several components, comes to rest at the block's state. The pair gets this direction. As
- * the pair slows down, its motion turns towards this direction. The last velocities do not show it, because they contain the errors
- * of the importer's solver. */
+ * the pair slows down, its motion turns towards this direction. The last velocities do not show this direction, because they
+ * contain the errors of the importer's solver. */
 static void tr_find_last_direction(tr_sim *s, int i) {
   const int n = tr_pair_of(s, i)->nrates;
   const double *lever = TR_A(s, lever) + tr_pair_of(s, i)->eta0;

@@ -17,7 +17,7 @@ int tr_hold_all(tr_sim *s, tr_held *out) {
   memset(TR_A(s, z) + k->active, 0, sizeof(double) * e);
   s->friction.stored = TR_STORES_NONE; /* stored loads from the start may be outdated */
   if (!tr_solve_in_modes(s)) return 0;
-  tr_solve_in_modes(s); /* again, because the shares of a group follow from the loads of the first call */
+  tr_solve_in_modes(s); /* solves again, because the shares of a group follow from the loads of the first call */
   if (tr_largest_share(s, rest, n) > 1.0) tr_stick_by_stored_loads(s, rest, n);
   for (int i = 0; i < k->nsliders; ++i) {
     const tr_pair *pair = tr_pair_of(s, i);

@@ -1,16 +1,18 @@
 /* Tangents of f at a state: multipliers, factors of ∂R/∂z, and derivatives along all parameters.
  *
  * The multipliers z solve R(z) = 0. If the run did not record z, Newton steps with the factors of ∂R/∂z from the last stage compute
- * it. One pass of the unit's derivatives, along all multipliers and all parameters, then gives new factors and the tangents. */
+ * z. One pass of the unit's derivatives, along all multipliers and all parameters, then gives new factors and the tangents. */
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-/* × the largest multiplier: correction after which z has settled; the matrix hardly changes over so small a correction */
+/* relative to the largest multiplier: after a smaller correction, z has settled; the matrix ∂R/∂z hardly changes over such a
+ * correction */
 #define SETTLED_MULTIPLIERS 1e-13
-/* × the largest multiplier: correction after which z has settled, with new factors; the tangents have this relative error */
+/* relative to the largest multiplier, with new factors: after a smaller correction, z has settled; the tangents have this relative
+ * error */
 #define SETTLED_AFTER 1e-11
 #define NO_MULTIPLIERS 1e-200     /* smallest size by which corrections are divided, for multipliers that are all zero */
-#define NEAR_MULTIPLIERS 0.1      /* × the largest multiplier: largest correction with the factors of an earlier stage */
+#define NEAR_MULTIPLIERS 0.1      /* relative to the largest multiplier: largest correction with the factors of an earlier stage */
 /* largest ratio of successive corrections with which the factors of an earlier stage stay in use */
 #define CONTRACTION 0.25
 #define MOST_CORRECTIONS 20       /* largest number of corrections, each with new factors of ∂R/∂z */
@@ -107,9 +109,8 @@ static double tr_correction(tr_march *c) {
   return most < NO_MULTIPLIERS ? 0.0 : most / fmax(tr_largest_size(nz, c->g->z), most);
 }
 
-/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. After a
- * large correction, which shows a poor start, f is evaluated at `before` instead, the multipliers of the last stage, and `solved`
- * becomes 0. */
+/* Evaluate f, and correct the multipliers with the factors of an earlier stage until they settle or no longer improve. A large
+ * correction shows a poor start. f is then evaluated at `before`, the multipliers of the last stage, and `solved` becomes 0. */
 static void tr_settle_multipliers(tr_march *c, const double *y) {
   const tr_tangents *g = c->g;
   double last = NEAR_MULTIPLIERS;
@@ -156,8 +157,8 @@ static int tr_tangents_by_factors(tr_march *c, const double *y, const double *S,
 }
 
 /* Evaluate f, z and the tangents of f at time t and state y with tangents S. df begins with the rows of the multipliers; the
- * tangents of f follow. In it, tangents of z replace those of the residuals. solved: whether z is the solution of the run. If there
- * is no clear solution, the host searches it. Returns 0 if the host fails. */
+ * tangents of f follow. In df, tangents of z replace the tangents of the residuals. solved: whether z is the solution of the run.
+ * If there is no clear solution, the host searches for a solution. Returns 0 if the host fails. */
 static int tr_tangents_at(tr_march *c, double t, const double *y, const double *S, int solved) {
   const tr_tangents *g = c->g;
   tr_signals(TR_A(c->s, tables), c->s->k->ntables, t, c->x);

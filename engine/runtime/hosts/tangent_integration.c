@@ -5,11 +5,12 @@
 #include "stepping/stepping.h"
 #include "hosts/hosts.h"
 
-#define TANGENT_ERROR 100.0       /* × the tolerance: largest error of tangents in a step, divided by their size */
-/* × the unit of a state: if a change of the parameter by its whole magnitude changes the state by less, this is round-off */
+#define TANGENT_ERROR 100.0       /* relative to the tolerance: largest error of tangents in a step, divided by their size */
+/* relative to the unit of a state: if the state changes by less when the parameter changes by its whole magnitude, this change is
+ * round-off */
 #define NO_INFLUENCE 1e-9
-#define EASY 1e-3                 /* × TANGENT_ERROR: after a smaller error, the part of a step that is made at once is doubled */
-#define LEAST_STEP_PART 0x1p-10   /* × a step: smallest part of a step that is made at once; all parts are powers of 2 */
+#define EASY 1e-3 /* relative to TANGENT_ERROR: after a smaller error, the part of a step that is made at once is doubled */
+#define LEAST_STEP_PART 0x1p-10   /* relative to a step: smallest part of a step that is made at once; all parts are powers of 2 */
 
 /* Give each sliding pair of several components that is momentarily at rest the speed `slow` along its frozen direction. The
  * direction of the pair's friction is then the limit before rest, and the velocity perpendicular to this direction has zero

@@ -1,4 +1,4 @@
-/* Dense output of the last step. Its rows are formed at its first use. It gives the state at a fraction θ of the step. */
+/* Dense output: the state at any fraction θ of the last step. Its rows are formed when such a state is first requested. */
 #include "integrators/integrators.h"
 
 static void tr_evaluate_dense_rows(int n, int rows, const double *R, const double *yold, double theta, double *out) {

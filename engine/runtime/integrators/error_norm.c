@@ -2,14 +2,14 @@
  * sliding. */
 #include "integrators/integrators.h"
 
-/* The error of a work is divided by the work itself. The divisor is at least SMALL_WORK times the largest work and the scene's
- * energy scale, plus round-off. */
+/* The error of a work is divided by the work itself. The divisor is at least SMALL_WORK × the largest work, plus SMALL_ENERGY × the
+ * scene's energy scale, plus round-off. */
 #define SMALL_WORK 1e-2
 #define SMALL_ENERGY 1e-6
-#define NOISE_ENERGY 1e-14 /* × the energy scale / rtol: round-off in the divisor of works */
+#define NOISE_ENERGY 1e-14 /* relative to the energy scale / rtol: round-off in the divisor of works */
 #define DIRECTION_ERROR 1e-3 /* rad: tolerated error of the direction of slow sliding */
-#define DIRECTION_CUTS 0.01  /* squared error in tolerances: a smaller direction error does not limit steps */
-#define SLOWEST 1e-9         /* × the speed unit: slower sliding counts as sliding at this speed */
+#define DIRECTION_CUTS 0.01  /* squared direction error, in tolerances; a smaller error does not limit steps */
+#define SLOWEST 1e-9         /* relative to the speed unit: slower sliding counts as sliding at this speed */
 #define SECOND_WEIGHT 0.01   /* weight of the second error estimator (Hairer, Nørsett, Wanner I, II.10) */
 
 /* Squared error of the directions of slow sliding. Directions count separately, because friction depends on the direction at any
@@ -36,8 +36,8 @@ static double tr_smallest_work_unit(const tr_sim *s, double most) {
   return SMALL_WORK * most + (SMALL_ENERGY + NOISE_ENERGY / s->set.rtol) * s->set.energy;
 }
 
-/* Smallest unit of the n works from index `first` of the state, J. It includes the works of this step, and so is positive at the
- * start. */
+/* Smallest scale by which errors of the n works from index `first` of the state are divided, J. The works of this step count in the
+ * scale, so it is positive at the start of a run. */
 static double tr_work_unit(const tr_sim *s, double h, const double *y, int first, int n) {
   double most = 0.0;
   const double *power = TR_A(s, K);

@@ -10,7 +10,7 @@ static double tr_smallest_work_unit(const tr_sim *s, double most);
  * of multipliers count only by their effect on the motion. Errors of works count separately (tr_squared_work_error). */
 static double tr_squared_motion_error(const tr_sim *s, const double *e, const double *y, const double *ynew);
 
-/* Squared error of the n works from index `first` of the state, in tolerances. unit: smallest unit, J. */
+/* Squared error of the n works from index `first` of the state, in tolerances. unit: result of tr_smallest_work_unit, J. */
 static double tr_squared_work_error(const tr_sim *s, const double *e, const double *y, const double *ynew, int first, int n, double unit);
 
 /* Squared error from the squared errors of two estimators of different order. */
@@ -38,8 +38,8 @@ static int tr_multiplier_derivatives(tr_sim *s, const double *J, int ld, const t
 static int tr_jacobian_at(tr_sim *s, double t, const double *y);
 
 /* One trial step h from (t, y). Requires K[0]. Rows of K: f(t, y), the stages, the derivative at the end. The caller evaluates the
- * last one after projection. Returns the error in units of the tolerance. Returns NaN if a stage failed, or if the status is
- * TR_NEED_JACOBIAN. */
+ * derivative at the end after projection. Returns the error in units of the tolerance. Returns NaN if a stage failed, or if the
+ * status is TR_NEED_JACOBIAN. */
 static double tr_step_rosenbrock(tr_sim *s, const tr_rosenbrock *m, double h);
 
 /* Form the rows of the dense output of an explicit step h from yold to y1. The rows, like those of K, have nv SIMD vectors. Returns

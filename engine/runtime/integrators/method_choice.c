@@ -1,13 +1,15 @@
 /* Method auto: choice between the stiff method and an explicit method. */
 #include "integrators/integrators.h"
 
-#define KINKS_MAX 12      /* steps that end at a kink minus other steps: at this count, auto switches to the stiff method */
-/* steps limited by stability: at this count, auto switches to the stiff method (Hairer, Wanner II, IV.2) */
+/* when the number of steps that end at a kink, minus the number of other steps, reaches this value, auto switches to the stiff
+ * method */
+#define KINKS_MAX 12
+/* after this number of steps limited by stability, auto switches to the stiff method (Hairer, Wanner II, IV.2) */
 #define STIFF_STEPS 15
-#define FORGIVEN_STEPS 6  /* consecutive steps not limited by stability: at this count, the count of STIFF_STEPS restarts */
+#define FORGIVEN_STEPS 6  /* after this number of consecutive steps not limited by stability, the count for STIFF_STEPS restarts */
 #define CALM 2.0          /* largest h |λ| at which an explicit step of size h counts as stable */
-#define CALM_STEPS 8      /* consecutive stable steps: at this count, auto switches back to the explicit method */
-#define POWER_STEPS 8     /* number of power iterations for |λ|, whose accuracy by a factor of two suffices */
+#define CALM_STEPS 8      /* after this number of consecutive stable steps, auto switches back to the explicit method */
+#define POWER_STEPS 8     /* number of power iterations for |λ|; an error of |λ| by a factor of two is harmless */
 
 /* h |λ|max of the Jacobian, by power iteration. Vectors are measured in units of the tolerance. */
 static double tr_estimate_spectral_radius(tr_sim *s, double h) {

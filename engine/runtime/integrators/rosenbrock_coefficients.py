@@ -39,7 +39,7 @@ class Rosenbrock:
     def check(self) -> None:
         """Runs before the method becomes C code. Raises ValueError if the coefficients do not give the declared order, error_order
         (of the estimator) and dense_order. Also raises ValueError if the nodes c and the factors d do not follow from A, C and γ.
-        The same holds if the stability function does not vanish at infinity."""
+        Also raises ValueError if the stability function does not vanish at infinity."""
         problem = self.defect()
         if problem > ROUND_OFF:
             raise ValueError(f"method {self.name}: the conditions on nodes and stability are violated by {problem:.1e}")

@@ -2,8 +2,9 @@
 #include "integrators/integrators.h"
 
 #define HERMITE_ROWS 3 /* rows of the cubic through values and slopes at both ends */
-#define LIMITED_STEPS 6 /* if the steps near the limit of stability outnumber the others by more, stability limits the steps */
-#define SLOPE_NOISE 1e-11 /* × the units of states, × |λ|: a smaller error of slopes is round-off */
+/* if steps near the limit of stability outnumber all others by more than this number, stability limits the steps */
+#define LIMITED_STEPS 6
+#define SLOPE_NOISE 1e-11 /* relative to the units of states × |λ|: a smaller error of slopes is round-off */
 
 /* Squared error of the n works from index `first` of the state in the last explicit step. second: errors of the second estimator;
  * null pointer if there is no second estimator. */
@@ -82,8 +83,8 @@ static double tr_error_of_slopes(tr_sim *s, const tr_method *m, double h) {
   return sqrt(tr_squared_motion_error(s, e, TR_A(s, y), TR_A(s, ynew)));
 }
 
-/* State at θ of the pending explicit step. Computed by a new step from the same start, whose length is θ × that of the pending
- * step. Does not integrate works. Returns 0 on failure. */
+/* State at θ of the pending explicit step. A new step from the same start computes this state; its length is θ times the length of
+ * the pending step. Does not integrate works. Returns 0 on failure. */
 static int tr_step_to_place(tr_sim *s, double theta, double *out) {
   const tr_explicit *m = tr_method_of(s)->explicit;
   const int n = tr_state_width(s), nv = n / TR_LANES, watch = s->step.watch;

@@ -2,7 +2,8 @@
  * tolerance. */
 #include "integrators/integrators.h"
 
-/* × the step size whose estimated error equals the tolerance; a margin, because the estimate neglects higher orders */
+/* size of the next step, relative to the step size whose estimated error equals the tolerance; below 1, because the estimate
+ * neglects higher orders */
 #define SAFETY 0.9
 #define RETRY_MOST 0.9   /* largest factor on a refused step */
 /* Exponents of the present and the last error. At equal accuracy, one third fewer steps are refused than with the exponents 1 and
@@ -11,13 +12,13 @@
 #define PI_OLD 0.3
 #define ERROR_LEAST 1e-12      /* smallest error that influences the step size */
 #define ERROR_LEAST_KEPT 1e-4  /* smallest error stored for the next step size, because an error may be zero by accident */
-#define FIRST_CHANGE 0.01      /* × the state: change over the first step */
-#define FIRST_MOST 100.0       /* × the first guess: upper limit of the second guess */
+#define FIRST_CHANGE 0.01      /* relative to the state: change over the first step */
+#define FIRST_MOST 100.0       /* relative to the first guess: upper limit of the second guess */
 #define AT_REST 1e-5           /* if norms of states or slopes are below this value, their ratio is no time scale */
 #define FIRST_BLIND 1e-6       /* s: first guess if there is no time scale */
-#define FIRST_STRAIGHT 1e-3    /* × the first guess: step size of straight motion (Hairer's algorithm) */
+#define FIRST_STRAIGHT 1e-3    /* relative to the first guess: second guess if the motion is straight (Hairer's algorithm) */
 #define STRAIGHT 1e-15         /* if slopes and second derivatives are smaller, the motion counts as straight */
-#define FIRST_RETREAT 1e-2     /* × the first guess: step size if the motion cannot be evaluated at the first guess */
+#define FIRST_RETREAT 1e-2     /* relative to the first guess: step size if the motion cannot be evaluated at the first guess */
 
 static double tr_first_step(tr_sim *s, double span, int order) {
   int n = tr_state_width(s);

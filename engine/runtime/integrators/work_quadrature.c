@@ -1,9 +1,9 @@
 /* Quadrature of works, separate from the motion. Works never influence steps, so the motion does not depend on the requested
  * columns.
  *
- * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and, from the dense output, in the middle.
- * The sums are integrated like the works of columns in two cases: the error of this rule matters to the audit, or the step ends at
- * an event.
+ * Sums of the audit: along stiff steps, Simpson's rule integrates powers at both ends and, from the dense output, in the middle. If
+ * the error of Simpson's rule matters to the audit, or if the step ends at an event, the sums are integrated like the works of
+ * columns.
  *
  * Works of columns are integrated along stiff steps, and along explicit steps whose works exceed the tolerance. Clenshaw–Curtis
  * rules use three, five or nine powers. Where these rules fail, the step is divided into parts. Example: the load of a contact
@@ -11,14 +11,14 @@
 #include "integrators/integrators.h"
 
 #define WORK_RULES 3
-#define WORK_PART (1.0 / 1024.0) /* × a step: shortest part */
+#define WORK_PART (1.0 / 1024.0) /* relative to a step: shortest part */
 /* largest number of parts of a step, so that noise above the tolerance is not refined without end */
 #define PARTS 1024
 /* Let r be the difference between a rule and the next coarser rule, relative to the result. The error of the finer rule is about
  * r^(1 + SHARPER). The orders of the two rules are 5 and 7, or 7 and 11. */
 #define SHARPER 0.4
-#define DOUBTED 10.0              /* safety factor on this error estimate; estimate times factor is at most r */
-#define AUDIT_LOOSER 100.0        /* × the tolerance: allowed error of the audit's sums per step */
+#define DOUBTED 10.0              /* safety factor on the error estimate r^(1 + SHARPER); the product is at most r */
+#define AUDIT_LOOSER 100.0        /* relative to the tolerance: allowed error of the audit's sums per step */
 
 /* Works to integrate: index of the first work in the state, number of works, smallest unit (J), factor on the tolerance. */
 typedef struct tr_work_selection {
@@ -56,7 +56,7 @@ static int tr_evaluate_powers(tr_sim *s, const tr_method *m, const tr_work_selec
 static inline int tr_node_step(int rule) { return (TR_WORK_NODES - 1) >> rule; }
 
 /* Compute the works (w->count values) of a part of the step by the given rule (1 to WORK_RULES). Returns the squared error, in
- * units of the tolerance, estimated from the difference from the next coarser rule. */
+ * units of the tolerance, estimated from the difference between this rule and the next coarser rule. */
 static double tr_work_by_rule(tr_sim *s, int rule, double part, const tr_work_selection *w, const double *power, double *work) {
   const int q = w->count;
   double e[tr_state_width(s)];
@@ -141,8 +141,8 @@ static tr_work_selection tr_column_works(const tr_sim *s) {
   return (tr_work_selection){s->ny, s->nworks, tr_work_unit(s, s->step.size, TR_A(s, yold), s->ny, s->nworks), 1.0};
 }
 
-/* Integrate the audit's sums over the pending stiff step: by Simpson's rule over a whole step, or if necessary more accurately.
- * If an event lies inside the step, the works up to it are integrated anew, because the parabola of Simpson's rule is too
+/* Integrate the audit's sums over the pending stiff step: by Simpson's rule over a whole step, or if necessary more accurately. If
+ * an event lies inside the step, the works up to the event are integrated anew, because the parabola of Simpson's rule is too
  * inaccurate. */
 static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   const int n = tr_state_width(s), first = s->ny + s->nworks, q = TR_AUDIT_SUMS, trouble = s->step.failure;
@@ -156,7 +156,7 @@ static void tr_integrate_audit_works(tr_sim *s, const tr_method *m) {
   }
   if (end >= 1.0 && tr_work_by_rule(s, 1, 1.0, &sums, power, work) <= 1.0) return;
   tr_save_solution(s, kept);
-  s->step.watch = 0; /* between steps, `watch` is 0 anyway */
+  s->step.watch = 0; /* not restored, because `watch` is always 0 between steps */
   memset(work, 0, sizeof work);
   if (tr_ensure_dense(s) && tr_work_in_parts(s, m, &sums, 0.0, end, work)) {
     tr_evaluate_dense(s, end, at_end);
@@ -179,7 +179,7 @@ static void tr_integrate_works(tr_sim *s, const tr_method *m) {
   double power[TR_WORK_NODES * q + 1], work[q + 1], kept[tr_solution_size(s)];
   int rule;
   tr_save_solution(s, kept);
-  s->step.watch = 0; /* between steps, `watch` is 0 */
+  s->step.watch = 0; /* not restored, because `watch` is always 0 between steps */
   if (tr_ensure_dense(s) && tr_evaluate_powers(s, m, &sums, 0.0, power)) {
     const double err = tr_work_of_part(s, m, &sums, 0.0, end, power, work, &rule);
     s->step.parts = err > 1.0, s->step.worked = 0.0;

@@ -1,7 +1,7 @@
 /* Modes of all pairs at rest (theory, "Deciding modes"). A pair may stick if the friction that rest needs is within its capacity. A
  * pair may slip if its friction then opposes its acceleration. The search starts with all pairs stuck, and repeatedly changes the
- * mode that violates its condition most (the largest misfit). If this search fails, another one starts from other modes. Finally,
- * all combinations of the modes of a few pairs are tried. */
+ * mode that violates its condition most (the largest misfit). If this search fails, another search starts from other modes.
+ * Finally, all combinations of the modes of a few pairs are tried. */
 #include "modes/modes.h"
 
 /* Largest number of pairs for which all mode combinations are tried: 3 modes per pair, 2 for pairs with several components. */
@@ -11,8 +11,8 @@
 #define NEARBY_WORK 60     /* Newton iterations: limit of the search through neighbouring modes; usually enough for ten mode changes */
 #define ENUMERATE_WORK 100000 /* Newton iterations (a fifth of a second): limit of the search over all combinations */
 #define ONSET_SWEEPS 20    /* largest number of iterations on the directions of several pairs that start to slide together */
-/* × length · rate²: two solutions whose accelerations differ by more are different; far above round-off, far below typical
- * motion */
+/* in units of length · rate²: two solutions whose accelerations differ by more are different; far above round-off, far below
+ * typical motion */
 #define DIFFERENT 1e-6
 
 /* Solve for the multipliers in the modes in force, with onset directions for pairs of several components. near: whether to accept
@@ -75,7 +75,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n) {
   return n > ENUMERATE_MAX && tr_collect_independent(s, rest, n, apart) > ENUMERATE_MAX;
 }
 
-/* Number of modes to try for pair i: 3 for a pair on a line (stuck, and both directions); 2 for other pairs (stuck, and sliding in
+/* Number of modes to try for pair i. A pair on a line has 3 (stuck, and both directions); other pairs have 2 (stuck, and sliding in
  * a direction found from a guess). */
 static int tr_mode_count(const tr_sim *s, int i) { return tr_pair_of(s, i)->nrates == 1 || tr_pair_classes(s)[i] ? 3 : 2; }
 
@@ -149,7 +149,7 @@ static int tr_decide_one_by_one(tr_sim *s, const int *rest, int n, int released,
 }
 
 /* Search one by one along the recursion, for one-component pairs of a tree. An event among many pairs at rest usually changes few
- * modes; a few passes over the bodies then cost less than the matrices of all pairs. Restores modes and η, and returns 0, on
+ * modes. A few passes over the bodies then cost less than the matrices of all pairs. Restores modes and η, and returns 0, on
  * failure or beyond NEARBY_WORK. */
 static int tr_decide_nearby(tr_sim *s, const int *rest, int n, int released) {
   const tr_kernel *k = s->k;
@@ -186,8 +186,8 @@ static int tr_decide_many(tr_sim *s, const int *rest, int n, int released, const
 
 /* Release the class of the pair `released`, if the class shared its load by the sharing rule. One freedom moves all pairs of the
  * class. Each pair has reached its capacity against this motion, so all can slide. (Other distributions of the load could hold the
- * class a little longer. Creep does not lead to them, because it loads each pair against the motion.) Returns 0 if sliding violates
- * a law. */
+ * class a little longer. Slow creep does not lead to such distributions, because creep loads each pair against the motion.) Returns
+ * 0 if sliding violates a law. */
 static int tr_release_class(tr_sim *s, const int *rest, int n, int released) {
   int idle, apart[n + 1];
   if (released < 0 || !s->friction.shared || s->friction.stored || tr_collect_independent(s, rest, n, apart) > 1) return 0;

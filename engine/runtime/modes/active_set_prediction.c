@@ -1,12 +1,12 @@
-/* Modes of many pairs at rest: they are predicted for all pairs at once, then checked against the exact equations (theory, "Many
- * pairs"). */
+/* Modes of many pairs at rest. The modes of all pairs are predicted at once, then checked against the exact equations (theory,
+ * "Many pairs"). */
 #include "modes/modes.h"
 
 #define TURNS_MOST 40        /* largest number of Newton iterations on all onset directions together */
-#define BRANCHES_MOST 12     /* number of iterations, from the first, in which balls may change between sliding and spinning */
-#define ONSETS_FOUND 1e-14   /* × the friction: step of a converged iteration; a smaller step is round-off */
-/* × the friction: step at which the iteration has also converged if steps stop shrinking; larger, because difference quotients lose
- * half of the digits */
+#define BRANCHES_MOST 12     /* number of first iterations, in which balls may change between sliding and spinning */
+#define ONSETS_FOUND 1e-14   /* relative to the friction: step of a converged iteration; a smaller step is round-off */
+/* relative to the friction: if steps stop shrinking, the iteration has also converged at this step. This limit is larger than
+ * ONSETS_FOUND, because difference quotients lose half of the digits. */
 #define ONSETS_NEARLY 1e-9
 
 /* Whether pair i slides in an unknown direction. */

@@ -1,14 +1,14 @@
 /* Friction at rest of any number of pairs as one equation (theory, "Many pairs").
  *
- * For a pair at rest or about to slide, the combination p = y + ρ x (ρ: a mass) determines friction y (N) and surface acceleration
- * x (m/s²). y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads and x are affine
- * functions of the frictions y. y − R = 0 is therefore a piecewise smooth equation for y, with sticking, sliding and spinning.
- * Newton's method with a line search solves this equation. The start is zero friction, or a path on which friction grows from zero
- * (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
+ * Let y (N) be the friction and x (m/s²) the surface acceleration of a pair at rest or about to slide. The combination p = y + ρ x
+ * (ρ: a mass) determines y and x. y = R(load, p) is unique and continuous; its only kink is at the edge of the friction cone. Loads
+ * and x are affine functions of the frictions y. y − R = 0 is therefore a piecewise smooth equation for y, with sticking, sliding
+ * and spinning. Newton's method with a line search solves this equation. The start is zero friction, or a path on which friction
+ * grows from zero (``modes/cone_homotopy.c``). The caller verifies the result with the exact equations. */
 #include "modes/modes.h"
 
 #define CONES_TRIED 1e-7     /* step of the difference quotient by `part` */
-#define CONES_GRIP 1e-6      /* × the sliding friction: a smaller excess of static friction is neglected */
+#define CONES_GRIP 1e-6      /* relative to the sliding friction: a smaller excess of static friction is neglected */
 
 /* Unknowns and data of the equation. The comments give array sizes before the colon; n: number of pairs, e: number of
  * multipliers. */
@@ -50,8 +50,8 @@ static void tr_cones_evaluate_laws(tr_sim *s, const tr_cone_problem *c, int spin
   s->k->laws(TR_A(s, NN), map_rates(s->k, TR_A(s, maps)), TR_A(s, x), TR_A(s, c) + s->k->c_laws, TR_A(s, law), TR_A(s, dn), TR_A(s, sliding));
 }
 
-/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball with another form
- * of law (Adams') gets the ratio NAN. */
+/* Determine friction ratios and frames of balls, and ratios of static to sliding friction, from the laws. A ball whose law has
+ * another form (Adams' law) gets the ratio NAN. */
 static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   const tr_kernel *k = s->k;
   double u[c->e + 1], none[c->e + 1];
@@ -72,8 +72,8 @@ static void tr_cones_read_laws(tr_sim *s, tr_cone_problem *c) {
   for (int q = 0; q < c->n; ++q) c->turn[q] = TR_A(s, law)[tr_pair_of(s, c->pairs[q])->eta0 + (c->mu[q] >= 0.0)] < 0.0 ? -1.0 : 1.0;
 }
 
-/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if a ball has another
- * form of law. */
+/* Set up the problem with zero friction. mass: factor on ρ. Requires maps of the current state. Returns 0 if the law of a ball has
+ * another form (tr_cones_read_laws). */
 static int tr_cones_set_up(tr_sim *s, tr_cone_problem *c, double mass) {
   const int e = s->k->neta;
   const double *Qe = TR_A(s, Q) + e, *lever = TR_A(s, lever);
@@ -102,8 +102,8 @@ static inline void tr_cones_combination(const tr_sim *s, const tr_cone_problem *
   for (int j = 0; j < pair->neta; ++j) p[j] = c->y[pair->eta0 + j] + c->rho[q] * c->x[pair->eta0 + j];
 }
 
-/* Mode and residual of pair q, which is not a ball. Its law must have been evaluated. The pair sticks if |p| is at most its sliding
- * friction. */
+/* Mode and residual of pair q, which is not a ball. The law of the pair must have been evaluated. The pair sticks if |p| is at most
+ * its sliding friction. */
 static void tr_cones_pair_residual(tr_sim *s, tr_cone_problem *c, int q) {
   const tr_pair *pair = tr_pair_of(s, c->pairs[q]);
   double p[3], most = 0.0;

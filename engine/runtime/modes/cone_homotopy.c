@@ -6,19 +6,19 @@
 #define GROWTH_FIRST 0.3   /* first step; an arc length of 1 corresponds to full friction */
 #define GROWTH_LONGEST 0.5 /* longest step */
 #define GROWTH_SHORT 1e-4  /* if the path turns sharply, the step is accepted only below this size */
-#define GROWTH_LEAST 1e-8  /* if the step must become smaller, the path has a kink; a step of GROWTH_AFTER passes it */
+#define GROWTH_LEAST 1e-8  /* if the step must become smaller, the path has a kink; a step of GROWTH_AFTER passes the kink */
 #define GROWTH_AFTER 3e-4
 #define GROWTH_STEPS 7     /* largest number of Newton iterations that correct a predicted point back to the path */
-#define GROWTH_BACK 1e-4   /* × the step: a point whose last correction is smaller is on the path */
-#define GROWTH_SHRINKS 0.5 /* × the previous correction: if a correction is larger, the step is shortened */
-#define GROWTH_ASIDE 0.5   /* × the step: largest distance between the predicted and the corrected point */
+#define GROWTH_BACK 1e-4   /* relative to the step: a point whose last correction is smaller is on the path */
+#define GROWTH_SHRINKS 0.5 /* relative to the previous correction: if a correction is larger, the step is shortened */
+#define GROWTH_ASIDE 0.5   /* relative to the step: largest distance between the predicted and the corrected point */
 #define GROWTH_TURNS 0.3   /* cosine of the largest turn of the tangent in one step */
 #define GROWTH_KINKS 4     /* number of kinks at one place, after which the search fails */
 #define CONES_MOST 40        /* largest number of Newton iterations */
 #define CONES_HALVES 14      /* largest number of halvings of a Newton step in the search for a smaller residual */
-#define CONES_SLOPE 1e-4     /* × the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
-#define CONES_FOUND 1e-13    /* × the largest friction: residual from round-off */
-#define CONES_NEARLY 1e-10   /* × the largest friction: largest residual that is accepted when no step reduces it */
+#define CONES_SLOPE 1e-4     /* relative to the decrease predicted by the linear model: smallest accepted decrease (Armijo) */
+#define CONES_FOUND 1e-13    /* relative to the largest friction: a smaller residual is round-off */
+#define CONES_NEARLY 1e-10   /* relative to the largest friction: largest residual that is accepted when no step reduces it */
 
 /* State of the continuation. A point has e + 1 components: y, then the fraction of friction. */
 typedef struct tr_homotopy_path {
@@ -72,7 +72,7 @@ static int tr_path_evaluate(tr_sim *s, tr_cone_problem *c, tr_homotopy_path *w, 
   return sense;
 }
 
-/* Unit tangent at the point evaluated last. Along it, friction grows if `sense` is 1, and decreases if `sense` is −1. */
+/* Unit tangent at the point evaluated last. Along the tangent, friction grows if `sense` is 1, and decreases if `sense` is −1. */
 static void tr_path_tangent(const tr_homotopy_path *w, int e, int sense, double *way) {
   for (int i = 0; i < e; ++i) way[i] = sense * w->by[i];
   way[e] = sense;

@@ -1,17 +1,19 @@
 /* Classes of pairs that the loops couple to one degree of freedom (theory, "Deciding modes"). The rates of these pairs have fixed
  * ratios, so either all pairs of a class slide, or none. A multiplier of one of its pairs identifies a class; `class_rates`
  * contains the rates of all its pairs at unit rate of this multiplier. Pairs i and j of a class satisfy A_ij² = A_ii A_jj, where A
- * is the response of freedoms to frictions with closed loops. Their frictionless accelerations must also have the ratio of their
- * rates; this excludes driven pairs and dead centres. */
+ * is the response of freedoms to frictions with closed loops. The frictionless accelerations of these pairs must also have the
+ * ratio of their rates; this condition excludes driven pairs and dead centres. */
 #include "modes/modes.h"
 
-/* × the accelerations that the state's rates cause: largest deviation from the ratio of a class, because loops may be open by the
- * error of a step. Accelerations caused by forces do not count here: they keep the ratio in open loops, too, and those of light
- * bodies are arbitrarily large */
+/* relative to the accelerations that the state's rates cause: largest deviation from the ratio of a class. Loops that are open by
+ * the error of a step cause this deviation. Accelerations caused by forces are excluded: they keep the ratio even in open loops,
+ * and accelerations of light bodies may be arbitrarily large. */
 #define SAME_START 1e-3
-#define SAME_BY_FORCES 1e-10 /* × the accelerations caused by forces: round-off of their ratio */
-#define NO_START 1e-9   /* × length · rate²: largest deviation from the ratio of a class, if all accelerations vanish */
-/* × the unit of the rates: if all rates of the state are zero, drives impose larger rates; smaller ones are round-off */
+/* relative to the accelerations caused by forces: a smaller deviation from the ratio of a class is round-off */
+#define SAME_BY_FORCES 1e-10
+#define NO_START 1e-9   /* in units of length · rate²: largest deviation from the ratio of a class, if all accelerations vanish */
+/* relative to the unit of the rates: if all rates of the state are zero, larger rates come from drives, and smaller rates are
+ * round-off */
 #define DRIVES_MOVE 1e-12
 
 static int tr_line_multiplier(const tr_sim *s, int m) {

@@ -2,8 +2,8 @@
  * rest, ON_LINE means motion along a line. */
 #include "modes/modes.h"
 
-#define ONSET_SPEED 0.1 /* × rtol · speed unit: a starting pair that is slower keeps its frozen direction */
-/* × the speed unit: lower limit of the previous speed; directions of slower pairs are round-off of loops */
+#define ONSET_SPEED 0.1 /* in units of rtol · speed unit: a starting pair that is slower keeps its frozen direction */
+/* relative to the speed unit: lower limit of the speed by ONSET_SPEED; directions of slower pairs are round-off of loops */
 #define ONSET_LEAST 1e-9
 
 static void tr_set_sliding_direction(tr_sim *s, int i, const double *r) {

@@ -1,7 +1,7 @@
 /* Before a pair is released, its group of stuck pairs shares the load again: first by the sharing rule, then with stored loads. */
 #include "modes/modes.h"
 
-#define SHARE_GAIN 1e-10   /* × the capacity: resharing succeeds if the reserve increases by at least this much */
+#define SHARE_GAIN 1e-10   /* relative to the capacity: resharing succeeds if the reserve increases by at least this much */
 
 static int tr_has_stored_load(const tr_sim *s) {
   for (int i = 0; i < s->k->neta; ++i)
@@ -42,8 +42,8 @@ static int tr_has_given_capacity(tr_sim *s, int i) {
 /* Whether pair i yielded in the modes `start`. */
 static inline int tr_yielded(const tr_mode *start, int i) { return tr_mode_flag(start + i) == TR_STUCK && start[i].tilt != 0.0; }
 
-/* Let the pairs that yielded in the modes `start`, and the pair `released` (−1: none), yield (flag = TR_STUCK) or slip with their
- * classes (flag = TR_SLIPS); all others stick. Returns the number of pairs that yield or slip. */
+/* Change the pairs that yielded in the modes `start`, and the pair `released` (−1: none). flag = TR_STUCK: these pairs yield;
+ * TR_SLIPS: they slip with their classes. All other pairs stick. Returns the number of pairs that yield or slip. */
 static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mode *start, int released, int flag) {
   int count = 0;
   tr_stick_all(s, rest, n);
@@ -57,9 +57,9 @@ static int tr_set_yielding_modes(tr_sim *s, const int *rest, int n, const tr_mod
   return count;
 }
 
-/* Whether the n pairs `rest` hold if the pair `released` and those that already yielded yield: they exert their capacity, and other
- * pairs hold their freedoms. Only pairs of given capacity yield. start: modes before the decision. On success, the modes are in
- * force. */
+/* Whether the n pairs `rest` hold if the pair `released`, and all pairs that already yielded, yield. A pair that yields exerts its
+ * capacity, while other pairs hold its freedom. Only pairs of given capacity yield. start: modes before the decision. On success,
+ * the modes are in force. */
 static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start) {
   const int was = s->friction.stored, given = tr_has_given_capacity(s, released);
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -78,7 +78,7 @@ static int tr_hold_by_yielding(tr_sim *s, const int *rest, int n, int released, 
 }
 
 /* Let overloaded pairs slip one after another, until all modes fit and the pairs that stick no longer hold the freedom of the pair
- * `released`. Pairs have one component. Returns 1 on success. */
+ * `released`. Returns 1 on success, 0 also if an overloaded pair has several components. */
 static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) {
   for (int it = 0; it <= n && tr_solve_in_modes(s); ++it) {
     const int worst = tr_find_worst_misfit(s, rest, n);
@@ -89,9 +89,9 @@ static int tr_slide_one_by_one(tr_sim *s, const int *rest, int n, int released) 
   return 0;
 }
 
-/* Whether the pair `released`, pairs that already yielded, and pairs that these overload start to slide. The sharing of loads does
- * not brace the group against sliding. first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given
- * capacity. start: modes before the decision. On success, the modes are in force. */
+/* Whether sliding starts if the pair `released` and the pairs that already yielded slip. Pairs that become overloaded slip, too.
+ * first: 1 requires a pair that already yielded; 0 also accepts a pair `released` of given capacity. start: modes before the
+ * decision. On success, the modes are in force. */
 static int tr_slide_by_yielding(tr_sim *s, const int *rest, int n, int released, const tr_mode *start, int first) {
   const int was = s->friction.stored;
   double eta[s->k->neta + 1], *now = TR_A(s, z) + s->k->active;
@@ -137,7 +137,8 @@ static int tr_continue_by_stored_loads(tr_sim *s) {
   for (s->friction.stored = TR_STORES_CREEP; n && s->friction.stored <= TR_STORES_PLACED; ++s->friction.stored) {
     memcpy(TR_A(s, z), TR_A(s, zold), sizeof(double) * tr_z_length(s));
     if (!tr_hold_by_resharing(s, rest, n) || !tr_rhs(s, s->clock.t, y, TR_A(s, dy))) continue;
-    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s)); /* kept, because a new decision would share by the rule */
+    /* stored as the start of the next step, because a new decision would share loads by the rule */
+    memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
     s->step.have_k1 = 1, s->step.have_jac = 0, s->step.margin = NAN, s->step.h = s->set.hfixed;
     return 1;
   }

@@ -3,18 +3,19 @@
  * loads. */
 #include "modes/modes.h"
 
-/* × the capacity: the search ends when the largest share is below this; there may be no minimum, because growing preloads may raise
- * capacities without limit */
+/* relative to the capacity: the search ends when the largest share is below this value. (A minimum may not exist, because growing
+ * preloads may raise capacities without limit.) */
 #define SHARE_ENOUGH 0.9
-#define PRESSED_MOST 10.0  /* × the largest friction: upper limit of a stored load */
-#define SPARE_TRIED 1e-6   /* × the capacity: difference for derivatives by a stored load */
-#define SPARE_FIRST 0.1    /* × the capacity: first trust-region radius */
-#define SPARE_REFUSED 0.25 /* × the expected gain: if a step gains less, the trust region shrinks, by this same factor */
+#define PRESSED_MOST 10.0  /* relative to the largest friction: upper limit of a stored load */
+#define SPARE_TRIED 1e-6   /* relative to the capacity: change of a stored load in difference quotients */
+#define SPARE_FIRST 0.1    /* relative to the capacity: first trust-region radius */
+/* relative to the expected gain: if a step gains less, the trust-region radius is multiplied by the same number */
+#define SPARE_REFUSED 0.25
 #define SPARE_TAKEN 3.0    /* factor on the trust-region radius after an accepted step */
-#define SPARE_GAIN 1e-10   /* × the capacity: the search continues while a step gains more */
+#define SPARE_GAIN 1e-10   /* relative to the capacity: the search continues while a step gains more */
 #define SPARE_SOLVED 400   /* largest number of solutions of the friction equations */
-#define MOVED_FIRST 0.1    /* × the capacity: first change of a load in the one-by-one search */
-#define MOVED_LEAST 1e-3   /* × the capacity: smallest change of a load in the one-by-one search */
+#define MOVED_FIRST 0.1    /* relative to the capacity: first change of a load in the one-by-one search */
+#define MOVED_LEAST 1e-3   /* relative to the capacity: smallest change of a load in the one-by-one search */
 #define MOVES_MOST 200     /* largest number of trials in the one-by-one search */
 #define SPARE_WEIGHTS 300  /* number of exchanges of weight between two pairs; each costs one inner product */
 
@@ -114,7 +115,7 @@ static double tr_minmax_descend(tr_sim *s, tr_minmax_problem *c) {
 }
 
 /* Change one load after another, by decreasing amounts, while the largest share falls. Where loads press pairs together, the
- * largest share has several local minima; this search leaves some of those at which tr_minmax_descend ends. */
+ * largest share has several local minima; this search can leave local minima at which tr_minmax_descend ends. */
 static void tr_minmax_one_by_one(tr_sim *s, tr_minmax_problem *c) {
   const int e = s->k->neta;
   double *eta = TR_A(s, z) + s->k->active, *load = TR_A(s, share), old[e], best = tr_minmax_shares(s, c, c->share);

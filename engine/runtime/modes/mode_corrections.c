@@ -2,11 +2,11 @@
  * law. */
 #include "modes/modes.h"
 
-#define FAINT 1e-7     /* × length · rate²: the direction of a smaller acceleration is round-off */
+#define FAINT 1e-7     /* in units of length · rate²: the direction of a smaller acceleration is round-off */
 
-/* In an impulse step, replace the direction in which pair i starts to slip by its direction from rest. Condition: the pair's rates
- * across this direction are below the rest speed. These rates are round-off; divided by the length of a short step, they would turn
- * the direction off its line. */
+/* In an impulse step, replace the direction in which pair i starts to slip by the direction in which it would slip from rest.
+ * Condition: the pair's rates across this direction are below the rest speed. These rates are round-off; divided by the length of a
+ * short step, they would turn the direction off its line. */
 static void tr_straighten_direction(tr_sim *s, int i) {
   const tr_pair *pair = tr_pair_of(s, i);
   const double h = s->moreau.h, *rate = tr_pair_rates(s, i), *lever = TR_A(s, lever) + pair->eta0;
@@ -141,7 +141,7 @@ static int tr_stick_these(tr_sim *s, const int *rest, int n, const tr_mode *mode
 }
 
 /* Let pairs that slip without acceleration stick, if these modes also have a solution. A stuck pair without a reserve would be
- * released again at once; this pair yields in place instead: it exerts its capacity, and other pairs hold its freedom. Requires a
+ * released again at once. Such a pair yields instead: it exerts its capacity, while other pairs hold its freedom. Requires a
  * solution for the n pairs `rest`. Returns 0 if afterwards the equations have no solution. */
 static int tr_stick_idle_pairs(tr_sim *s, const int *rest, int n) {
   const int e = s->k->neta;

@@ -1,12 +1,12 @@
-/* Decisions by the cone equations (``modes/cone_equations.c``): along a path on which the friction of balls, or of all pairs,
- * grows; then directly. */
+/* Decisions by the cone equations (``modes/cone_equations.c``). The search follows a path on which the friction of balls grows,
+ * then a path on which the friction of all pairs grows. Finally, it uses Newton's method alone. */
 #include "modes/modes.h"
 
 #define CONES_MASSES 3       /* number of masses ρ, which are tried one after another */
 #define CONES_WORK 4e9       /* multiplications (half a second): limit of all attempts */
 #define CONES_MATRICES 300   /* number of factorisations: limit of all attempts */
 
-/* Masses ρ, × the mass that a pair's own friction moves. With a larger mass, the iteration meets fewer kinks. */
+/* Masses ρ, relative to the mass that a pair's own friction moves. With a larger mass, the iteration meets fewer kinks. */
 static const double tr_cones_masses[CONES_MASSES] = {10.0, 3.0, 1.0};
 
 /* Apply the solution: a pair that accelerates slips in the direction of its acceleration; every other pair sticks. */
@@ -44,7 +44,8 @@ static int tr_cones_find_overloaded(const tr_sim *s, const tr_cone_problem *c) {
 }
 
 /* Solve again, with sliding friction instead of the larger static friction in the pairs that slide. Stuck pairs are forced to
- * stick; overloaded ones are then released one by one. Returns the sign of the determinant; 0 if there is no solution. */
+ * stick; overloaded pairs among them are then released one by one. Returns the sign of the determinant; 0 if there is no
+ * solution. */
 static int tr_cones_use_sliding_friction(tr_sim *s, tr_cone_problem *c) {
   int sense = 0, worst = 0;
   for (int q = 0; q < c->n; ++q) c->holds[q] = c->rho[q] > 0.0 && c->mode[q] == TR_STUCK;

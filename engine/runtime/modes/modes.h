@@ -10,8 +10,8 @@ static int tr_line_multiplier(const tr_sim *s, int m);
 /* Find the classes of coupled pairs. Requires maps of the current state. */
 static void tr_find_coupled_pairs(tr_sim *s);
 
-/* Whether drives move pair i at (t, y): although all rates of the state are zero, the pair has a speed, or the loops have residual
- * rates. Leaves maps of (t, y). */
+/* Whether drives move pair i at (t, y). This is so if the pair has a speed, or if the loops have residual rates, although all rates
+ * of the state are zero. Leaves maps of (t, y). */
 static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
 
 /* Whether pair i is about to stop at (t, y). The pair has several components, but loops let it slide along one line only, so its
@@ -19,8 +19,8 @@ static int tr_is_moved_by_drives(tr_sim *s, int i, double t, const double *y);
  * Requires maps of (t, y), and leaves these maps valid. */
 static int tr_is_stopping_on_line(tr_sim *s, int i, double t, const double *y);
 
-/* Collect the set-valued pairs at rest in `rest`: stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1: no pair),
- * and other pairs of their classes. Requires maps of the current state. Returns their number. */
+/* Collect the set-valued pairs at rest in `rest`. These are stuck pairs, pairs slower than tr_rest_speed, marked pairs, `also` (−1:
+ * no pair), and other pairs of their classes. Requires maps of the current state. Returns their number. */
 static int tr_collect_pairs_at_rest(tr_sim *s, int also, int *rest);
 
 /* Set the speeds of the n pairs `rest` in y to zero. In loops, other pairs may come to rest at the same time; they are appended to
@@ -94,8 +94,8 @@ static int tr_decide_by_prediction(tr_sim *s, const int *rest, int n);
 /* Largest ratio of friction to capacity among the n pairs `rest`. Requires tr_evaluate_capacities. */
 static double tr_largest_share(const tr_sim *s, const int *rest, int n);
 
-/* Whether all n pairs `rest` stick after they share their load again. Requires a minimal increase of their reserve, which prevents
- * endless resharing. */
+/* Whether all n pairs `rest` stick after they share their load again. Returns 0 unless their reserve grows by a minimal amount;
+ * this condition prevents endless resharing. */
 static int tr_hold_by_resharing(tr_sim *s, const int *rest, int n);
 
 /* Whether the stuck pairs among the n pairs `rest` hold with stored loads, where the sharing rule fails. On success, the loads stay
@@ -117,7 +117,7 @@ static int tr_are_many_pairs(const tr_sim *s, const int *rest, int n);
  * its mode; −1: no pair. Returns 0: no solution; 1: the modes are in force; 2: all pairs stick and share their load again. */
 static int tr_decide_modes(tr_sim *s, const int *rest, int n, int released);
 
-/* Search other modes of the n pairs `rest` that also satisfy the laws. If there are any, the motion is not unique; the audit
- * records this. Does nothing if n > most. */
+/* Search for other modes of the n pairs `rest` that also satisfy the laws. If such modes exist, the motion is not unique, and the
+ * audit records this fact. Does nothing if n > most. */
 static void tr_record_other_answers(tr_sim *s, double t, const int *rest, int n, int most);
 #endif

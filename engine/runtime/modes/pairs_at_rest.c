@@ -1,13 +1,13 @@
-/* Collects the pairs at rest, and sets their speeds to zero. In loops, other pairs may come to rest at the same time; they are
- * included. */
+/* Collects the pairs at rest, and sets their speeds to zero. In loops, other pairs may come to rest at the same time; these pairs
+ * are included. */
 #include "modes/modes.h"
 
-/* × the period of a load or of a rotation: longest step while pairs are held; in it, eight points suffice to find every maximum of
- * a violation (``events/event_location.c``). */
+/* relative to the period of a load or of a rotation: longest step while pairs are held. In such a step, eight points suffice to
+ * find every maximum of a violation (``events/event_location.c``). */
 #define HELD_PART 0.25
 
-/* Whether pair i counts as at rest because pair j of the same class is at rest. The limit of the speed of i is the rest speed; it
- * is multiplied by the ratio of the speeds of i and j in the common motion of the class if this ratio is above 1. */
+/* Whether pair i counts as at rest because pair j of the same class is at rest. The limit of the speed of i is the rest speed. If i
+ * moves faster than j in the common motion of the class, the limit is multiplied by the ratio of these speeds. */
 static int tr_is_at_rest_with(const tr_sim *s, int i, int j) {
   if (!tr_are_coupled(s, i, j)) return 0;
   double ratio = tr_line_speed(s, i) / fmax(tr_line_speed(s, j), NO_FORCE);

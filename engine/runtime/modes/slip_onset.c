@@ -6,7 +6,8 @@
  * norm outweighs the velocity (TR_FROZEN). The direction stays frozen while the speed is below the tolerance of velocities, which
  * bounds the error.
  *
- * Newton's method on the sphere of directions starts from several directions. Fixed-point iteration would stall near wedging. */
+ * Newton's method on the sphere of directions starts from several directions. Fixed-point iteration would converge too slowly near
+ * wedging. */
 #include "modes/modes.h"
 
 #define SAME_DIRECTION 1e-9 /* unit vectors with a smaller difference are on one line; the difference is round-off */
@@ -14,7 +15,8 @@
 /* rad: the search has also converged below this angle, if no step reduces it (round-off of multipliers) */
 #define TURN_NEARLY 1e-8
 #define LONGEST_TURN 0.5 /* rad: longest Newton step; limited, because the start may be far from a solution */
-#define ONSET_STEP 0.3 /* × √rtol / rate: least onset step; in it, the direction drifts by less than the tolerance */
+/* in units of √rtol / rate scale: least onset step; within this step, the direction drifts by less than the tolerance */
+#define ONSET_STEP 0.3
 
 enum { TR_ONSET_NONE, TR_ONSET_REPELS, TR_ONSET_ATTRACTS, TR_ONSET_FAINT };
 
@@ -59,7 +61,7 @@ static int tr_acceleration_direction(tr_sim *s, int i, const double *d, double *
   tr_mode *m = tr_mode_of(s, i);
   const double length = tr_onset_length(s);
   for (int j = 0; j < 3; ++j) m->direction[j] = j < pair->nrates ? length * d[j] / TR_A(s, lever)[pair->eta0 + j] : 0.0;
-  for (int part = 0; part < 3; ++part) { /* three times, because the force decides whether a ball slides or spins */
+  for (int part = 0; part < 3; ++part) { /* solved three times, because the force decides whether a ball slides or spins */
     if (tr_mode_flag(m) == TR_STUCK) m->flag = TR_SLIPS;
     if (!tr_solve_in_modes(s)) return 0;
     int cone = pair->cone && tr_sliding_of(s, i)->cone < 0.0;
@@ -168,8 +170,8 @@ static double tr_same_direction(tr_sim *s, int i) {
 
 /* Find the direction in which pair i starts to slide; its mode contains a guess. An attracting direction is preferred. A repelling
  * direction is accepted if there is no other, or if it equals the guess. Symmetric motion (a ball that swings in a plane) then
- * stays symmetric. near: 1 accepts only the direction found from the guess, and within a right angle of it. Returns 0 if there is
- * no direction. */
+ * stays symmetric. near: 1 accepts only the direction found from the guess, and only within a right angle of the guess. Returns 0
+ * if there is no direction. */
 static int tr_find_onset(tr_sim *s, int i, int near) {
   const tr_pair *pair = tr_pair_of(s, i);
   int n = pair->nrates, found = 0;

@@ -31,8 +31,9 @@ static void tr_follow_angles(tr_sim *s, double t, const double *y);
 static void tr_finish_columns(tr_sim *s, double *row);
 
 /* Evaluate the columns at (t, y), with row[0] = t. there: whether y is already projected and its multipliers are known. Otherwise y
- * is projected, and the multipliers are solved for if a column needs them. For the first row they always are, because the first
- * step starts from this solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column overflows. */
+ * is projected, and the multipliers are solved for if a column needs them. For the first row, the multipliers are always solved
+ * for, because the first step starts from this solution. Returns TR_OK, TR_FAIL_MULTIPLIERS, or TR_FAIL_NOT_FINITE if a column
+ * overflows. */
 static int tr_output_row_of(tr_sim *s, double t, double *y, double *row, int there);
 
 /* Like tr_output_row_of, for a state that is not projected yet and whose multipliers are unknown. */

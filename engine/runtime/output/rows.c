@@ -1,4 +1,4 @@
-/* Output rows: multipliers and columns at a state. Also the values that only the runtime can compute. */
+/* Output rows: multipliers and columns at a state, and the values that only the runtime can compute. */
 #include "output/output.h"
 
 #define OPEN_FORCE 1e-140 /* N: a smaller normal force counts as zero; the contact equations regularise square roots at zero */
@@ -177,8 +177,8 @@ static void tr_fill_extra(tr_sim *s, const double *y, tr_extra *extra) {
   }
 }
 
-/* The angle v (within ± π), plus the multiple of 2π that brings it closest to the predicted angle, the last value plus rate ×
- * time. */
+/* The angle v (within ± π), plus the multiple of 2π that brings it closest to the predicted angle. The predicted angle is the last
+ * value plus rate × time since then. */
 static double tr_unwrap(const tr_memory *last, double t, double rate, double v) {
   return v + TURN * round((last->value + rate * (t - last->t) - v) / TURN);
 }

@@ -3,7 +3,7 @@
 #include "output/output.h"
 
 #define WORN_POINTS 6    /* number of rows per polynomial; integrals then have sixth order in the spacing */
-#define WORN_EVEN 1e-9   /* × a spacing: smaller differences between spacings are round-off of times */
+#define WORN_EVEN 1e-9   /* relative to a spacing: smaller differences between spacings are round-off of times */
 
 /* Weights w of k nodes. w[j] is the integral from lo to hi of the polynomial that is 1 at node j and 0 at the other nodes. Three
  * Gauss points integrate these polynomials exactly. */

@@ -1,16 +1,16 @@
 /* Fixed steps for real time, with bounded evaluations, iterations and events (theory, "Bounded steps").
  *
- * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers
- * the rest of the step, with any number of events. Its modes are decided within the remaining iterations. If this decision
- * fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records which of these methods
- * was used. */
+ * A bounded step locates its events until it reaches a bound, or until friction has no solution. One impulse step then covers the
+ * rest of the step, with any number of events. The modes of the impulse step are decided within the remaining iterations. If this
+ * decision fails, relaxation sweeps over the pairs compute friction within the capacities. `bound.overrun` records which of these
+ * methods was used. */
 #include "stepping/stepping.h"
 
-/* × the friction that stops a freedom without loops: friction applied to a freedom with prescribed motion */
+/* relative to the friction that stops a freedom without loops: friction applied to a freedom with prescribed motion */
 #define FAR_MORE 1e3
-#define WHOLE_SLACK 1e-9      /* × a step: round-off in the number of steps of a communication step */
+#define WHOLE_SLACK 1e-9      /* relative to a step: round-off in the number of steps of a communication step */
 
-/* Limit the work from now on to these numbers of evaluations and iterations. */
+/* Limit the work after this call to these numbers of evaluations and iterations. */
 static void tr_limit_work(tr_sim *s, long evaluations, long iterations) {
   s->bound.evaluations = tr_counted_evaluations(s) + evaluations;
   s->bound.iterations = tr_counted_iterations(s) + iterations;

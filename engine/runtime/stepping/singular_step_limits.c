@@ -7,10 +7,10 @@
 /* largest accepted factor between the independence at the start and at the end of a step; otherwise the step is shortened */
 #define LEAP 8.0
 #define SHORTER 2.0               /* factor by which a step with a larger change of independence is shortened */
-/* × the independence at the start of the run: at a smaller independence, the motion passes a dead centre */
+/* relative to the independence at the start of the run: at a smaller independence, the motion passes a dead centre */
 #define PASSED 1e-3
 #define PASSED_SECTIONS 24        /* number of golden-section iterations that find the least independence */
-/* s, × 1 / rate: shortest step that is limited; in shorter ones, the last pivot may change by a new pivot order */
+/* in units of 1 / rate scale: shortest step that is limited; in shorter steps, a new pivot order may change the last pivot */
 #define SHORTEST 1e-9
 
 /* Whether singular positions matter: joints with friction are in loops, and steps have error control. */
@@ -45,8 +45,8 @@ static double tr_longest_singular_step(tr_sim *s) {
   return fmax(SHORTEST / s->set.rate, l->begin / fabs(l->trend) * (l->trend < 0.0 ? 1.0 - 1.0 / APPROACH : APPROACH - 1.0));
 }
 
-/* Error of the last step, in units of the tolerance, if the step passes a singular position or forces jump in it; otherwise 0.
- * Requires an evaluated end. */
+/* Error of the last step, in units of the tolerance, if the step passes a singular position or contains a jump of forces; otherwise
+ * 0. Requires an evaluated end. */
 static double tr_singular_error(tr_sim *s, const tr_method *m, double h) {
   tr_loops *l = &s->loops;
   if (!tr_has_friction_on_loops(s)) {

@@ -1,15 +1,16 @@
 /* Completion of the pending step: rows inside it, then state and modes at its end. */
 #include "stepping/stepping.h"
 
-#define ENGAGED_PROBE 1e-6 /* s, × 1 / rate: time between two evaluations that measure the stiffness of an engaged stop */
+/* in units of 1 / rate scale: time between two evaluations that measure the stiffness of an engaged stop */
+#define ENGAGED_PROBE 1e-6
 #define TR_FOURS 8 /* upper bound of the number of SIMD lanes */
-#define ROW_SLACK 1e-12       /* × max(time, 1 s): a row that is later than a step's end by less belongs to this step */
-#define SAME_EVENT_TIME 1e-12 /* × max(time, 1 s): consecutive events at a smaller distance in time are chatter */
+#define ROW_SLACK 1e-12 /* relative to max(time, 1 s): if a row is later than a step's end by less, the row belongs to this step */
+#define SAME_EVENT_TIME 1e-12 /* relative to max(time, 1 s): consecutive events at a smaller distance in time are chatter */
 #define HALVES_MOST 60        /* largest number of bisections on θ; they end at the round-off of θ */
 #define THETA_ROUND_OFF 1e-15
-#define RATE_PART 1e-3 /* × the step: interval before the event over which the deceleration is measured */
-/* × the time to cross half of the proportional zone: size of the first step inside the zone; it ends slightly beyond the zone's
- * other border */
+#define RATE_PART 1e-3 /* relative to the step: interval before the event over which the deceleration is measured */
+/* relative to the time to cross half of the proportional zone: size of the first step inside the zone. The step ends slightly
+ * beyond the zone's other border. */
 #define ZONE_PART 2.2
 
 /* Whether SIMD lanes can compute the rows inside the pending step. Requires columns that depend only on the dense output,
@@ -239,20 +240,20 @@ static int tr_complete_set_valued_event(tr_sim *s) {
   }
   if (ball) tr_log_fold(s, which, te, ye, &was);
   s->stats.events++;
-  s->moreau.burst_events += ball; /* branch changes of balls do not count, because impulse steps have both branches, too */
+  s->moreau.burst_events += ball; /* branch changes of balls do not count, because they occur in impulse steps, too */
   tr_count_chatter(s, te);
   const double breaks = s->clock.last_break;
   tr_move_run_to(s, te, ye);
   if (s->step.margin_end == s->step.margin_end) tr_copy_violations(s, TR_NOW, TR_AT_START);
   memcpy(TR_A(s, K), TR_A(s, dy), sizeof(double) * tr_state_width(s));
-  s->step.have_k1 = s->clock.last_break == breaks; /* at a kink of a signal, ẏ of the next step is another one */
+  s->step.have_k1 = s->clock.last_break == breaks; /* at a break of a signal, the next step must evaluate ẏ again */
   s->step.have_jac = 0, s->step.margin = s->step.margin_end;
   s->step.h = s->set.hfixed > 0.0 ? s->set.hfixed : s->pending.h * fmin(s->pending.grow, 1.0);
   return TR_OK;
 }
 
 /* Longest step after a stop was engaged: 1 / ω of the fastest oscillation on this stop. A stiff method damps an oscillation that
- * its steps do not resolve, and its error estimate does not show this. Returns INFINITY for explicit methods. */
+ * its steps do not resolve, and its error estimate does not show the damping. Returns INFINITY for explicit methods. */
 static double tr_longest_engaged_step(tr_sim *s, int which) {
   const int n = tr_state_width(s), nq = s->k->nq, nv = s->k->nv;
   const double h = ENGAGED_PROBE / s->set.rate, *y = TR_A(s, y);
@@ -269,8 +270,8 @@ static double tr_longest_engaged_step(tr_sim *s, int which) {
   return fastest > 0.0 ? 1.0 / sqrt(fastest) : INFINITY;
 }
 
-/* Complete a step that ends at an event of a joint that only pushes: its contact opens or closes, or a pin passes a mouth of its
- * slot. Returns a status. */
+/* Complete a step that ends at an event of a joint that only pushes. At the event, a contact opens or closes, or a pin passes a
+ * mouth of its slot. Returns a status. */
 static int tr_complete_contact_event(tr_sim *s) {
   const double te = s->pending.t;
   double *ye = TR_A(s, event_y);

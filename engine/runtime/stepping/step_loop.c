@@ -1,10 +1,11 @@
 /* The stepping loop, up to the target: make trial steps until one is accepted, then complete this step. */
 #include "stepping/stepping.h"
 
-/* × the number of pairs: largest number of failures passed at one time; the second half of these only by impacts */
+/* per pair: largest number of failures that a run passes at one time; the second half of these failures only by impacts */
 #define RESUMED_MOST 2
-#define STALL_TIME 1e-9         /* s, × 1 / rate: least progress of STALL_TRIALS steps */
-#define STALL_SHARE 1e-3        /* × a fixed step: least progress of STALL_TRIALS trial steps; events may cut them short */
+#define STALL_TIME 1e-9         /* in units of 1 / rate scale: least progress of STALL_TRIALS steps */
+/* relative to a fixed step: least progress of STALL_TRIALS trial steps; events may cut these steps short */
+#define STALL_SHARE 1e-3
 #define STALL_TRIALS 20000      /* number of trial steps, which take at most one second; onsets and captures take about a hundred */
 
 /* Number of failures passed at the present time. */
@@ -14,7 +15,7 @@ static int tr_count_resumptions(tr_sim *s) {
   return s->friction.resumed;
 }
 
-/* Remove the cause of the friction failure `code` by the first remedy that applies. Returns whether one did. */
+/* Remove the cause of the friction failure `code` by the first remedy that applies. Returns whether a remedy applied. */
 static int tr_remedy_failure(tr_sim *s, int code) {
   const int more = tr_count_resumptions(s) < s->k->nsliders;
   return (more && (tr_reset_modes(s) || tr_let_ball_spin(s) || tr_stop_slow_pair(s))) || tr_decide_from_anywhere(s, code) ||

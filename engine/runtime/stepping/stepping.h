@@ -18,7 +18,7 @@ static int tr_make_impact(tr_sim *s, double t, double *y, const char *at, const 
 /* Open or close the contacts of joints that only push at the start of a run. */
 static void tr_set_initial_contacts(tr_sim *s);
 
-/* Decide the contacts of joints that only push at the state `y`: make the impacts of contacts that approach, then decide which
+/* Decide the contacts of joints that only push, at the state `y`. Make the impacts of contacts that approach, then decide which
  * contacts at rest stay closed. Returns a status. */
 static int tr_decide_contacts(tr_sim *s);
 
@@ -36,8 +36,8 @@ static int tr_has_redundant_contacts(tr_sim *s);
  * their rates, m/s. */
 static int tr_check_missed_contacts(tr_sim *s, double *gap, double *rate);
 
-/* Longest step while a contact is open: error control of a part at rest does not notice another part that passes within one
- * step. */
+/* Longest step while a contact is open. (The error control of a part at rest does not notice another part that passes within a
+ * single step.) */
 static double tr_longest_open_step(const tr_sim *s);
 
 /* Whether, after a jump of forces, a closed contact pulls at the present solution, or the parts of an open contact begin to
@@ -59,7 +59,7 @@ static int tr_has_stopped_with_drive(const tr_sim *s);
  * TR_WAITS, the caller calls again with the same limit when lanes have served the case's request. */
 static int tr_make_step(tr_sim *s, double limit);
 
-/* Whether the run can continue after the friction failure `code` at the state `y`: with other modes, a spinning ball, another root,
+/* Whether the run can continue after the friction failure `code` at the state `y`, with other modes, a spinning ball, another root,
  * or a stopped pair. The number of attempts at one time is limited by the number of pairs. */
 static int tr_continue_after_failure(tr_sim *s, int code);
 #endif

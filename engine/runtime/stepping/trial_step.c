@@ -1,25 +1,25 @@
 /* Trial steps: make a step, project and evaluate its end, search for events. Then accept the step, refuse it, or remake it so that
- * it ends at its event. In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step. Its function
- * then returns, and continues in the same phase when it is called again. */
+ * it ends at its event. In a batch with SIMD lanes, a case waits before the stages and before the end of a trial step. The function
+ * of the case then returns, and continues in the same phase at the next call. */
 #include "stepping/stepping.h"
 
 #define CHATTER_MAX 12          /* number of consecutive events at one time after which steps ignore events */
 #define GROW_FIXED 2.0       /* growth factor of the parts of a fixed step */
-/* × a fixed step: smallest part into which it is divided where friction requires shorter steps, for example where sliding of
- * several components ends */
+/* relative to a fixed step: smallest part into which the step is divided where friction requires shorter steps, for example where
+ * sliding of several components ends */
 #define LEAST_PART 1e-4
-/* × the distance to the limit: if less would remain after a step, the step is extended to the limit */
+/* relative to the distance to the limit: if less would remain after a step, the step is extended to the limit */
 #define LEFT_OVER 1e-10
-/* Error of a step, in tolerances: above it, states inside the step are less accurate than its end, and the step is remade up to its
- * event */
+/* in tolerances: if the error of a step is larger, states inside the step are less accurate than its end. The step is then remade
+ * up to its event. */
 #define CUT_ERROR 1e-2
-#define CUT_EARLY 0.9           /* × the step: a step is not remade if its event is later */
-#define CUT_BEYOND 1.02         /* × the time to the event: size of the remade step */
+#define CUT_EARLY 0.9           /* relative to the step: a step is not remade if its event is later */
+#define CUT_BEYOND 1.02         /* relative to the time to the event: size of the remade step */
 #define CUTS_MOST 2             /* largest number of remakes for one event */
-#define CORNER_CUTS 3     /* largest number of remakes for one corner; the error of the dense output limits the gain of each */
-#define PROBED 1e-6          /* s, × 1 / rate: length of the Euler step that finds the reason of a failure */
+#define CORNER_CUTS 3 /* largest number of remakes for one corner; the error of the dense output limits the gain of each remake */
+#define PROBED 1e-6          /* in units of 1 / rate scale: length of the Euler step that finds the reason of a failure */
 #define ROOT_LOST 1e-5       /* largest |1 − contraction| at which a root of friction counts as lost */
-#define ANOTHER_ROOT 0.1     /* × the friction: a larger change over the first Euler step means that another root was found */
+#define ANOTHER_ROOT 0.1 /* relative to the friction: a larger change over the first Euler step means that another root was found */
 
 static double tr_step_limit(const tr_sim *s, double target) {
   return fmin(target, s->clock.next_break);
@@ -85,9 +85,9 @@ static int tr_begin_step(tr_sim *s, double limit, int order) {
   return TR_OK;
 }
 
-/* Use explicit steps while the Jacobian of the stiff method is invalid: while a pair of several components starts from rest, or
- * while groups share their load. Also use them if drives prescribe all motion: these mechanisms are not stiff, and only the work
- * errors of explicit steps show a start and a stop inside one step. */
+/* Use explicit steps while the Jacobian of the stiff method is invalid. It is invalid while a pair of several components starts
+ * from rest, or while groups share their load. Also use explicit steps if drives prescribe all motion. Such mechanisms are not
+ * stiff, and only the work errors of explicit steps show a start and a stop inside one step. */
 static void tr_use_explicit_for_now(tr_sim *s) {
   const tr_kernel *k = s->k;
   if ((!k->sets && s->ny) || (tr_method_of(s)->kind != TR_IMPLICIT && !s->step.explicit_for_now)) return;
@@ -99,8 +99,8 @@ static void tr_use_explicit_for_now(tr_sim *s) {
   s->step.method = slow ? TR_AUTO_TIGHT : tr_is_auto(s) ? TR_AUTO_STIFF : s->set.method;
 }
 
-/* The next trial step. Shortly before the limit, the rest is divided into two equal steps, instead of a long and a very short
- * one. */
+/* The next trial step. Shortly before the limit, the remaining time is divided into two equal steps, instead of a long step and a
+ * very short step. */
 TR_INLINE tr_trial tr_trial_towards(const tr_sim *s, double limit) {
   const double fixed = s->set.hfixed, left = limit - s->clock.t;
   tr_trial trial = {.theta = 1.0, .which = -1, .found = TR_NO_EVENT};
@@ -118,7 +118,7 @@ static inline int tr_project_and_evaluate(tr_sim *s, double t, double *y, double
 }
 
 /* Examine a trial step within the tolerance: project and evaluate its end, check the laws, search for events. Sets err to NaN if
- * the step must be refused. This includes a step without a solution in its middle, because a root of friction may end there. */
+ * the step must be refused. A step without a solution in its middle is also refused, because a root of friction may end there. */
 TR_INLINE void tr_examine_trial(tr_sim *s, const tr_method *m, tr_trial *trial) {
   const int n = tr_state_width(s), live = s->ny;
   double *ynew = TR_A(s, ynew), *slope = TR_A(s, K) + m->end * n;
@@ -199,7 +199,8 @@ TR_INLINE void tr_accept_trial(tr_sim *s, const tr_method *m, const tr_trial *tr
   wait->kind = event ? TR_STEP_TO_EVENT : TR_WHOLE_STEP;
   wait->captured = 0;
   wait->theta = trial->theta, wait->which = trial->which, wait->h = fmax(trial->h, trial->whole), wait->cut = trial->last;
-  const int missed = trial->cuts && !event; /* the event is later than estimated; at the second time, steps may grow */
+  /* the event is later than estimated; if two successive steps miss their events, steps may grow */
+  const int missed = trial->cuts && !event;
   if (missed && s->step.missed) wait->h = trial->h;
   s->step.missed = missed;
   wait->t = event ? s->step.t0 + trial->theta * s->step.size : trial->end;
@@ -238,7 +239,7 @@ static void tr_probe_failure(tr_sim *s) {
 }
 
 /* Whether friction loses its root at the start of the step. Steps then shrink to round-off before the equations fail, because
- * friction grows without bound, but decelerates a light body within a tiny distance. */
+ * friction grows without bound, while it decelerates a light body within a tiny distance. */
 static int tr_is_root_lost(tr_sim *s) {
   if (!s->k->sets || !s->k->neta) return 0;
   s->step.watch = 0;

@@ -1,23 +1,26 @@
-/* Joints that only push: which contacts stay closed, and the events at which contacts open, close and come to rest (theory,
- * "Contact that begins and ends"). */
+/* Joints that only push (theory, "Contact that begins and ends"): which contacts stay closed, and the events at which contacts
+ * open, close and come to rest. */
 #include "stepping/stepping.h"
 
-#define TOUCHES 1e-11   /* × max(length, 1 m): largest gap of a contact that closes together with others */
-#define STILL 1e-12     /* × the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
-#define REST_GAP 1e-14  /* × the length: impacts end when the gap of the next flight stays below this */
-#define STEADY 1e-11    /* × length · rate²: a smaller acceleration of a gap counts as 0 */
-#define LIFTS 20.0      /* × TOL_LIFT: a closed contact that pulls more requires a new decision */
-/* × the period of a drive, load or rotation: longest step while a contact is open; no gap closes and opens again within it */
+#define TOUCHES 1e-11   /* relative to max(length, 1 m): largest gap of a contact that closes together with others */
+#define STILL 1e-12     /* relative to the speed unit, or the speed of approach: a gap with a smaller rate is at rest */
+#define REST_GAP 1e-14  /* relative to the length scale: impacts end when the gap of the next flight stays below this value */
+#define STEADY 1e-11    /* in units of length · rate²: a smaller acceleration of a gap counts as 0 */
+#define LIFTS 20.0      /* relative to TOL_LIFT: a closed contact that pulls more requires a new decision */
+/* relative to the period of a drive, load or rotation: longest step while a contact is open. No gap closes and opens again within
+ * such a step. */
 #define OPEN_PART 0.03125
-#define PENETRATED 1e-9   /* × max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
-/* × the flight after an impact: longest next step, because the dense output of a long step misses a short flight */
+/* relative to max(length, 1 m): a deeper penetration at the start of a step means that a contact was missed */
+#define PENETRATED 1e-9
+/* relative to the duration of the flight after an impact: longest next step, because the dense output of a long step misses a short
+ * flight */
 #define FLIGHT_STEP 2.0
 #define LOCATED (100.0 * TOL_STOP) /* m: depth at the end of a step from which a landing inside the step is found */
 #define CHOICES_MOST 60 /* largest number of changes of contacts in one decision */
 #define SETS_OF_MOST 6  /* largest number of contacts at rest for which all sets are tried */
 
-/* A contact at an event. touches: whether its gap is 0. ends: whether its impacts come to their limit. was: whether it was closed.
- * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: this rate before an impact; 0 without an
+/* A contact at an event. touches: whether its gap is 0. ends: whether its series of impacts ends. was: whether it was closed.
+ * touched: whether it was closed or unloaded. rate: rate of the gap, m/s. approach: rate of the gap before an impact; 0 without an
  * impact. flight: duration of the next flight, s. */
 typedef struct tr_met {
   int touches, ends, was, touched;
@@ -45,7 +48,8 @@ static int tr_evaluate_with_contacts(tr_sim *s, const char *closed, const tr_mod
   return k->sets ? tr_handle_event(s, t, y, -1, 0) : TR_OK;
 }
 
-/* By how much contact c violates its condition, in tolerances. Its gap is 0 and at rest. Sets whether the contact is unloaded. */
+/* By how much contact c violates its condition, in tolerances. Requires that the gap is 0 and at rest. Sets whether the contact is
+ * unloaded. */
 static double tr_contact_misfit(tr_sim *s, int c, int closed) {
   const double force = TOL_LIFT * tr_force_unit(s);
   if (closed) return -tr_normal_force(s, c) / force;
@@ -53,8 +57,8 @@ static double tr_contact_misfit(tr_sim *s, int c, int closed) {
   return -tr_gap_acceleration(s, c, 1) / (STEADY * tr_speed_unit(s) * s->set.rate);
 }
 
-/* Evaluate with the contacts `closed`. *worst receives the contact of `rests` that violates its condition most; −1: none does. Returns
- * a status. */
+/* Evaluate with the contacts `closed`. *worst receives the contact of `rests` that violates its condition most; −1: no contact
+ * does. Returns a status. */
 static int tr_try_contacts(tr_sim *s, const char *closed, const char *rests, const tr_mode *modes, int *worst) {
   const int count = s->events.count, code = tr_evaluate_with_contacts(s, closed, modes);
   double most = 1.0;
@@ -144,7 +148,8 @@ static int tr_mark_ends(tr_sim *s, tr_met *met, int impact) {
   return any;
 }
 
-/* Limit the next step by the flights that follow an impact. In the step, each contact falls by at least LOCATED. */
+/* Limit the next step by the flights that follow an impact. The limit still lets each contact fall by at least LOCATED within the
+ * step. */
 static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met, int impact) {
   for (int c = 0; c < s->k->nunilateral && impact && s->set.hfixed <= 0.0; ++c) {
     const double back = -tr_gap_acceleration(s, c, 1), v = met[c].rate;
@@ -153,7 +158,7 @@ static void tr_limit_step_by_flights(tr_sim *s, const tr_met *met, int impact) {
   }
 }
 
-/* Log the events of the contacts. Impacts in ever faster succession end after further flights, whose durations form a geometric
+/* Log the events of the contacts. A series of ever faster impacts ends after further flights, whose durations form a geometric
  * series. */
 static void tr_log_contacts(tr_sim *s, const tr_met *met) {
   for (int c = 0; c < s->k->nunilateral; ++c) {

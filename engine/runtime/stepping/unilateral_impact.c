@@ -1,10 +1,12 @@
 /* Impacts of joints that only push (theory, "Contact that begins and ends"). One problem of impulses contains all touching
- * contacts, the loops and the friction of all joints. It is solved as an impulse step, so short that forces have no effect. */
+ * contacts, the loops and the friction of all joints. This problem is solved as an impulse step, which is so short that forces have
+ * no effect. */
 #include "stepping/stepping.h"
 
-#define IMPACT_TIME 1e-12   /* s, × 1 / rate: length of this impulse step */
-#define IMPULSE_NOTHING 1e-11 /* × the largest impulse, or the largest speed: smaller ones are round-off, and have no sign */
-#define PIVOTS_MOST 60      /* largest number of changes of one contact in the search */
+#define IMPACT_TIME 1e-12   /* in units of 1 / rate scale: length of this impulse step */
+/* relative to the largest impulse, or the largest speed: smaller impulses and speeds are round-off, and have no meaningful sign */
+#define IMPULSE_NOTHING 1e-11
+#define PIVOTS_MOST 60      /* largest number of steps of the search, which opens or closes one contact per step */
 
 /* One phase of an impact. at: contacts that touch. target: rate of each gap after the impact if its contact is closed, m/s. least:
  * lower bound of the impulse of each contact, N s. closed, impulse: results. */

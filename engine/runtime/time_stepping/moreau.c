@@ -7,7 +7,7 @@
  * ``modes/active_set.c`` decides which pairs stick, with v⁺/h in place of the accelerations (tr_form_held_maps). */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_STEP 0.03   /* s, × √rtol / rate: size of the first impulse step; also the time unit of MOREAU_EVENTS */
+#define MOREAU_STEP 0.03   /* in units of √rtol / rate scale: size of the first impulse step; also the time unit of MOREAU_EVENTS */
 #define FROZEN_TURN 0.5    /* rad: a direction that turns by more in a step is not frozen, but found for the step's end */
 
 static double tr_moreau_step_size(const tr_sim *s) { return s->set.hfixed > 0.0 ? s->set.hfixed : MOREAU_STEP * sqrt(s->set.rtol) / s->set.rate; }
@@ -40,8 +40,8 @@ static int tr_decide_by_rates(tr_sim *s, const int *rest, int n) {
   return tr_resolve_misfits(s, rest, n);
 }
 
-/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. Only short steps make the full search.
- * (Whether all pairs hold does not depend on the step.) Returns 1 on success. */
+/* Decide the modes of the n pairs `rest` for a step h. These pairs have no frozen direction. The full search runs only in short
+ * steps, or if all pairs were stuck before; whether all pairs hold does not depend on h. Returns 1 on success. */
 static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   int held = 1;
   for (int q = 0; q < n; ++q) held &= tr_is_stuck(s, rest[q]);
@@ -49,8 +49,8 @@ static int tr_moreau_decide(tr_sim *s, const int *rest, int n, double h) {
   return tr_resolve_misfits(s, rest, n) || tr_decide_by_rates(s, rest, n) || ((held || h <= s->moreau.decides) && tr_decide_modes(s, rest, n, -1));
 }
 
-/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). (In the
- * middle, rates of cut and driven joints follow from drives and positions, which are ahead of the rates of the state.) */
+/* Evaluate the maps of the state `mid`, the middle of the step h from (t, y). Pairs get the rates that they have at (t, y). (At the
+ * middle position, rates of cut and driven joints follow from drives and positions of a later time than the rates of the state.) */
 static void tr_evaluate_impulse_maps(tr_sim *s, double t, const double *y, double h, const double *mid) {
   const tr_kernel *k = s->k;
   double *rates = (double *)map_rates(k, TR_A(s, maps)), start[k->nrates + 1];
@@ -74,7 +74,8 @@ static int tr_moreau_solve(tr_sim *s, double t, const double *y, double *mid, do
   s->moreau.h = h;
   int ok = s->moreau.keeps ? tr_solve_in_modes(s) : n ? tr_moreau_decide(s, rest, n, h) : runs ? tr_solve_in_modes(s) : tr_solve_multipliers(s, 1);
   s->moreau.h = 0.0;
-  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP); /* for dead centres; decisions check friction */
+  /* detects dead centres; the friction of pairs is checked by the decisions */
+  if (ok && !k->neta) ok = !(tr_check_solution(s, mid, 0, 0) & TR_BREAKS_LOOP);
   if (ok) tr_evaluate_stage2(s, mid, TR_A(s, z), TR_A(s, dy));
   return ok;
 }

@@ -5,14 +5,15 @@
  * resulting uncertainty of a speed must then be below the tolerance, too. */
 #include "time_stepping/time_stepping.h"
 
-#define MOREAU_EVENTS 40   /* events accumulate if this many occur in this many times MOREAU_STEP */
+#define MOREAU_EVENTS 40   /* number n: events accumulate if n events occur within n times MOREAU_STEP */
 #define MOREAU_PAIRS 8     /* number of pairs to which MOREAU_EVENTS refers; for more pairs the limit is proportionally larger */
 #define MOREAU_STAY 400    /* number of impulse steps before event location is tried again */
-#define LEAST_IMPULSE 1e-3 /* × rtol / rate: in a shorter time, a speed changes by more than the tolerance only by an impact */
-/* × the change of a speed over a step: if its changes in the two halves differ by more, the speed jumps */
+/* in units of rtol / rate scale: in a shorter time, a speed changes by more than the tolerance only by an impact */
+#define LEAST_IMPULSE 1e-3
+/* relative to the change of a speed over a step: if the changes in both halves of the step differ by more, the speed jumps */
 #define HALF_OF_IT 0.5
-#define EVENT_SHARE 0.2    /* × the tolerance of speeds: allowed effect of the unknown time of an event */
-#define SLIVER 1e-9        /* × a step: if less would remain before the limit, the step ends at the limit */
+#define EVENT_SHARE 0.2    /* relative to the tolerance of speeds: allowed effect of the unknown time of an event */
+#define SLIVER 1e-9        /* relative to a step: if less would remain before the limit, the step ends at the limit */
 
 /* Whether all pairs have the modes `then`. A reversed direction counts as another mode. */
 static int tr_has_same_modes(const tr_sim *s, const tr_mode *then) {
@@ -42,9 +43,9 @@ static int tr_has_pair_moving_backwards(tr_sim *s, double t, const double *y) {
 }
 
 /* Largest speed that unknown times of mode changes leave uncertain, relative to its tolerance. For a pair that stops in the step,
- * it is the speed before; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Two more kinds of
- * pair count: those that are stuck at the end but slip in the next step, and those whose rate reversed without a change of mode.
- * (The rates that decide modes have errors of h².) */
+ * the speed before is uncertain; for a pair that starts, the speed after; for a pair that reverses, the sum of both. Two more kinds
+ * of pair count. Pairs of the first kind are stuck at the end, but slip in the next step. The rate of pairs of the second kind
+ * reversed without a change of mode. (The rates that decide modes have errors of h².) */
 static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *course) {
   const tr_kernel *k = s->k;
   const double t = s->clock.t;
@@ -65,8 +66,9 @@ static double tr_uncertain_speed(tr_sim *s, double h, const tr_moreau_course *co
   return most / (EVENT_SHARE * s->set.rtol * tr_speed_unit(s));
 }
 
-/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step, unless this reverses the motion of a
- * pair: friction would then drive the pair. half: state between the half steps. Forms the dense output. Returns a status. */
+/* Extrapolate ynew, the result of two half steps, with `whole`, the result of one step. Do not extrapolate if this reverses the
+ * motion of a pair, because friction would then drive the pair. half: state between the half steps. Forms the dense output. Returns
+ * a status. */
 static int tr_extrapolate_halves(tr_sim *s, double t, const double *whole, const double *half, double *ynew) {
   const tr_impulses *m = tr_method_of(s)->impulses;
   const int n = tr_state_width(s);
@@ -100,8 +102,8 @@ static double tr_largest_start_acceleration(tr_sim *s) {
 }
 
 /* Like tr_shortest_impulse_step, for accelerations above those of the rate scale. In this time, the accelerations at the start of
- * the step change speeds by at most LEAST_IMPULSE × the tolerance; a faster change is an impact. Accelerations count in the modes
- * at the step's start and in those at its end, because a released pair has none before. */
+ * the step change speeds by at most LEAST_IMPULSE times the tolerance. A faster change is an impact. Accelerations in the modes at
+ * the step's start and at its end both count, because a pair has no acceleration before its release. */
 static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_course *course) {
   const int failure = s->step.failure;
   tr_mode end[s->k->nsliders + 1];
@@ -116,8 +118,8 @@ static double tr_shortest_impulse_step_from_start(tr_sim *s, const tr_moreau_cou
 }
 
 /* Whether a pair's speed jumps without a change of mode in the step of size h. half, ynew: states at the middle and at the end. A
- * jump lies in one half of the step, however short the step is. The error estimate does not show it, because the whole step and the
- * two half steps contain the same jump. */
+ * jump lies in one half of the step, however short the step is. The error estimate does not show the jump, because the whole step
+ * and the two half steps contain the same jump. */
 static int tr_has_speed_jump(tr_sim *s, double h, const double *half, const double *ynew) {
   const int n = s->k->nsliders;
   double v[3][n + 1];
@@ -137,7 +139,7 @@ static void tr_save_powers(const tr_sim *s, double *powers, int part) {
 
 /* Squared error of the works over a step h with these powers, in tolerances. Every work is included, even if no column needs it;
  * otherwise errors of the motion would scale as rtol^(2/3). Until the step is accepted, impulse_work stores the sums that include
- * it. */
+ * this step. */
 static double tr_squared_impulse_work_error(tr_sim *s, double h, const double *powers) {
   const int n = s->k->npowers;
   double e[s->ny + n + 1], was[s->ny + n + 1], is[s->ny + n + 1], *done = TR_A(s, impulse_work), most = 0.0;

@@ -1,9 +1,9 @@
-/* Location of the places where Moreau steps under error control must end: an end stop engages or releases, or a stuck pair first
- * exceeds its capacity. Speeds do not show these events; the error control detects all others. */
+/* Location of the places where Moreau steps under error control must end. There, an end stop engages or releases, or a stuck pair
+ * first exceeds its capacity. Speeds do not show these events; the error control detects all others. */
 #include "time_stepping/time_stepping.h"
 
-/* × the step: size of the next trial if a pair is released too early. (This can happen, because impulses use the rates at the start
- * of the step.) */
+/* relative to the step: size of the next trial if a pair is released too early. (An early release can happen, because impulses use
+ * the rates at the start of the step.) */
 #define EARLY 0.25
 
 /* Modes during a step that is made in two halves. */

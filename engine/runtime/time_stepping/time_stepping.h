@@ -5,13 +5,13 @@
 
 static void tr_advance_positions(const tr_sim *s, double *y, const double *v, double h);
 
-/* Set the end stops that are engaged during a step, from the state y: its middle or, under error control, its start, because these
- * steps end at events of stops. Logs changes at time t. */
+/* Set which end stops are engaged during a step, from the state y. y is the middle of the step or, under error control, its start,
+ * because steps under error control end at events of stops. Logs changes at time t. */
 static void tr_moreau_update_stops(tr_sim *s, double t, const double *y);
 
 /* Correct the pairs that came to rest in an impulse step to (t, y). `then`: modes before the step. A pair that stopped in the step,
- * and that its friction cannot hold, slips: its sliding reversed inside the step. In loops, a pair that rests because others stick
- * sticks, too. Restores the step's ẏ. */
+ * and that its friction cannot hold, slips: its sliding reversed inside the step. In loops, a pair that rests only because other
+ * pairs stick also gets the mode stuck. Restores the step's ẏ. */
 static void tr_moreau_update_rest(tr_sim *s, double t, const double *y, const tr_mode *then);
 
 /* Find modes and multipliers of a step h from (t, y). mid: the middle position, with the rates of y. Leaves the maps of `mid`.
