@@ -9,6 +9,7 @@ from trunnion.analysis.sensitivities.initial_data_derivatives import parameter_p
 from trunnion.basics.errors import Problem, raise_problems
 from trunnion.kernel.interface.output_columns import Column, columns, needs_quadratures, select
 from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.queries.unilateral_joints import has_unilateral
 from trunnion.simulation.run import pattern_problems
 from trunnion.simulation.settings.memory_limits import row_problems
 from trunnion.system.construction.system_builder import Built, build
@@ -27,7 +28,7 @@ def check_request(
     everything = columns((built or build(scene)).system)
     chosen = select(everything, tuple(outputs))
     problems = [*parameter_problems(scene, parameters), *_column_problems(everything, chosen, outputs)]
-    if any(j.unilateral for j in scene.joints.values()):
+    if has_unilateral(scene):
         hint = "choose columns of motion or forces"
         works = [c.name for c in chosen if needs_quadratures([c])]
         problems += [Problem("outputs", f"{n} has no derivative across impacts, where it jumps", hint) for n in works]

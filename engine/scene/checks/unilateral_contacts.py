@@ -8,6 +8,7 @@ from trunnion.elements.friction import REGISTRY as LAWS
 from trunnion.elements.joints import REGISTRY
 from trunnion.scene.data_classes.scene import Scene
 from trunnion.scene.findings.findings_and_paths import Finding, Path
+from trunnion.scene.queries.unilateral_joints import LOCATED, NOT_LOCATED
 
 
 def check(scene: Scene) -> Iterator[Finding]:
@@ -31,5 +32,4 @@ def check(scene: Scene) -> Iterator[Finding]:
             sets = ", ".join(n for n, x in LAWS.items() if x.sets)
             yield Finding(("joints", name, "friction"), f"an impact has no friction by the law {law}", f"choose one of: {sets}")
     if found and scene.simulation.method == "moreau":
-        what = "time stepping does not locate the beginning and end of a contact, so parts would enter each other by speed × step"
-        yield Finding(("simulation", "method"), what, "choose auto, or leave out the key unilateral")
+        yield Finding(("simulation", "method"), NOT_LOCATED, LOCATED)

@@ -1,9 +1,18 @@
-"""Joints that only push: refusal by analyses that do not support them."""
+"""Joints that only push: refusal by analyses and methods that do not support them."""
 
 from __future__ import annotations
 
 from trunnion.basics.errors import Problem, raise_problems
 from trunnion.scene.data_classes.scene import Scene
+
+NOT_LOCATED = "time stepping does not locate the beginning and end of a contact, so parts would enter each other by speed × step"
+LOCATED = "choose auto, or leave out the key unilateral"
+"""Reason and remedy where time stepping is refused."""
+
+
+def has_unilateral(scene: Scene) -> bool:
+    """Whether the scene has joints that only push."""
+    return any(j.unilateral is not None for j in scene.joints.values())
 
 
 def unilateral_problems(scene: Scene, what: str) -> list[Problem]:

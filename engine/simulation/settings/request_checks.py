@@ -10,12 +10,15 @@ from trunnion.kernel.interface.output_columns import columns, select
 from trunnion.runtime.integrators import REGISTRY as METHODS
 from trunnion.runtime.integrators import Impulses
 from trunnion.scene.data_classes.scene import Scene
+from trunnion.scene.queries.unilateral_joints import LOCATED, NOT_LOCATED, has_unilateral
 from trunnion.simulation.runtime_interface import simulation_block as bl
 from trunnion.simulation.settings.memory_limits import NEVER_MANY, expected_rows, row_problems
 from trunnion.simulation.settings.realtime_steps import STEPPED, stiff_laws
 from trunnion.simulation.settings.realtime_steps import step_problems as bounded
 from trunnion.simulation.settings.run_settings import settings_read
 from trunnion.system.construction.system_builder import build
+
+TIME_STEPPING = frozenset(m.name for m in METHODS if isinstance(m, Impulses))
 
 
 def check_settings(
@@ -32,13 +35,15 @@ def check_settings(
     if stiff := unsuitable_laws(scene, s.method):
         what = f"{s.method} cannot integrate the friction law {stiff[0]}"
         problems.append(Problem("method", what, f"use law {STEPPED}, or method auto"))
+    if s.method in TIME_STEPPING and has_unilateral(scene):
+        problems.append(Problem("method", NOT_LOCATED, LOCATED))
     problems += bounded(scene, s.method, every, step)
     raise_problems(problems)
 
 
 def unsuitable_laws(scene: Scene, method: str) -> list[str]:
     """The friction laws of the scene that the method cannot integrate."""
-    return stiff_laws(scene) if method in {m.name for m in METHODS if isinstance(m, Impulses)} else []
+    return stiff_laws(scene) if method in TIME_STEPPING else []
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:
