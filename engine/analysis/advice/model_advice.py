@@ -140,11 +140,23 @@ class _Ladder:
         self, scene: Scene, error: float, what: ErrorMeasure, until: float, repeats: int, samples: int, progress: Progress
     ):
         self.error, self.what, self.until, self.repeats, self.count, self.progress = error, what, until, repeats, samples, progress
-        self.forms = friction_forms(scene) if frictional_joints(scene) else []
+        self.notes: list[str] = device_cautions(scene)
+        self.forms = self._possible_forms(scene) if frictional_joints(scene) else []
         self.scene = apply_form(scene, self.forms[-1]) if self.forms else scene
         self.rungs: list[Rung] = []
         self.scenes: list[Scene] = []
-        self.notes: list[str] = device_cautions(scene)
+
+    def _possible_forms(self, scene: Scene) -> list[FrictionForm]:
+        """The forms of friction that the scene can have; a note names the others."""
+        out = []
+        for form in friction_forms(scene):
+            try:
+                apply_form(scene, form)
+            except SceneError as e:
+                self.notes.append(f"not tried: {form}: {e.problems[0].what}")
+            else:
+                out.append(form)
+        return out
 
     def climb(self) -> Advice:
         """Add all rungs, from ideal joints up to the first sufficient model."""

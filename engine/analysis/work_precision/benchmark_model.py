@@ -23,7 +23,7 @@ from trunnion.simulation.global_error.tighter_run_settings import companion
 from trunnion.simulation.results.result import Result
 from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface.simulation_block import METHODS, Settings
-from trunnion.simulation.settings.request_checks import unsuitable_laws
+from trunnion.simulation.settings.request_checks import method_problems
 
 MOST_STEPS = 1_000_000
 """Step limit of a measured run. A setting that needs more steps is reported as a failure."""
@@ -127,8 +127,8 @@ def has_v_eps(scene: Scene) -> bool:
 
 
 def methods(scene: Scene) -> tuple[str, ...]:
-    """Names of all methods that can integrate the scene's friction laws. The automatic choice comes first."""
-    return tuple(sorted((m for m in METHODS if not unsuitable_laws(scene, m)), key=lambda m: (m != "auto", METHODS[m])))
+    """Names of all methods that can integrate the scene. The automatic choice comes first."""
+    return tuple(sorted((m for m in METHODS if not method_problems(scene, m)), key=lambda m: (m != "auto", METHODS[m])))
 
 
 def time_repeats(once: Callable[[], float], repeats: int, known: Sequence[float] = ()) -> tuple[float, float, int]:

@@ -32,18 +32,18 @@ def check_settings(
     _, problems = settings_read("trunnion.simulate", asked)
     if 0.0 < until < math.inf and 0.0 <= every < math.inf and 0.0 <= s.step < math.inf:
         problems += row_problems(until, every, s.step, _width(scene, outputs, expected_rows(until, every, s.step)))
-    if stiff := unsuitable_laws(scene, s.method):
-        what = f"{s.method} cannot integrate the friction law {stiff[0]}"
-        problems.append(Problem("method", what, f"use law {STEPPED}, or method auto"))
-    if s.method in TIME_STEPPING and has_unilateral(scene):
-        problems.append(Problem("method", NOT_LOCATED, LOCATED))
+    problems += method_problems(scene, s.method)
     problems += bounded(scene, s.method, every, step)
     raise_problems(problems)
 
 
-def unsuitable_laws(scene: Scene, method: str) -> list[str]:
-    """The friction laws of the scene that the method cannot integrate."""
-    return stiff_laws(scene) if method in TIME_STEPPING else []
+def method_problems(scene: Scene, method: str) -> list[Problem]:
+    """What the method cannot integrate in the scene."""
+    if method not in TIME_STEPPING:
+        return []
+    laws = [f"{method} cannot integrate the friction law {law}" for law in stiff_laws(scene)[:1]]
+    problems = [Problem("method", what, f"use law {STEPPED}, or method auto") for what in laws]
+    return problems + ([Problem("method", NOT_LOCATED, LOCATED)] if has_unilateral(scene) else [])
 
 
 def _width(scene: Scene, outputs: Sequence[str] | None, rows: float) -> int:

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import trunnion
+from tests.engine.unilateral.unilateral_scenes import box
 from trunnion.analysis.advice.model_advice import Advice, _Ladder, advise
 from trunnion.analysis.advice.simplified_models import apply_form, friction_forms, frictional_joints, keep_friction, make_planar
-from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel
+from trunnion.analysis.work_precision.benchmark_model import BenchmarkModel, methods
 from trunnion.analysis.work_precision.error_measure import ErrorMeasure
 from trunnion.analysis.work_precision.reference_solution import Reference
 from trunnion.basics.errors import SceneError
@@ -173,3 +174,12 @@ def test_the_json_output_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixt
     model = document["rungs"][document["chosen"]]["model"]
     assert model.startswith("all joints ideal")  # the advice may choose planar joints if they are faster
     assert document["scene"]["name"] == "crank_slider"
+
+
+def test_forms_of_friction_and_methods_that_a_scene_refuses_are_left_out() -> None:
+    """Impacts have no friction by a regularised law, and time stepping does not locate them."""
+    falls = box(0.3, 0.05, 0.1, 1.0, 0.01, (0.15, 0.0, 0.0), (0.0, 1.0, 0.0))
+    ladder = _Ladder(falls, 1e-3, cast(ErrorMeasure, None), 0.1, 1, 10, lambda *_: None)
+    assert {form.law for form in ladder.forms} == {"coulomb"}
+    assert any(n.startswith("not tried: regularized") for n in ladder.notes)
+    assert "moreau" not in methods(falls)
