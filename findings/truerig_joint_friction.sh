@@ -2,7 +2,7 @@
 # truerig converts robots between URDF, MJCF and USD and prints a "fidelity report" of what it changed. Its URDF reader reads the
 # friction of joints. Its MJCF writer omits this friction, and the report does not list it. A joint with damping 0.3 and friction
 # 0.7 gets the damping, but no `frictionloss`; the report has no error and no warning. A conversion from MJCF to URDF also loses the
-# damping, together with armature and spring, which URDF lacks. Its verdict is PASS, without a note.
+# damping, together with armature and spring, which URDF lacks. The report's verdict is PASS, without a note.
 # Seen: truerig 0.1.1 with mujoco 4.0.0.
 set -euo pipefail
 folder=$(mktemp -d)

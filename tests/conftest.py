@@ -1,5 +1,5 @@
-"""Settings that all tests share: linear algebra has one thread, and kernels are compiled fast. Python programs that tests start
-keep their compiled modules for the next program. Drawing examples has no time limit."""
+"""Settings that all tests share. Linear algebra uses one thread, and kernels are compiled without optimisation. Python programs
+that tests start store their compiled modules for later programs. Hypothesis has no time limit for an example."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def pytest_configure(config: pytest.Config) -> None:
     Kernels are compiled without optimisation, unless TRUNNION_QUICK_BUILD is 0, because the compiler took more than a third of the
     tests' time.
 
-    Tests and their programs may write compiled modules beside the sources, even if the environment forbids it. Otherwise each of
-    some two hundred programs would compile our modules again (0.2 to 0.5 s)."""
+    Tests and their programs may write compiled modules beside the sources, even if an environment variable forbids writing.
+    Otherwise each of some two hundred programs would compile our modules again (0.2 to 0.5 s)."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault("TRUNNION_QUICK_BUILD", "1")
@@ -66,8 +66,8 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two more processes than processors, because tests of the service wait a third of their time for servers, workers and
-    browsers. With one more, two processors were idle for a sixth of the time."""
+    """Two more processes than processors, because tests of the service spend a third of their time waiting for servers, workers and
+    browsers. With only one more process, two processors were idle for a sixth of the time."""
     return (os.cpu_count() or 1) + 2
 
 
@@ -79,7 +79,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def needs() -> Callable[[str], None]:
-    """A function that skips or fails the test when the given package is not installed."""
+    """A function that skips or fails the test if the given package is not installed."""
 
     def check(package: str) -> None:
         if find_spec(package) is not None:

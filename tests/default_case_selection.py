@@ -13,8 +13,8 @@ import pytest
 
 
 def sampled(values: Iterable[Any], keep: int | Collection[Any] | Callable[[Any], bool]) -> list[Any]:
-    """Parameters of a test: ``keep`` determines which of the values run by default (this many first ones, these, or those that it
-    accepts)."""
+    """Parameters of a test. ``keep`` selects the values that run by default: a number of first values, a collection of values, or a
+    function that is true for them."""
     every = list(values)
     kept = every[:keep] if isinstance(keep, int) else [v for v in every if (keep(v) if callable(keep) else v in keep)]
     assert kept, "some run by default"
@@ -22,8 +22,8 @@ def sampled(values: Iterable[Any], keep: int | Collection[Any] | Callable[[Any],
 
 
 def crossed(*axes: Iterable[Any]) -> list[Any]:
-    """Every combination of one value from each axis, as parameters of a test. By default a selection runs in which every two values
-    of different axes meet at least once."""
+    """Every combination of one value from each axis, as parameters of a test. By default only a subset runs, in which every two
+    values of different axes meet at least once."""
     every = list(product(*(list(enumerate(a)) for a in axes)))
     kept = _pairwise([tuple(k for k, _ in case) for case in every])
     given = [tuple(v for _, v in case) for case in every]
@@ -54,7 +54,8 @@ def _pairs(case: tuple[int, ...]) -> set[tuple[tuple[int, int], ...]]:
 
 
 def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
-    """Make all but n cases of each test with the mark ``default_cases(n)`` slow, after the cases that are slow by themselves."""
+    """Of each test with the mark ``default_cases(n)``, keep n cases and make the other cases slow. Cases that are slow already are
+    not counted."""
     laws: dict[str, list[pytest.Item]] = defaultdict(list)
     for test in tests:
         if test.get_closest_marker("default_cases") and not test.get_closest_marker("slow"):

@@ -1,4 +1,4 @@
-"""Shared code of the tests of samples: functions in place of mechanisms."""
+"""Functions that replace mechanisms in tests of samples."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Of = Callable[[np.ndarray], np.ndarray]
 
 
 def table(cases: Cases, f: Of, failing: Of | None = None) -> pa.Table:
-    """The result of a batch of cases whose results are functions of their numbers."""
+    """The result of a batch whose cases have results computed by functions of their numbers."""
     x = cases.values(0, cases.count)
     failed = np.zeros(len(x), bool) if failing is None else failing(x)
     outcome = np.where(failed, "jammed", "done").tolist()

@@ -14,7 +14,7 @@ OUTCOMES = np.array(["done", "jammed", "out_of_time"])
 
 
 def table(seed: int, n: int, few: bool) -> pa.Table:
-    """Some cases: x with few or many different numbers, y and v with gaps, outcomes."""
+    """A table of random cases: x with few or many different numbers, y and v with gaps, and outcomes."""
     r = np.random.default_rng(seed)
     x = r.integers(0, 7, n) / 8 if few else r.normal(0, 3, n)
     y, v = (np.where(r.random(n) < 0.1, np.nan, r.normal(5, 1, n)) for _ in range(2))
@@ -49,7 +49,7 @@ def test_bins_are_those_of_the_whole_table_however_it_is_cut(seed: int, n: int, 
         assert (cases, first, known) == (inside.sum(), np.flatnonzero(inside)[0], len(values))
         if known:
             assert (least, most_) == (values.min(), values.max())
-            assert mean == pytest.approx(values.mean(), rel=1e-12)  # the sums are made in another order
+            assert mean == pytest.approx(values.mean(), rel=1e-12)  # the sums are computed in a different order
         else:
             assert (least, mean, most_) == (None, None, None)
     outcome = whole["outcome"].to_numpy(zero_copy_only=False)

@@ -1,4 +1,4 @@
-"""A case of a batch equals its single run by ``trunnion.simulate``: every number, to the last bit."""
+"""A case of a batch equals a single run by ``trunnion.simulate``: every number, to the last bit."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_every_number_of_a_case_is_that_of_a_single_run(name: str) -> None:
 
 
 def test_bounded_steps_differ_and_rows_between_them_are_refused_case_by_case() -> None:
-    """Without this test, the claim above would also hold if all cases ignored their settings."""
+    """Cases with other bounded steps give other results. If all cases ignored their settings, the tests above would still pass."""
     free = plan(scene("spherical_pendulum"), {MU: [0.2]}, keep=["final:ball.qd[2]"], run=Run(1.0, 0.02, 1e-4))
     steps = [r["steps"] for r in Runner(made("bounded steps")).chunk(0, 4).to_pylist()]
     assert min(steps[::2]) >= 1000  # an event divides one of the steps
@@ -169,7 +169,7 @@ def test_numbers_written_as_zero_change_the_structure_and_still_give_the_same_as
 
 
 def test_a_runner_that_uses_the_kernel_of_another_gives_the_same_rows() -> None:
-    """The plans differ only in their cases: other numbers, other paths, and a number at which the structure changes."""
+    """The plans differ only in their cases: other numbers, other paths, and a number that changes the structure."""
     settings: dict[str, Any] = {"keep": ["final:ball.q[*]"], "run": Run(until=0.1)}
     first = Runner(plan(scene("spherical_pendulum"), {MU: [0.1, 0.2]}, **settings))
     first.chunk(0, 2)

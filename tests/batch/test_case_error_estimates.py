@@ -1,6 +1,6 @@
 """Results of many cases are stored with estimates of their global errors. The difference from a run with a much smaller tolerance
-is at most the estimate in nine of ten values, and never more than four times the estimate. No error is stated where a decision to
-stick or to slip is not certain."""
+is at most the estimate in nine of ten values, and never more than four times the estimate. The table states no error where the
+decision between stick and slip is not certain."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_an_error_can_be_requested_alone_and_by_patterns() -> None:
 
 
 def test_no_error_is_stated_where_a_decision_may_fall_otherwise_or_a_case_does_not_end() -> None:
-    """A block that stops where the spring pulls with the static friction, and one part in a million beyond."""
+    """The block stops where spring force and static friction differ by one part in a million."""
     marginal = load_scene(models_dir() / "stability" / "25_marginal.yaml")
     r = trunnion.sweep(marginal, {"simulation.rtol": [1e-6, 1e-9]}, reductions="final:slide.q[1]", certify=True)
     stated = r.table["error:final:slide.q[1]"].to_numpy()

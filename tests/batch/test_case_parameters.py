@@ -1,4 +1,5 @@
-"""Numbers of many cases come from the table of parameters: the same bits as from separate scenes, without building the scenes."""
+"""The table of parameters gives the numbers of many cases. They equal, bit for bit, the numbers of separate scenes, but no scene is
+built."""
 
 from __future__ import annotations
 
@@ -48,8 +49,8 @@ def test_a_number_the_table_places_acts_there_and_nowhere_else(which: str) -> No
 
 
 def test_kinks_masses_and_points_are_not_placed() -> None:
-    """Times of kinks, masses and points are used in more than one place. They also determine scales, the origins of bodies, and the
-    times at which the integrator ends its steps."""
+    """Times of kinks, masses and points are used in more than one place: they also determine scales, the origins of bodies, and the
+    ends of integration steps."""
     derived = set()
     for seed in range(8):
         places = build(random_tree(seed, 6, devices=1.0, drives=0.5).scene).parameters
@@ -117,7 +118,7 @@ def test_numbers_that_follow_a_formula_equal_those_of_built_scenes_bit_for_bit(w
 
 
 def test_small_chunks_stop_building_scenes_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Chunks of costly cases are small; the code finds the effect of their numbers from the first of them."""
+    """Chunks of costly cases are small. The first chunks show which parameters the numbers change."""
     scene = load_scene("spherical_pendulum")
     cases = sampled(scene, {"bodies.pendulum.density": (900.0, 8000.0)}, 40 * 20, seed=2)
     built = []

@@ -1,5 +1,5 @@
-"""Every case of a sweep has a budget of time and of steps. A case that never ends is a row with a named outcome, and the others are
-unchanged."""
+"""Every case of a sweep has a budget of time and of steps. A case that never ends gives a row with a named outcome, and does not
+change the other cases."""
 
 from __future__ import annotations
 

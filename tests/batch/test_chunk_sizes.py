@@ -1,4 +1,4 @@
-"""Number of cases that a sweep hands to a thread at once."""
+"""Number of cases that a sweep gives to a thread at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trunnion.batch.preparation.case_parameters import Preparer
 
 
 def test_chunks_grow_while_other_processes_hold_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Between two checks, ten seconds pass on the clock, but only a hundredth of a second of processor time."""
+    """Between two checks, the clock advances by ten seconds, but the sweep uses only 10 ms of processor time."""
     now, used, sizes = [0.0], [0.0], []
 
     def later(time: list[float], by: float) -> float:
@@ -43,7 +43,7 @@ def test_chunks_grow_while_other_processes_hold_the_processor(monkeypatch: pytes
 
 
 def test_threads_share_the_scenes_that_they_build(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each thread would otherwise build some thirty scenes before it knows which numbers a value changes."""
+    """Threads share scenes. Otherwise each thread would build some thirty scenes to learn which parameters a number changes."""
     built = 0
     made = Preparer._made
 

@@ -1,4 +1,4 @@
-"""The C of a mechanism compiles for graphics processors as it is, and its cases are those of a sweep."""
+"""The C code of a mechanism compiles for graphics processors without changes. The cases that it computes are those of a sweep."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Cases that are stepped together in SIMD lanes equal cases that are stepped alone, up to round-off, whatever cases are in the
-other lanes."""
+"""Cases that are stepped together in SIMD lanes equal cases that are stepped alone, up to round-off. The cases in the other lanes
+have no influence."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ def test_neighbours_change_no_bit(which: str) -> None:
 
 @pytest.mark.parametrize("which", SWEPT)
 def test_the_check_of_solutions_refuses_no_step_of_the_lanes(which: str) -> None:
-    """The check reads data that the lanes leave behind. It refuses no step, neither of cases in lanes nor of cases that are stepped
-    alone."""
+    """The check reads data that the lanes leave in memory. The check refuses no step, neither in lanes nor of a case that is
+    stepped alone."""
     r = runner(which, "lanes")
     r.chunk(0, 8)
     assert r.loops[0].together is not None
@@ -129,7 +129,7 @@ def test_a_cancelled_batch_returns_the_cases_that_have_ended() -> None:
 
 
 def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runner, pyarrow.Table]:
-    """Example 8.1 spinning about all axes, with friction changed by a relative amount."""
+    """Example 8.1 spinning about all axes, with its friction changed by a relative amount."""
     rng = np.random.default_rng(3)
     cases = [{"joints.ball.friction.mu": float(rng.uniform(0.1, 0.6)) * (1.0 + part)}
              | {f"joints.ball.start.qd[{i}]": float(rng.uniform(-2, 2)) for i in (1, 2, 3)} for _ in range(24)]  # fmt: skip
@@ -138,7 +138,7 @@ def rubbing(kernel: str, keep: tuple[str, ...], part: float = 0.0) -> tuple[Runn
 
 
 def test_a_ball_that_rubs_steps_together_as_alone() -> None:
-    """The difference is at most the effect of one unit in the last place of the friction coefficient. Near the friction cone,
+    """The difference is at most the effect of a change of the friction coefficient in its last place. Near the friction cone,
     friction keeps only half of its digits."""
     keep = ("max:ball.contact[1].normal_force", "final:pendulum.position[*]", "count:any")
     (runner, together), (_, alone) = rubbing("lanes", keep), rubbing("compiled", keep)

@@ -1,4 +1,4 @@
-"""Random mechanisms that are stepped together in SIMD lanes move as when they are stepped alone: trees and loops, every method,
+"""Random mechanisms move in the same way whether they are stepped together in SIMD lanes or alone: trees and loops, every method,
 with and without friction."""
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ KEPT = ("final:*.position[*]", "max:*.acceleration[*]")
 
 
 def without_tables(scene: sm.Scene) -> sm.Scene:
-    """The scene without its devices that follow tables and inputs. Springs, dampers, stops and drives by formula stay."""
+    """The scene without devices that follow tables and inputs. Springs, dampers, stops and drives by formula stay."""
     drives = {n: j.drive if isinstance(j.drive, tuple) else (j.drive,) for n, j in scene.joints.items()}
     kept = {n: None if any(d is not None and d.table is not None for d in drives[n]) else j.drive for n, j in scene.joints.items()}
     joints = {n: replace(j, effort=None, drive=kept[n]) for n, j in scene.joints.items()}
@@ -56,7 +56,7 @@ def numbers(table: pyarrow.Table, of: str) -> np.ndarray:
 
 
 def holds(kind: str, seed: int, method: str) -> None:
-    """Cases that step together agree with those alone to DIGITS; no bit depends on the division into chunks."""
+    """Cases in lanes agree with cases alone to DIGITS digits. No bit depends on the division into chunks."""
     runners = {k: Runner(planned(kind, seed, k, method)) for k in ("lanes", "compiled")}
     together, alone = (r.chunk(0, CASES) for r in runners.values())
     with_lanes = runners["lanes"].loops[0].together
@@ -75,7 +75,7 @@ def holds(kind: str, seed: int, method: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("kind", "seed", "method"), [("loop", 11, "auto"), ("tree", 1, "auto"), ("tree", 1, "rosenbrock")])
 def test_random_mechanisms_step_together_as_alone(kind: str, seed: int, method: str) -> None:
-    """In the loop, pivots of the factor change places after the first."""
+    """In the loop, pivots of the factorisation change places after the first step."""
     holds(kind, seed, method)
 
 
@@ -110,8 +110,7 @@ def swept(scene: sm.Scene, kernel: str, part: float = 0.0) -> tuple[Runner, pyar
 
 
 def rubs_alike(kind: str, seed: int) -> None:
-    """Cases that step together agree with those alone, up to the effect of one digit less; no bit depends on the division into
-    chunks."""
+    """Cases in lanes agree with cases alone, up to the effect of one lost digit. No bit depends on the division into chunks."""
     scene = rubbing(kind, seed)
     (runner, together), (_, alone) = swept(scene, "lanes"), swept(scene, "compiled")
     others = [swept(scene, "compiled", part)[1] for part in (2.0**-52, -(2.0**-52))]

@@ -1,5 +1,5 @@
-"""A case of a sweep without an error has the reason of its own run. The reason is stored as a number, which takes almost no
-memory."""
+"""A case of a sweep without an error has the reason that its single run gives. The table stores the reason as a number, which takes
+almost no memory."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def rods() -> Scene:
 
 
 def short_of_steps() -> Plan:
-    """A run that ends just within its limit of steps; the tighter run, with a limit half as large again, does not."""
+    """A run that ends just within its limit of steps. The tighter run has a limit 1.5 times as large, and does not end within this
+    limit."""
     given: dict[str, Any] = {"vary": {RTOL: [1e-7]}, "keep": ["final:ball.qd[2]"], "certify": True}
     scene = load_scene("spherical_pendulum")
     needed = Runner(plan(scene, **given, run=Run(until=1.0))).chunk(0, 1)["steps"][0].as_py()
@@ -53,7 +54,7 @@ def short_of_steps() -> Plan:
 
 
 def of(scene: Scene, over: dict[str, list[float]], until: float | None = None) -> Plan:
-    """The last coordinates of a scene's cases, with their errors."""
+    """The last coordinates of the cases of a scene, with their errors."""
     return plan(scene, over, keep=["final:*.q[*]"], run=Run(until=until), certify=True)
 
 

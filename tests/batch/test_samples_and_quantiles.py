@@ -1,4 +1,4 @@
-"""Samples, their distributions, and their quantiles, each within its interval."""
+"""Samples follow their distributions, and the intervals of their quantiles contain the true quantiles."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ SPREADS = {
 @pytest.mark.parametrize("method", ["latin", "sobol", "random"])
 @pytest.mark.parametrize("written", SPREADS)
 def test_numbers_are_spread_as_written(written: str, method: str) -> None:
-    """Each of n cases of an even sample lies within one n-th of its place in the distribution. A random sample obeys Kolmogorov's
-    limit (one seed in a thousand would exceed it; this one does not)."""
+    """Each of n cases of an even sample lies within 1/n of its place in the distribution. A random sample obeys Kolmogorov's limit:
+    one seed in a thousand would exceed this limit, but not the seed of this test."""
     n, of = 256, SPREADS[written]
     x = sampled(scene(), {MU: written}, n, 3, method).values(0, n)[:, 0]
     off = np.abs(np.sort(of.cdf(x)) - (np.arange(n) + 0.5) / n).max()
@@ -68,7 +68,7 @@ def test_sobol_points_fill_every_box_of_their_net_and_the_seed_decides_which_the
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["random", "latin", "sobol"])
 def test_intervals_of_quantiles_and_of_exceedance_hold_the_true_ones(method: str) -> None:
-    """The result is the exponential of a normal number. Intervals hold the true value in at least 95 % of the seeds, less three
+    """The result is the exponential of a normal number. Intervals contain the true value for at least 95 % of the seeds, less three
     standard deviations."""
     at, bound = (0.05, 0.5, 0.9), 2.0
     true = [*np.exp(stats.norm.ppf(at)), stats.norm.sf(np.log(bound))]

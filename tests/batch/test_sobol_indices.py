@@ -1,4 +1,5 @@
-"""Sobol indices of crossed samples, for a function with known indices and for example 8.3; each is within its interval."""
+"""Sobol indices of crossed samples, for a function with known indices and for example 8.3. The interval of each index contains the
+true index."""
 
 from __future__ import annotations
 
@@ -37,9 +38,8 @@ def numbers(i: Indices) -> np.ndarray:
 
 @pytest.mark.slow
 def test_intervals_of_indices_hold_the_true_ones_with_their_stated_probability() -> None:
-    """For Ishigami's function, each of nine intervals holds the true index in at least nine of ten seeds. Of all intervals
-    together, 95 ± 2 % hold the true index (the standard error of this number is 0.5 %). With more points the intervals are
-    narrower."""
+    """For Ishigami's function, each of nine intervals contains the true index for at least nine of ten seeds. Of all intervals, 95
+    ± 2 % contain the true index (with a standard error of 0.5 %). More points give narrower intervals."""
     held, wide = [], []
     for seed in range(SEEDS):
         cases = sampled(scene(), dict.fromkeys(THREE, (-np.pi, np.pi)), 256, seed, "saltelli")
@@ -76,7 +76,7 @@ def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **
     f = t[of].to_numpy().reshape(5, 5, 5)
 
     def variance(kept: set[int]) -> float:
-        """Variance of the mean over all numbers but the kept ones."""
+        """Variance of the mean over all numbers except ``kept``."""
         g, w = f, np.ones(())
         for k in (2, 1, 0):
             g = g if k in kept else np.tensordot(g, weights, (k, 0))
@@ -94,8 +94,8 @@ def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **
 @pytest.mark.slow
 def test_the_indices_of_a_guides_travel_lie_inside_their_intervals() -> None:
     """The distance that the guide of example 8.3 slides, as a function of the friction, length and radius of its guide. Quadrature
-    gives the true indices. The share of intervals that hold them is at least the claimed one, less three standard deviations for
-    eight seeds. The nine intervals of a seed are correlated and count as three."""
+    gives the true indices. The share of intervals that contain the true index is at least the stated probability, less three
+    standard deviations for eight seeds. The nine intervals of a seed are correlated, so the test counts them as three."""
     run: dict[str, Any] = {"until": 1.0, "every": 0.05}
     true, held = by_quadrature("double_pendulum", GUIDE, TRAVEL, **run), []
     for seed in range(8):

@@ -1,4 +1,4 @@
-"""trunnion.sweep and ``trunnion sweep``: cases, threads, tables, mistakes."""
+"""``trunnion.sweep`` and the command ``trunnion sweep``: cases, threads, tables, errors of the user."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_the_command_reports_every_mistake(capsys: pytest.CaptureFixture[str]) -
 
 @pytest.mark.parametrize("way", ["says no", "raises"])
 def test_a_call_into_c_is_left_in_its_middle_when_the_tick_asks_for_it(way: str) -> None:
-    """One call is large enough to run both cases to their end; a request on the way ends it in the first of them."""
+    """One call into C could run both cases to their end. A request by the tick function ends the call within the first case."""
     asked: list[int] = []
 
     def tick(done: int) -> bool:

@@ -1,4 +1,4 @@
-"""Tables of chunks are merged into few, in any order of arrival, and their content does not change."""
+"""Tables of chunks, in any order of arrival, are merged into few tables with the same content."""
 
 from __future__ import annotations
 

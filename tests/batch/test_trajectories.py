@@ -1,4 +1,5 @@
-"""Rows of many cases stored during a sweep equal those of each case alone, for any division and any end of the batch."""
+"""Rows stored for many cases of a sweep equal the rows of each case alone. They do not depend on the division into chunks, nor on
+where the batch ends."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ COLUMNS = ("guide.q[1]", "guide.contact[1].normal_force")
 
 @pytest.fixture(scope="module")
 def swept() -> Any:
-    """Cases some of which jam, and one of which is not a valid scene."""
+    """Cases of which some jam, and one is not a valid scene."""
     cases = [{MU: m, C: c} for m in (0.05, 0.3, 0.6) for c in (0.1, 0.3)] + [{MU: -1.0, C: 0.3}]
     return trunnion.sweep(
         "double_pendulum", cases=cases, reductions="final:guide.q[1]", trajectories=COLUMNS, until=0.4, every=0.001, kernel="parts"

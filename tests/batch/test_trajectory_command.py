@@ -1,4 +1,4 @@
-"""Rows of every case, stored by ``trunnion sweep`` as by ``trunnion.sweep``; mistakes are reported before anything runs."""
+"""``trunnion sweep`` and ``trunnion.sweep`` store the same rows of every case. They report mistakes before they run any case."""
 
 from __future__ import annotations
 

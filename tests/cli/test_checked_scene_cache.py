@@ -1,4 +1,4 @@
-"""Commands store checked scenes: what is stored equals what is read, and nothing older is served."""
+"""Commands store checked scenes. A stored scene equals the scene in the file, and a changed file is read again."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ joints: {pivot: {type: revolute, axis: z, inboard: ground, outboard: arm, fricti
 
 @pytest.fixture
 def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """An empty cache; the files that were read and checked."""
+    """An empty cache. Returns the list of files that have been read and checked."""
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path / "cache"))
     files: list[Path] = []
     true = checked_scene_cache._scene

@@ -1,4 +1,4 @@
-"""Every command is declared, and a package that it lacks is reported with a pip command."""
+"""Every command is declared. If a package that a command needs is missing, the command reports it with a pip command."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_every_command_of_the_registry_is_listed_declared_and_sorted_into_a_know
 def test_a_server_without_its_packages_names_the_line_that_installs_them(
     package: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The command exists in the plain installation; the packages that it needs come with the extra."""
+    """The plain installation contains the command; an extra installs the packages that the command needs."""
     for name in [m for m in sys.modules if m.startswith("trunnion.service") or m.partition(".")[0] == package]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
@@ -48,7 +48,7 @@ def test_a_package_that_no_extra_brings_is_a_defect(monkeypatch: pytest.MonkeyPa
     module = types.ModuleType("guest_with_a_gap")
 
     def go() -> None:
-        """Need a package."""
+        """Import a package that does not exist."""
         import package_nobody_has  # type: ignore[import-not-found]  # noqa: F401
 
     module.go = go  # type: ignore[attr-defined]

@@ -244,7 +244,7 @@ def test_version_and_help_do_not_wait_for_heavy_packages() -> None:
 
 
 def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
-    """Before scenes were stored, a warm run imported 800 modules, with pydantic, the parts of typer that use it, and the reader of
+    """A warm run reads the stored scene. It does not import pydantic, the parts of typer that use pydantic, or the reader of
     scenes."""
     check = ["check", SHORT[1], "--hold"]
     main(SHORT), main(check)
@@ -261,7 +261,7 @@ def test_a_warm_run_does_not_import_what_it_does_not_need() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_files_are_written_without_packages_that_only_some_have(suffix: str, tmp_path: Path) -> None:
-    """Arrow imports pandas, where it is installed, when it receives an array of another type."""
+    """Arrow imports pandas, if installed, when Arrow receives an array of another type."""
     runs = [*SHORT, "-o", str(tmp_path / f"r.{suffix}")]
     over = ["--vary", "joints.ball.friction.mu=0.1:0.2:2", "--until", "0.01"]
     sweep = ["sweep", SHORT[1], *over, "-o", str(tmp_path / f"s.{suffix}")]

@@ -1,4 +1,4 @@
-"""The display of requested errors: in the summary, in figures, in the exit code."""
+"""The command line shows requested errors in the summary, in figures and in the exit code."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Texts of the command line: help that names the entries of the registries, completion by the tab key, options with one meaning,
-colours."""
+"""Texts of the command line: help names the entries of the registries, the tab key completes words, each option has one meaning,
+and colours."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_deprecated_options_work_are_reported_once_and_are_in_no_help(capsys: py
         assert main(words) == 0
         assert capsys.readouterr().err == f"option {old} is deprecated: write {OPTIONS[old]}\n"
     shown = {n for _, o in options() for n in (*o.opts, *o.secondary_opts)}
-    # the word is also an old name: in ``check`` it was the list of columns, elsewhere it selects columns
+    # the word is also an old option: in ``check`` it gave the list of columns, in other commands it selected columns
     assert shown & OPTIONS.keys() == {"--outputs"}
     assert set(OPTIONS.values()) <= shown
 
@@ -124,7 +124,7 @@ def test_the_old_option_of_a_file_to_write_still_works(tmp_path: Path) -> None:
 
 
 def completed(line: str) -> list[str]:
-    """The words that completion offers bash at the end of a line."""
+    """The words that completion offers to bash at the end of a line."""
     words = line.split(" ")
     env = os.environ | {"_TRUNNION_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run([sys.executable, "-m", "trunnion"], env=env, capture_output=True, text=True)

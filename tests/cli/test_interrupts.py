@@ -1,7 +1,7 @@
 """Ctrl-C keeps all rows, events and finished cases so far, in complete files.
 
-Every test runs a program of its own that sends itself SIGINT at a place in the work, not at a time. The place is the return of a
-call into C with rows that are not stored yet, or the end of a batch's fifth case."""
+Every test runs a separate program. This program sends itself SIGINT at a fixed place in the work: at the return of a call into C
+with rows that are not stored yet, or at the end of the fifth case of a batch."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ _Work.go_on = go_on
 
 
 def ran(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end in a process of its own, in which Ctrl-C acts as at a terminal. (A shell lets its jobs in the
-    background ignore Ctrl-C.)"""
+    """Run a program to its end in a new process, in which Ctrl-C acts as at a terminal. (A shell makes its background jobs ignore
+    Ctrl-C.)"""
     program = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n" + program
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, timeout=300)
 
@@ -69,8 +69,8 @@ def whole() -> Result:
 
 
 def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
-    """Check that rows and events equal those of the whole run bit for bit, up to the time at which the run stopped, and that none
-    is missing."""
+    """Check that rows and events equal those of the uninterrupted run bit for bit up to the time of the interruption, and that none
+    of them is missing."""
     assert 0.0 < end < UNTIL
     assert len(time) == np.count_nonzero(whole.time <= end) > 1
     assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)
@@ -88,7 +88,7 @@ def test_simulate_keeps_every_row_and_event(suffix: str, tmp_path: Path, whole: 
     assert "cancelled at t =" in done.stdout
     assert f"wrote {file}" in done.stdout
     assert (table.outcome.name, table.metadata["settings"]["until"]) == ("cancelled", UNTIL)
-    if suffix == "csv":  # CSV writes round-off of zero as 0
+    if suffix == "csv":  # CSV writes 0 for round-off of zero
         whole = replace(whole, data=np.where(np.abs(whole.data) < ZERO_BELOW, 0.0, whole.data))
     held_against(whole, table.time, table.data, table.events, table.outcome.time)
 
@@ -116,7 +116,7 @@ def test_python_gets_the_result_so_far_and_continues() -> None:
 
 
 def test_a_run_within_larger_work_passes_the_interrupt_on() -> None:
-    """A chart consists of many runs, and Ctrl-C ends all of them."""
+    """A chart consists of many runs; Ctrl-C ends all of these runs."""
     program = PRELUDE + "interrupted_after(1)\nimport trunnion\nfrom trunnion.simulation.run import Model, run\n"
     program += "from trunnion.simulation.runtime_interface.simulation_block import Settings\n"
     program += "try:\n    run(Model(trunnion.load_scene('spherical_pendulum')), 50.0, 0.01, Settings())\n"
@@ -154,14 +154,14 @@ def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: s
         assert f"cancelled: {n} of 100000 cases finished" in done.stdout
     assert 5 <= n < 100000
     assert list(columns["case"]) == list(range(n))
-    # a batch of the size of the interrupted one uses the compiled kernel
+    # a batch as large as the interrupted batch uses the compiled kernel
     again = {"reductions": ["final:ball.qd[2]"], "until": 1.0, "kernel": "compiled"}
     same = trunnion.sweep("spherical_pendulum", {MU: list(columns[MU])}, **again)
     assert list(columns["final:ball.qd[2]"]) == same.table["final:ball.qd[2]"].to_pylist()
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Columns of a table in any format; a partial table is marked as partial where the format can do so."""
+    """Columns of a table in any format. A partial table is marked as partial if its format has such a mark."""
     if file.suffix == ".parquet":
         table = pq.read_table(file)
         assert table.schema.metadata[b"cancelled"].decode() == f"{table.num_rows} of 100000 cases finished"

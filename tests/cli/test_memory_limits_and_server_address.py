@@ -1,4 +1,5 @@
-"""Runs with more rows than memory allows are refused or end. A server at an unavailable port or address is refused at once."""
+"""A run with more rows than memory allows is refused, or ends when memory is full. A server at an unavailable port or address is
+refused at once."""
 
 from __future__ import annotations
 
@@ -56,8 +57,8 @@ def test_the_command_is_refused_with_memory_and_writes_nothing(tmp_path: Path, c
 
 
 def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The number of steps is unknown at the start, so that such a run is not refused. It ends when memory is full and keeps its
-    rows."""
+    """The number of steps is unknown at the start, so the command does not refuse the run. The run ends when memory is full and
+    keeps its rows."""
     asked = {"until": 60.0, "every": 0, "rtol": 1e-12, "outputs": "crank_pivot.q*"}
     whole = trunnion.simulate("crank_slider_free", **asked)
     assert whole.outcome.ok
@@ -76,7 +77,7 @@ def test_rows_at_every_step_end_the_run_when_memory_is_full_and_are_kept(monkeyp
 
 def test_events_end_the_run_when_memory_is_full_and_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, asked = str(trunnion.models_dir() / "stability" / "21_ratchet.yaml"), {"until": 20.0, "every": 0.1}
-    monkeypatch.setattr(run_loop.OneRun, "_first_steps", lambda self: 20)  # short calls into C make many calls
+    monkeypatch.setattr(run_loop.OneRun, "_first_steps", lambda self: 20)  # 20 steps a call: the run needs many calls
     monkeypatch.setattr(run_loop.OneRun, "_next_steps", lambda self, steps, seconds: steps)
     whole = trunnion.simulate(scene, **asked)
     assert whole.outcome.ok

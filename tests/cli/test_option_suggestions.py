@@ -1,4 +1,4 @@
-"""A command's suggestions for an unknown option come from its own options; there is no second list."""
+"""Suggestions for an unknown option are options of the same command."""
 
 from __future__ import annotations
 

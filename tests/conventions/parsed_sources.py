@@ -1,4 +1,4 @@
-"""Texts and imports of Python sources. Each test process parses a file once for all tests of conventions."""
+"""Texts and imports of Python sources. Each test process parses a file only once for all tests of conventions."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class Syntax:
 
 
 def syntax(text: str) -> Syntax:
-    """The parts of a source: at its top, in functions, and for types."""
+    """The parts of a source, given as text."""
     texts, shown, modules, names = list[str](), list[str](), list[str](), list[tuple[str, tuple[str, ...]]]()
     skipped = set[int]()
-    for n in ast.walk(ast.parse(text)):  # parents come before their parts
+    for n in ast.walk(ast.parse(text)):  # ast.walk yields parents before their children
         if isinstance(n, ast.Expr):
             skipped.add(id(n.value))
         elif isinstance(n, ast.Assign) and isinstance(n.targets[0], ast.Name) and n.targets[0].id == "__all__":
@@ -50,5 +50,5 @@ def syntax(text: str) -> Syntax:
 
 @cache
 def syntax_of(file: Path) -> Syntax:
-    """The parts of a file."""
+    """The parts of the source in a file."""
     return syntax(file.read_text(encoding="utf-8"))

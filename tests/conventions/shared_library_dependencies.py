@@ -1,4 +1,4 @@
-"""What a shared library needs from the system: read from its file, for ELF, Mach-O and PE of 64 bits."""
+"""System libraries and versions that a shared library needs, read from the file, for 64-bit ELF, Mach-O and PE."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Needs:
 
 
 def needs(file: Path) -> Needs:
-    """What a library needs. ValueError for a file of another format."""
+    """Needs of a library, read from the bytes of its file. Raises ValueError for any other format."""
     data = file.read_bytes()
     if data[:4] == b"\x7fELF":
         return _elf(data)
@@ -71,7 +71,7 @@ def _mach(data: bytes) -> Needs:
     libraries, versions, at = set(), set(), 32
     for _ in range(commands):
         command, size = struct.unpack_from("<II", data, at)
-        if command == 0xC:  # the command names a library that this one loads
+        if command == 0xC:  # the command names a library that the loader must load
             libraries.add(text_at(data, at + struct.unpack_from("<I", data, at + 8)[0]))
         elif command == 0x32:  # the command gives the version of the system for which the library was built
             packed = struct.unpack_from("<I", data, at + 12)[0]

@@ -1,4 +1,4 @@
-"""The C sources obey the project's rules: stages in one order, short files and functions, one name for a number."""
+"""The C sources follow the project's rules: stages in one order, short files and functions, one name for each number."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_no_call_in_the_fmu_shell_goes_to_a_later_line(unit: Path) -> None:
 
 
 def calls() -> Iterator[tuple[str, str, str, str]]:
-    """(function, its file, a function that it names, and the file of the named function) of the runtime."""
+    """Calls in the runtime: (calling function, its file, called function, file of the called function)."""
     text = {name_of(f): code(f.read_text(encoding="utf-8")) for f in RUNTIME.rglob("*.[ch]")}
     made = {f: list(definitions(t)) for f, t in text.items()}
     home = {d.name: f for f, ds in made.items() for d in ds}
@@ -134,7 +134,7 @@ def test_a_stage_that_calls_a_later_one_does_not(tmp_path: Path) -> None:
 
 
 def compiles_alone(stage: str, folder: Path, more: str = "") -> str:
-    """The compiler's messages about a stage's files (and `more` after them) when headers of later stages are unavailable."""
+    """Compiler messages for a stage's files, followed by the text `more`, when headers of later stages are unavailable."""
     write_headers(folder)
     for known in STAGES[: STAGES.index(stage) + 1]:
         shutil.copytree(RUNTIME / known, folder / known, ignore=shutil.ignore_patterns("" if known == stage else "*.c"))
@@ -183,8 +183,8 @@ REPLACEMENT = NATIVE / "portable_compiler_settings.h"
 
 
 def test_a_number_has_one_name_and_a_name_one_number() -> None:
-    """The files of a translation unit share their names. A constant with a second definition would have different values above and
-    below that definition."""
+    """All files of a translation unit share their names. If a constant had a second definition, its value would change within the
+    unit."""
     files = [f for f in {*SOURCES, *(ENGINE / "kernel").rglob("*.hpp")} if f != REPLACEMENT]
     texts = [f.read_text(encoding="utf-8") for f in files]
     in_runtime = "".join(text for f, text in zip(files, texts, strict=True) if f.is_relative_to(RUNTIME))
@@ -211,14 +211,15 @@ def test_a_number_that_several_files_use_stands_among_the_tolerances() -> None:
 
 
 def test_thresholds_that_depend_on_each_other_are_in_order() -> None:
-    """The order is explained in ``engine/runtime/README.md``. With another order, a decided mode would at once be an event
-    again."""
+    """``engine/runtime/README.md`` explains the order. With another order, the runtime would report a mode that it has just decided
+    as an event."""
     assert number("TOL_SPEED") < number("REST_SPEED") == number("TOL_RESOLVE") < number("TOL_RELEASE")
     assert number("REST_SPEED") < number("NEAR_MISS") < number("CAPTURE_SPEED")
 
 
 def test_no_number_of_the_runtime_is_copied() -> None:
-    """No constant has the name of a runtime constant, or a comment that says that its number is copied from another file."""
+    """No file outside the shared ones defines a constant with the name of a shared constant. No comment says that a number is a
+    copy."""
     shared = {name for file in SHARED for name in DEFINED.findall((RUNTIME / file).read_text(encoding="utf-8"))}
     copies = re.compile(r"^#define (\w+) +-?[\d.].*\bas (?:there|in ``|[A-Z]{3,})", re.MULTILINE)
     for file in [*RUNTIME.rglob("*.[ch]"), *OTHERS]:

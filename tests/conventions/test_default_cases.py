@@ -1,4 +1,4 @@
-"""If a test has many cases, the cases that run by default have as many different values as possible."""
+"""Of a test with many cases, the default selection has as many different values as possible."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.default_case_selection import keep_default_cases
 
 
 class Case:
-    """A case of a test as pytest collects it. For direct parameters, pytest gives the index of the case, not of the value."""
+    """A case of a test as pytest collects it. For direct parameters, pytest stores the index of the case in place of the value."""
 
     def __init__(self, number: int, values: dict[str, Any], keep: int):
         self.nodeid, self.marks = f"file.py::law[{number}]", {"default_cases": SimpleNamespace(args=(keep,))}
@@ -44,5 +44,5 @@ def test_default_cases_have_every_value_once_before_any_value_twice(keep: int) -
 @pytest.mark.parametrize("one", [0, 1])
 @pytest.mark.parametrize("other", [0, 1])
 def test_values_are_found_where_pytest_keeps_them(one: int, other: int, request: pytest.FixtureRequest) -> None:
-    """Two of the four cases run by default: those that have no value in common."""
+    """Two of the four cases run by default: two cases without a common value."""
     assert (one == other) == (request.node.get_closest_marker("slow") is None)

@@ -1,4 +1,4 @@
-"""Python files and functions of the project are short; each longer one is listed here with its reason."""
+"""Python files and functions of the project are short. A list in this file names each longer one with its reason."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def files() -> Iterator[tuple[str, str]]:
 
 
 def statements(node: ast.AST) -> Iterator[ast.AST]:
-    """All statements below a node. Expressions, in which no function has a statement, are most of a file and are left out."""
+    """All statements below a node. The walk skips expressions: no function has a statement inside an expression, and most nodes of
+    a file are expressions."""
     for below in ast.iter_child_nodes(node):
         if isinstance(below, ast.stmt | ast.ExceptHandler | ast.match_case):
             yield below

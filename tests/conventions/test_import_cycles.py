@@ -1,5 +1,4 @@
-"""Modules import each other in one direction: there are no cycles, even through imports inside functions or for types. Workers load
-no commands and no web packages."""
+"""Imports form no cycle, even with imports inside functions and for types. Workers load no commands and no web packages."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ WORKERS = (
 
 @cache
 def modules() -> dict[str, Path]:
-    """Every module of the product by its dotted name."""
+    """Every module of the product, by its dotted name."""
     found = {}
     for name, folder in PACKAGES.items():
         for file in (ROOT / folder).rglob("*.py"):
@@ -32,7 +31,7 @@ def modules() -> dict[str, Path]:
 
 
 def imports_of(source: Syntax, known: set[str]) -> set[str]:
-    """Known modules that a source imports; a package from which it imports only modules does not count."""
+    """Known modules that a source imports. If the source imports only modules from a package, the package itself does not count."""
     out = set(source.modules)
     for module, names in source.names:
         out |= {f"{module}.{n}" if f"{module}.{n}" in known else module for n in names}
@@ -47,7 +46,7 @@ def graph() -> dict[str, set[str]]:
 
 
 def reached(start: str) -> set[str]:
-    """The module and all modules that it may import, directly or through others."""
+    """The module, and all modules that it imports directly or indirectly."""
     seen, todo = set(), [start]
     while todo:
         m = todo.pop()
@@ -71,7 +70,7 @@ def test_imports_inside_functions_and_for_types_count() -> None:
 
 @pytest.mark.parametrize("worker", WORKERS)
 def test_workers_import_neither_the_command_line_nor_the_web_nor_the_store(worker: str) -> None:
-    """Their import would take longer than all the work of a small job."""
+    """Importing these modules would take longer than a small job."""
     theirs = ("trunnion.cli", "trunnion.fmu.cli", *(f"trunnion.service.{name}" for name in ("cli", "api", "store", "server")))
     found = sorted(m for m in reached(worker) if m.startswith(theirs))
     assert not found

@@ -1,4 +1,4 @@
-"""Packages that take long to import are imported where they are used; a missing package is reported before."""
+"""Packages with a slow import are imported only where they are used. A missing package is reported before the work begins."""
 
 from __future__ import annotations
 

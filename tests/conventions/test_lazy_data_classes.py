@@ -1,4 +1,4 @@
-"""Data classes that are made at their first use do what those of the standard library and of pydantic do."""
+"""Data classes that are built at their first use act like data classes of the standard library and of pydantic."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENGINE = Path(lazy_data_classes.__file__).parents[1]
 
 
 def family(decorator: Any) -> tuple[type, type, type]:
-    """A frozen class, one that inherits from it, and one that is not frozen."""
+    """A frozen class, a subclass of it, and a class that is not frozen."""
 
     @decorator(frozen=True)
     class Rod:
@@ -93,7 +93,7 @@ def test_an_abstract_class_stays_abstract_and_keeps_its_registered_classes() -> 
 
 @dataclass(frozen=True)
 class Stored:
-    """A class that only pickles instantiate."""
+    """A class of which only pickle makes instances."""
 
     size: float
 
@@ -128,7 +128,7 @@ def test_a_thread_may_use_a_class_while_another_makes_it(monkeypatch: pytest.Mon
     def decorated(cls: type, options: dict[str, Any]) -> Any:
         if not other.ident:
             other.start()
-            other.join(0.1)  # the other thread has failed by then, or waits until the class is made
+            other.join(0.1)  # by then, the other thread has failed or waits until the class is built
         return whole(cls, options)
 
     monkeypatch.setattr(lazy_data_classes, "_decorated", decorated)

@@ -1,4 +1,5 @@
-"""Libraries of wheels for other platforms need only what every system of that platform has, and two builds give the same bytes."""
+"""Libraries in wheels for other platforms need only libraries that every system of the platform has. Two builds give the same
+bytes."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ SYSTEM = {
 
 
 def lowest(tag: str) -> tuple[int, ...]:
-    """The version of the system that a platform tag promises: glibc 2.17, macOS 11.0. () for others."""
+    """The lowest system version of a platform tag: glibc 2.17, macOS 11.0. () for other tags."""
     found = re.match(r"(?:manylinux|macosx)_(\d+)_(\d+)", tag)
     return tuple(map(int, found.groups())) if found else ()
 

@@ -19,7 +19,7 @@ CHEAP = "import sys, trunnion; print(sorted(m for m in sys.modules if m.startswi
 
 
 def imported_for_types() -> dict[str, str]:
-    """Name → module of every import under ``TYPE_CHECKING`` in ``trunnion/__init__.py``, from the package's own modules."""
+    """Name → module for every import from the package's own modules under ``TYPE_CHECKING`` in ``trunnion/__init__.py``."""
     block = next(n for n in SOURCE.body if isinstance(n, ast.If))
     froms = [n for n in block.body if isinstance(n, ast.ImportFrom)]
     return {a.name: (n.module or "").removeprefix("trunnion.") for n in froms for a in n.names}

@@ -1,5 +1,5 @@
-"""Laws, contact elements and numbers are declared in one place. No other code names them, and inconsistent declarations cannot be
-imported."""
+"""Laws, contact elements and joints are declared in one place, and no other code names them. Importing an inconsistent declaration
+fails."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ NAMED = re.compile("|".join([*friction.REGISTRY, *contact.REGISTRY]))
 
 
 def texts(file: Path) -> Iterator[str]:
-    """Text of a file for the machine or a user: string constants of Python, all but comments in other languages."""
+    """Texts in a file that a machine or a user reads: string constants of Python; in other languages, everything except
+    comments."""
     text = file.read_text(encoding="utf-8")
     if file.suffix != ".py":
         bare = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
@@ -75,7 +76,7 @@ def test_a_joints_freedoms_are_those_its_contact_element_rubs_along() -> None:
 
 
 def law(**changed: Any) -> type[Law]:
-    """A law whose declaration is right, except for what the arguments change."""
+    """A valid declaration of a law, with the given changes."""
     mu = Number("mu", "1", "coefficient", NOT_NEGATIVE)
     right: dict[str, Any] = {
         "name": "trial", "numbers": (mu,), "rest": Rest.SMOOTH, "formula": "μ v", "at_rest": "0",
@@ -85,7 +86,7 @@ def law(**changed: Any) -> type[Law]:
 
 
 def element(**changed: Any) -> contact.ContactElement:
-    """A contact element whose declaration is right, except for what the arguments change."""
+    """A valid declaration of a contact element, with the given changes."""
     return replace(next(iter(contact.REGISTRY.values())), name="trial", **changed)
 
 

@@ -1,5 +1,5 @@
-"""Settings of a run are declared once. The command line, Python and REST have the same names, bounds, texts and refusals; the test
-calls these interfaces themselves."""
+"""Settings of a run are declared once. The command line, Python and REST have the same names, bounds, texts and error messages. The
+test calls all three interfaces."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def words(who: str) -> dict[str, str]:
 @pytest.mark.parametrize("who", [*COMMANDS, *PYTHON, *REST])
 def test_every_interface_offers_the_settings_of_the_table_in_its_words(who: str) -> None:
     expected = {s.name: describe_setting(s, who) for s in offered(who)}
-    if who in COMMANDS:  # a command gives in brackets what others give in sentences
+    if who in COMMANDS:  # a command gives in brackets what the other interfaces give in sentences
         several = {s.name: "repeatable; " if who in s.several else "" for s in offered(who)}
         sentence = re.compile(r"(?: Repeatable\.)? Default: (.*)\.$", re.DOTALL)
         expected = {n: sentence.sub(lambda m, n=n: f" ({several[n]}default: {m[1]})", text) for n, text in expected.items()}
@@ -77,7 +77,7 @@ def test_a_request_has_the_bounds_of_the_table_in_its_schema(who: str) -> None:
 
 
 def asked(who: str, **given: str) -> None:
-    """Request a run with these settings; a wrong setting prevents the run."""
+    """Request a run with these settings. The interface refuses a wrong setting before the run."""
     varied = {"vary": {"gravity[3]": [-1.0]}}
     wanted = {"parameters": ["gravity[3]"], "outputs": ["*.q*"]}
     if who == "POST /v1/jobs":

@@ -1,4 +1,4 @@
-"""The project's rules: style, types, layers, the README's commands, and registries that agree with each other."""
+"""The project's rules: style, types, order of layers, commands in the README, and registries that agree with each other."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ RUBBING = sorted((k for k in joints.REGISTRY.values() if k.friction), key=lambda
 
 @pytest.fixture(scope="module")
 def as_installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the package in the layout of a wheel. An editable installation is a finder, which these tools do not follow."""
+    """A folder with the package in the layout of a wheel. The type checkers do not follow the import finder of an editable
+    installation."""
     place = tmp_path_factory.mktemp("installed")
     for name, folder in PACKAGES.items():
         shutil.copytree(ROOT / folder, place / name.replace(".", "/"), ignore=shutil.ignore_patterns("__pycache__"))
@@ -49,7 +50,7 @@ def test_static_checks_find_nothing(check: str, as_installed: Path) -> None:
 
 
 def test_a_users_type_checker_sees_the_public_names(as_installed: Path, tmp_path: Path) -> None:
-    """The names load lazily; mypy nevertheless knows their types, and reports a name that does not exist."""
+    """The public names load lazily. Nevertheless, mypy knows their types and reports a name that does not exist."""
     (tmp_path / "script.py").write_text(
         "import trunnion\nx: int = trunnion.simulate('spherical_pendulum')\ny: trunnion.Result\ntrunnion.simulat()\n"
     )
@@ -65,7 +66,7 @@ def test_ruff_finds_nothing() -> None:
 
 
 def test_the_top_level_is_fixed() -> None:
-    """Output files of the pages' commands were once committed, in the folder in which the commands run."""
+    """The top level holds only these files. Output files of the pages' commands must not be committed."""
     told = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if told.returncode:
         pytest.skip("no git checkout")
@@ -94,7 +95,8 @@ def test_the_first_code_block_is_one_line_to_run_and_one_to_test() -> None:
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
-    """CI finds the command in the README by a pattern, so the pattern must match. CI waits for its tools before the last part."""
+    """CI extracts the command from the README by a pattern, so the command must match. CI waits for its tools before the last part
+    of the command."""
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     pick = re.search(r"command=\$\((.*)\)$", script, re.MULTILINE)
     assert pick is not None
@@ -188,7 +190,7 @@ def identifiers(file: str) -> set[str]:
 
 
 def symbols() -> list[tuple[str, str]]:
-    """(name in code, its file) of every row of NOTATION's tables of symbols."""
+    """(name in code, its file) for every row of the tables of symbols in NOTATION."""
     part = text_of(NOTATION).split("## Symbols")[1].split("\n## ")[0]
     out = []
     for line in part.splitlines():

@@ -1,4 +1,4 @@
-"""A wheel contains all files that installed code imports or reads, and no others."""
+"""A wheel contains exactly the files that installed code imports or reads."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def wheel_files() -> tuple[dict[str, Path], list[Path]]:
 
 @cache
 def imports(module: str) -> frozenset[str]:
-    """Modules of a wheel that a module imports, with their parents, or that a text names: ``a.b``, ``a.b:c``, or ``b`` where the
-    module is in the package of ``b`` or names this package in a text."""
+    """Modules of a wheel that a module imports, with their parent packages, or that a text names. A text names a module as ``a.b``,
+    as ``a.b:c``, or as ``b``. ``b`` counts if the module is in the package of ``b``, or if the text names this package."""
     modules, found = wheel_files()[0], {module.rpartition(".")[0]}
     parts = syntax_of(modules[module])
     package = module if modules[module].name == "__init__.py" else module.rpartition(".")[0]

@@ -1,4 +1,4 @@
-"""Installed as a wheel or as an editable checkout, the packages work from any folder and find their models."""
+"""Packages from a wheel or an editable installation work from any folder and find their models."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TIMEOUT = 300
 
 
 def installed(kind: str, folder: Path) -> Path:
-    """Python of a fresh environment that holds this project as built and, by path, the packages it needs."""
+    """Python of a new environment. The environment contains the built project and, by path, the packages that the project needs."""
     # ``engine/parts/test_installation_without_compiler.py`` tests the libraries that are built with a wheel
     env = dict(os.environ, TRUNNION_PREBUILD="0")
     name = subprocess.run(
@@ -44,7 +44,7 @@ def installed(kind: str, folder: Path) -> Path:
 
 
 def ask(python: Path, folder: Path, *words: str) -> str:
-    """Standard output of Python run in another folder, without settings that point to this checkout."""
+    """Standard output of Python that runs in another folder, without environment settings that point to this checkout."""
     env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
     done = subprocess.run([str(python), *words], cwd=folder, env=env, capture_output=True, text=True, timeout=TIMEOUT)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -53,7 +53,8 @@ def ask(python: Path, folder: Path, *words: str) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """A folder with the wheel, built once, and Python of an environment that holds it; tests only run it."""
+    """A folder with a wheel that is built once, and Python of an environment in which the wheel is installed. Tests only run this
+    Python."""
     folder = tmp_path_factory.mktemp("wheel")
     return folder, installed("wheel", folder)
 
@@ -88,8 +89,8 @@ def test_the_wheel_adds_one_package(wheel: tuple[Path, Path]) -> None:
 
 
 def test_a_users_own_files_of_the_folders_names_hide_nothing(wheel: tuple[Path, Path], tmp_path: Path) -> None:
-    """``engine.py``, ``fmu/`` and ``service.py`` beside a user's script are the user's modules; our packages are found
-    nevertheless."""
+    """``engine.py``, ``fmu/`` and ``service.py`` beside a user's script remain the user's modules. The script still finds our
+    packages."""
     (_, python), beside = wheel, tmp_path / "beside"
     (beside / "fmu").mkdir(parents=True)
     for name in ("engine.py", "service.py", "fmu/__init__.py"):

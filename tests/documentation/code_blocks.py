@@ -28,7 +28,7 @@ class Step:
 
 
 def steps(page: Path) -> list[Step]:
-    """Fenced blocks, indented commands, and installations named in a sentence."""
+    """Fenced blocks, indented commands, and installation commands inside sentences."""
     text = page.read_text(encoding="utf-8")
     found = [Step(m[1], text.count("\n", 0, m.start()) + 2, m[2]) for m in FENCED.finditer(text) if m[1] != SHOWN]
     prose = FENCED.sub(lambda m: "\n" * m.group().count("\n"), text)

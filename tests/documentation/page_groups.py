@@ -46,7 +46,7 @@ about as long. A process runs the pages of one file of tests (``--dist loadfile`
 
 
 def begins(page: str) -> list[Step]:
-    """A page's steps. A model's page is run with the installation of the README, to which the list of models refers its readers."""
+    """The steps of a page. The page of a model begins with the installation of the README, to which the list of models refers."""
     found = steps(ROOT / page)
     model = page.startswith("models/") and (ROOT / page).with_name("scene.yaml").exists()
     return [Step("bash", 0, INSTALLED), *found] if model and found else found
@@ -59,7 +59,7 @@ def cases(about_models: bool) -> list[object]:
 
 
 def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.TempPathFactory) -> None:
-    """Run everything that the page prints, in a copy of the checkout that its group shares."""
+    """Run all blocks of the page in the copy of the checkout that its group shares."""
     if group not in homes:
         shared = in_common(folders)
         alone(shared, group in ABOUT_MODELS)
@@ -79,8 +79,8 @@ def read_through(group: str, page: str, homes: dict[str, Home], folders: pytest.
 
 
 def alone(shared: Path, about_models: bool) -> None:
-    """A lock: no other process runs pages of this kind. Two servers would use the same port, and clients would get answers of the
-    wrong server."""
+    """A lock that keeps other processes from running pages of this kind. Two servers would use one port, and clients would get
+    answers of the wrong server."""
     reader = shared / f"{'models' if about_models else 'others'}.process"
     with suppress(FileExistsError), reader.open("x") as new:
         new.write(str(os.getpid()))
@@ -88,8 +88,8 @@ def alone(shared: Path, about_models: bool) -> None:
 
 
 def in_common(folders: pytest.TempPathFactory) -> Path:
-    """A folder that the processes of one test session share. Pages have one kernel cache, like one user, which is empty at first,
-    and one copy of the packages that all of them install."""
+    """A folder that all processes of a test session share. It holds the kernel cache of the pages, which is empty at first, and one
+    copy of the packages that all pages install."""
     mine = folders.getbasetemp()
     shared = (mine.parent if "PYTEST_XDIST_WORKER" in os.environ else mine) / "pages"
     shared.mkdir(exist_ok=True)

@@ -42,7 +42,7 @@ def outdated() -> list[str]:
 
 
 def main(words: list[str]) -> int:
-    """Write the pages, or with ``--check`` name those that are out of date; exit code 1 where there are any."""
+    """Write the pages, or with ``--check`` print the names of outdated files. The exit code is 1 if any file is out of date."""
     old = outdated()
     if "--check" in words:
         print("\n".join(old))

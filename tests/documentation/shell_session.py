@@ -39,7 +39,8 @@ PATIENCE = 240.0
 
 
 class Reader:
-    """Works in one copy of the checkout, whose ``.venv`` grows with each installation. Use it as a context for one page."""
+    """A reader in one copy of the checkout, whose ``.venv`` grows with each installation. Use the object as a context manager for
+    one page."""
 
     def __init__(self, place: Home):
         self.place, self.home, self.job, self.active = place, place.path, "", False
@@ -86,9 +87,9 @@ class Reader:
         return left | ours | {"PATH": os.pathsep.join([*scripts, left["PATH"]])}
 
     def _type(self, line: str, place: str) -> None:
-        """Type a line into the shell; a server that it starts runs until the page ends."""
+        """Type a line into the shell. A server that the line starts runs until the page ends."""
         if not line or line.endswith("-m pytest"):
-            return  # the page asks its reader to run these tests
+            return  # the tests that the page asks its reader to run are not run
         if "activate" in line:
             line, self.active = line.replace(". .venv/bin/activate && ", "").replace(" && pip ", " && .venv/bin/pip "), True
         if line in self.place.typed and "&&" not in line.partition("pip install")[2]:
@@ -113,9 +114,8 @@ class Reader:
                 self._ended(json.loads(done.stdout)["id"])
 
     def cheaper(self, line: str) -> str:
-        """The line to run. If the environment already contains the project, built from the same files, the line does not build it
-        again: pip then installs only the extras. The first environment of a session is made as printed; with TRUNNION_PAGES=all,
-        all environments are."""
+        """The line to run. If the environment already contains the project, built from the same files, the new line installs only
+        the extras. The first environment of a session is installed as printed; with TRUNNION_PAGES=all, every environment is."""
         there = self.place.copied or self.place.typed
         return THE_PROJECT.sub(r"\1trunnion", line) if there and os.environ.get("TRUNNION_PAGES") != "all" else line
 
@@ -157,7 +157,7 @@ class Reader:
 
 
 def asked(path: str) -> Any:
-    """The answer of the server at the printed address; None when there is none."""
+    """The answer of the server at the printed address; None if no server answers."""
     try:
         with urllib.request.urlopen(f"http://127.0.0.1:{PRINTED_PORT}{path}", timeout=10) as answer:
             return json.loads(answer.read())

@@ -37,7 +37,7 @@ def test_every_line_of_a_shell_block_is_a_command() -> None:
 
 
 def test_a_second_process_that_runs_pages_of_one_kind_is_refused(tmp_path: Path) -> None:
-    """The pages serve at one port. (``--dist loadgroup`` did not separate them: pytest 9.2 ignores the names by which it
+    """The servers of all pages use one port. (``--dist loadgroup`` did not separate the pages: pytest 9.2 ignores the names of the
     groups.)"""
     alone(tmp_path, about_models=True)
     alone(tmp_path, about_models=False)
@@ -59,7 +59,8 @@ def test_a_second_process_that_runs_pages_of_one_kind_is_refused(tmp_path: Path)
 def test_only_an_environment_that_holds_the_project_is_spared_its_build(
     printed: str, typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first environment is made as its page says; with TRUNNION_PAGES=all, every one is."""
+    """The first environment is installed as its page says. With TRUNNION_PAGES=all, every environment is installed as its page
+    says."""
     monkeypatch.delenv("TRUNNION_PAGES", raising=False)
     empty, begun = Reader(Home(tmp_path, tmp_path)), Reader(Home(tmp_path, tmp_path, copied=True))
     assert (empty.cheaper(printed), begun.cheaper(printed)) == (printed, typed)

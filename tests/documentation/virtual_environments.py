@@ -3,8 +3,8 @@ install.
 
 The project without extras, which every page installs first, is installed once. Later environments begin as copies of that
 environment (files are hard links). The page's own line then runs with "trunnion" or "trunnion[extra]" in place of "." or
-".[extra]", because building the project again took half of the time. At the end, each environment contains exactly the packages
-that its pages install. """
+".[extra]", because building the project again would take half of the time. At the end, each environment contains exactly the
+packages that its pages install. """
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ WITH_PYTHON = {"pip", "setuptools", "wheel"}
 @dataclass
 class Home:
     """A copy of the checkout. path: its folder; shared: a folder that the homes of one test session have in common; typed: the
-    lines that installed something here."""
+    installation lines that ran in this home."""
 
     path: Path
     shared: Path
@@ -49,8 +49,8 @@ class Home:
         return self.path / ".venv"
 
     def begin(self, line: str) -> None:
-        """Take over the environment without extras before ``line`` makes an environment. The session's first home with this line
-        makes it, and all others wait for it."""
+        """Copy the session's environment without extras, before ``line`` would create one. The first home of the session with this
+        line creates this environment, and all other homes wait for it."""
         base, maker = self.shared / "base", self.shared / "base.maker"
         if BASE.match(line) and not maker.exists():
             with suppress(FileExistsError):
@@ -64,7 +64,7 @@ class Home:
             self.copied = True
 
     def typed_now(self, line: str) -> None:
-        """Remember an installation; the session's first one without extras is kept for later environments."""
+        """Record an installation. The session's first installation without extras is stored for later environments."""
         if BASE.match(line) and not self.typed and not self.copied:
             mine = self.shared / f"base-{os.getpid()}"
             linked(self.venv, mine / "venv", bytes(self.venv))
@@ -79,7 +79,7 @@ class Home:
         return {extra for line in self.typed for found in EXTRAS.findall(line) for extra in found.split(",")}
 
     def surplus(self) -> tuple[set[str], set[str]]:
-        """Names of the distributions in the environment that no typed line requires, and of those that are missing."""
+        """Names of the distributions in the environment that no typed line requires, and names of missing distributions."""
         (site,) = self.venv.glob("lib/python*/site-packages")
         there = {canonicalize_name(d.metadata["Name"]): d for d in distributions(path=[str(site)])}
         asked = needed(there, "trunnion", self.extras)
@@ -87,7 +87,7 @@ class Home:
 
 
 def needed(there: dict[str, Distribution], name: str, extras: set[str]) -> set[str]:
-    """A distribution and all that it requires with these extras, directly or not."""
+    """A distribution and all distributions that it requires with these extras, directly or indirectly."""
     seen: set[tuple[str, str]] = set()
     todo = [(canonicalize_name(name), extra) for extra in ("", *extras)]
     while todo:
@@ -103,8 +103,8 @@ def needed(there: dict[str, Distribution], name: str, extras: set[str]) -> set[s
 
 
 def linked(old: Path, new: Path, place: bytes) -> None:
-    """A copy of an environment that was made at ``place``, with hard links for its packages. Scripts and settings name their place
-    and are rewritten, so that they are separate files. The copy in which pages run names its own place."""
+    """Copy an environment that was made at ``place``. Packages are hard links. Scripts and settings contain the path of their
+    environment, so they are copied. In a ``.venv``, the scripts get the new path."""
     shutil.copytree(old, new, symlinks=True, ignore=shutil.ignore_patterns("lib"))
     shutil.copytree(old / "lib", new / "lib", symlinks=True, copy_function=link)
     if new.name == ".venv":
@@ -114,7 +114,7 @@ def linked(old: Path, new: Path, place: bytes) -> None:
 
 
 def link(old: str, new: str) -> str:
-    """A second name of a file, or a copy where the file system has no such names."""
+    """Make a hard link to a file, or a copy if the file system has no hard links."""
     try:
         os.link(old, new)
     except OSError:

@@ -1,5 +1,5 @@
-"""FMUs of the tests are compiled without optimisation. On processors without fused operations their results have the same bits, and
-compilation took half of the tests' time."""
+"""FMUs of the tests are compiled without optimisation, because compilation took half of the tests' time. On processors without
+fused operations, their results have the same bits as with optimisation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.kernel.compilation import c_compiler
 
 @pytest.fixture(scope="package", autouse=True)
 def delivered_flags() -> Iterator[Callable[[str, str], tuple[str, ...]]]:
-    """Compile the generated files of FMUs with ``QUICK``, and give the function that chooses the flags of delivered FMUs."""
+    """Compile the generated files of FMUs with ``QUICK``, and return the function that chooses the flags of delivered FMUs."""
     chosen = c_compiler.optimised_flags
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(c_compiler, "optimised_flags", lambda unit, text: c_compiler.QUICK)

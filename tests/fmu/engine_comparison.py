@@ -38,8 +38,8 @@ for line in sys.stdin:
 
 @cache
 def reference() -> subprocess.Popen[str]:
-    """A process that simulates for the processors for which FMUs are compiled, with optimised kernels; it ends with this process.
-    (In this process, fused operations of newer processors round differently.)"""
+    """A process that simulates with optimised kernels, compiled for the processors of FMUs. It ends with this process. (In this
+    process, fused operations of newer processors round differently.)"""
     env = dict(os.environ, TRUNNION_CPU="x86_64", TRUNNION_QUICK_BUILD="0")
     made = subprocess.Popen([sys.executable, "-c", REFERENCE], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(made.communicate)
@@ -69,8 +69,8 @@ def fmu_run(file: Path, until: float, names: list[str], **more) -> dict[str, np.
 
 
 def claim_equal_to_engine(model: str) -> None:
-    """Check that both flavours give the engine's columns to 1e-9 of each column's size (1 where it is smaller), and the same bits
-    as each other."""
+    """Check that both flavours give the same bits, and the engine's columns to 1e-9 of each column's size (of 1 where the size is
+    smaller)."""
     until = min(float(trunnion.load_scene(model.partition(":")[0]).simulation.until), 2.0)
     expected = engine_run(model, until)
     names = [n for n in expected if n != "time"]

@@ -25,7 +25,7 @@ LAWS: dict[str, dict[str, object]] = {
 
 @cache
 def exported(model: str, flavour: str = "native", fmi: int = 2) -> Path:
-    """The FMU of a bundled model (``model:law``: with that law everywhere), or of ``arm``, all of whose columns are outputs."""
+    """The FMU of a bundled model or of ``arm``. All columns are outputs. ``model:law`` gives all friction of the model this law."""
     file = FOLDER / f"{model.replace(':', '-')}-{flavour}{fmi}.fmu"
     name, _, law = model.partition(":")
     if model == "arm":
@@ -36,7 +36,7 @@ def exported(model: str, flavour: str = "native", fmi: int = 2) -> Path:
 
 
 def arm() -> trunnion.Scene:
-    """Two links: the first follows an input angle, and a torque input acts in the second's joint, which has friction."""
+    """Two links. The first link follows an input angle. A torque input acts in the joint of the second link, which has friction."""
     bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
     rub = {"mu": 0.1, "radius": 0.01, "half_length": 0.02}
     return scene_from_dict({

@@ -51,7 +51,7 @@ class Host:
         self.fmu.setReal([self.reference[name]], [value])
 
     def run(self, start: float, steps: int, h: float, *names: str) -> list[list[float]]:
-        """Make communication steps of h seconds; the values of the named variables after each."""
+        """Make communication steps of h seconds. Returns the values of the named variables after each step."""
         out = []
         for k in range(steps):
             self.fmu.doStep(start + k * h, h)

@@ -1,5 +1,5 @@
-"""fmpy's validation of an FMU. fmpy parses every variable name, at 30 ms each; here each form of name is parsed once in each
-process."""
+"""fmpy's validation of an FMU. fmpy needs 30 ms to parse a variable name. Each process therefore parses each form of name only
+once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The claim that an FMU refuses the values that its scene refuses, in the same words, and continues."""
+"""Check that an FMU refuses the values that its scene refuses, with the same messages, and continues."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def said_by_the_scene(scene: trunnion.Scene, path: str, value: float) -> str:
 
 
 def _said_by_the_fmu(host: Host, path: str, value: float) -> str:
-    """The refusal; "" when the value was accepted. A refused value leaves the old one."""
+    """The refusal; "" if the FMU accepted the value. After a refusal, the parameter has its old value."""
     before = host.get(path)
     status = 0
     try:

@@ -34,7 +34,7 @@ class Compared:
 
 
 def opened(scene: Scene, bodies: BodyConverter) -> tuple[Scene, list[str]]:
-    """The scene's tree without friction, and the joints that close its loops: constraints are off in MuJoCo."""
+    """The scene's tree without friction, and the joints that close its loops. Constraints are off in MuJoCo."""
     made = {f.name for f in bodies.freedoms}
     carried: set[str] = set()
     closing, joints = [], {}
@@ -49,7 +49,7 @@ def opened(scene: Scene, bodies: BodyConverter) -> tuple[Scene, list[str]]:
 
 
 def quiet(m: Any, constraints: bool = False) -> Any:
-    """A MuJoCo model without its features that a mechanism does not have."""
+    """Switch off all features of a MuJoCo model that a mechanism does not have."""
     import mujoco
 
     off = mujoco.mjtDisableBit
@@ -61,8 +61,8 @@ def quiet(m: Any, constraints: bool = False) -> Any:
 
 
 def coordinates(m: Any, freedoms: list[MjcfJoint], q: np.ndarray, *rates: np.ndarray) -> list[dict[str, np.ndarray]]:
-    """MuJoCo's qpos and some of qvel or qacc, converted to those of the scene's joints: angular ones in the inboard frame, not the
-    body's."""
+    """MuJoCo's qpos and some of qvel or qacc, converted to those of the scene's joints: angular coordinates are in the inboard
+    frame, not in the frame of the body."""
     out: list[dict[str, np.ndarray]] = [{} for _ in range(1 + len(rates))]
     for j, f in enumerate(freedoms):
         a, v, at = m.jnt_qposadr[j], m.jnt_dofadr[j], {"ball": 0, "free": 3}.get(f.type)

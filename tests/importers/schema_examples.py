@@ -1,4 +1,4 @@
-"""Files that contain every element and attribute which the importers take from URDF, SDF and MJCF, each so that it matters."""
+"""Files with all elements and attributes that the importers take from URDF, SDF and MJCF. Each of them changes the scene."""
 
 INERTIA = '<inertia ixx="2" iyy="3" izz="4" ixy="0.1" ixz="0.2" iyz="0.3"/>'
 INERTIAL = f'<inertial><origin xyz="0 0 -0.5" rpy="0.1 0 0"/><mass value="1"/>{INERTIA}</inertial>'

@@ -62,8 +62,8 @@ def test_the_order_of_euler_angles_is_the_compilers(tmp_path: Path) -> None:
 
 
 def test_three_hinges_at_a_point_are_a_ball(tmp_path: Path) -> None:
-    """A body on three hinges, a chain of links without mass, turns like one on a ball. Both have the same angular acceleration,
-    without rotors."""
+    """A body on three hinges with massless links between them moves like a body on a ball. Both bodies have the same angular
+    acceleration, without rotors."""
     weighed = '<inertial pos="0.2 0.1 -0.3" mass="2" fullinertia="0.3 0.4 0.5 0.02 -0.03 0.04"/>'
     hinges = "".join(f'<joint name="{n}" axis="{a}"/>' for n, a in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")))
     one, _ = read(tmp_path, f'<worldbody><body name="b">{hinges}{weighed}</body></worldbody>')
@@ -106,7 +106,7 @@ FOUR_BAR = """<option gravity="2 0 -9.81"/><worldbody>
 
 
 def test_connect_closes_a_four_bar(tmp_path: Path) -> None:
-    """The loop stays closed and energy is conserved; the angles obey the loop's closed form throughout."""
+    """The loop stays closed, and energy is conserved. The angles follow the closed form of the loop."""
     scene, _ = read(tmp_path, FOUR_BAR.format('<connect name="loop" body1="coupler" body2="rocker" anchor="0.5 0 0.1"/>'))
     r = trunnion.simulate(scene, 1.0, 0.05, rtol=1e-9)
     assert r.outcome.ok
@@ -131,7 +131,7 @@ def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None
 
 
 def test_weld_holds_bodies_together(tmp_path: Path) -> None:
-    """Two free bodies. One is welded to the world in its position, and the other to the first as relpose says."""
+    """One free body is welded to the world in its position. A second free body is welded to the first as ``relpose`` says."""
     places = (("one", 0, 30), ("two", 1, 0))
     bodies = "".join(f'<body name="{n}" pos="{x} 0 1" euler="0 {e} 0"><freejoint/>{BALL}</body>' for n, x, e in places)
     welds = '<weld body1="one"/><weld body1="one" body2="two" relpose="0 0 0.5 1 0 0 0"/>'

@@ -1,4 +1,4 @@
-"""MJCF compared with MuJoCo, with constraints and contacts off: the same accelerations at random states. Loops are solved here by
+"""MJCF compared with MuJoCo, with constraints and contacts off: the same accelerations at random states. For loops, the test solves
 the equations of motion with the rows of MuJoCo's constraints."""
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ KINDS = ("hinge", "slide", "ball", "hinge hinge", "slide slide hinge", "hinge hi
 
 
 def random_model(seed: int) -> str:
-    """A tree with joints of all kinds, several of them in a body, each with all forces that can act along it."""
+    """A tree with joints of all kinds. A body may have several joints, and all forces that can act along a joint act."""
     rng = np.random.default_rng(seed)
     three = lambda s=1.0: " ".join(f"{x:.4f}" for x in s * rng.normal(size=3))  # noqa: E731
 
@@ -105,7 +105,8 @@ def test_loops_move_as_the_rows_of_mujocos_constraints_say(how: str, tmp_path: P
 
 @pytest.mark.slow
 def test_every_robot_of_the_installed_packages_is_taken_over_exactly_or_refused_with_reason(needs: Callable[[str], None]) -> None:
-    """dm_control and others, with MuJoCo and Pinocchio; the same script writes the page."""
+    """Robots of dm_control and other packages are compared with MuJoCo and Pinocchio. The same script writes the page of tested
+    models."""
     needs("mujoco")
     needs("pinocchio")
     needs("dm_control")

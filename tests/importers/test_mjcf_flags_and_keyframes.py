@@ -1,4 +1,4 @@
-"""MJCF: flags disable what acts, keyframes give coordinates and rates, aligned free joints refer to the mass centre."""
+"""MJCF: flags switch features off, keyframes give coordinates and rates, and aligned free joints refer to the mass centre."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def test_a_spring_given_by_its_swing_swings_so(tmp_path: Path) -> None:
 
 
 def test_gravity_compensation_carries_its_share_of_the_weight(tmp_path: Path) -> None:
-    """gravcomp 1 carries a body's whole weight, 0.5 half of it."""
+    """gravcomp 1 carries the whole weight of a body, and gravcomp 0.5 half of it."""
     for share, expected in ((1.0, 0.0), (0.5, -4.905)):
         scene, _ = read(tmp_path, f'<worldbody><body name="b" gravcomp="{share}"><freejoint name="f"/>{BALL}</body></worldbody>')
         assert column(scene, "b.acceleration[3]")[0] == pytest.approx(expected, abs=1e-14)

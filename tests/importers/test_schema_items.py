@@ -56,7 +56,7 @@ def test_the_table_lists_every_item_that_the_installed_mujoco_prints() -> None:
 
 
 def outcome(text: str, folder: Path) -> tuple[Any, ...]:
-    """What a file becomes: its scene as data, or the problems; and the notes."""
+    """The result of an import: the scene as data or the problems, and the notes."""
     file = folder / "model.xml"
     file.write_text(text)
     try:
@@ -84,13 +84,13 @@ def read(text: str, folder: Path) -> Element:
 
 
 def text_of(e: Element) -> str:
-    """An element as XML, on the lines of the file as far as its tags tell."""
+    """An element as XML. Line breaks inside tags are lost."""
     attributes = "".join(f' {n}="{x}"' for n, x in e.attributes.items())
     return f"<{e.tag}{attributes}>{e.text}{''.join(map(text_of, e.children))}</{e.tag}>"
 
 
 def rows(e: Element, table: Table, row: Row, taken: bool = True) -> Iterator[tuple[Element, Row]]:
-    """Each element whose own row of the table applies, with this row."""
+    """Each element that has its own row in the table, with this row."""
     yield e, row
     for c in e.children:
         found = table.child(row, c.tag)
@@ -99,7 +99,7 @@ def rows(e: Element, table: Table, row: Row, taken: bool = True) -> Iterator[tup
 
 
 def taken_items(name: str) -> dict[tuple[int, str], str]:
-    """The items that the table takes: (row, item) → how they are called. Rows that only contain others are left out."""
+    """The items that the table takes: (row, item) → name of the item. Rows that only contain other rows are left out."""
     table, out = schema(name), {}
 
     def add(row: Row, path: str) -> None:

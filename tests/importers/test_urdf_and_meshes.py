@@ -143,7 +143,7 @@ def test_a_joint_that_mimics_another_follows_it(tmp_path: Path) -> None:
 
 
 def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> None:
-    """Joints of a URDF start at 0, followers at their offset; a follower of a follower likewise."""
+    """Joints of a URDF start at 0, followers at their offset. Followers of followers start by the same rule."""
     file = tmp_path / "chain.urdf"
     weighed = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
     links = "".join(f'<link name="{n}">{weighed}</link>' for n in "abc")
@@ -160,8 +160,8 @@ def test_a_joint_that_mimics_another_starts_by_its_equation(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("seed", range(5))
 def test_massless_frames_in_chains_of_fixed_joints_are_points_of_bodies(seed: int, tmp_path: Path) -> None:
-    """Up to two frames are before and after every hinge and behind every link, in a random order in the file. By forward
-    kinematics, every mass centre and every point is at its place."""
+    """Each hinge has up to two frames before and after it, and each link has up to two frames behind it. Their order in the file is
+    random. By forward kinematics, every mass centre and every point is at its place."""
     rng = np.random.default_rng(seed)
     parts: list[str] = []
     places: dict[str, np.ndarray] = {}

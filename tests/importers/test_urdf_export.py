@@ -1,4 +1,4 @@
-"""A scene written as URDF and read again accelerates as before; what URDF cannot hold is refused or listed."""
+"""A scene that is written as URDF and read again has the same accelerations. Content that URDF cannot hold is refused or listed."""
 
 from __future__ import annotations
 

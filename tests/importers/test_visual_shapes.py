@@ -89,7 +89,8 @@ def test_meshes_of_all_formats_are_drawn_where_they_stand(tmp_path: Path) -> Non
 
 
 def test_a_body_that_mujoco_hides_altogether_is_drawn_by_its_first_group(tmp_path: Path) -> None:
-    """A skin, which scenes do not have, would leave nothing visible. If another geom is visible, hidden ones stay hidden."""
+    """In MuJoCo a skin covers this body, but scenes have no skins, so the body would be invisible. If another geom is visible,
+    hidden geoms stay hidden."""
     file = tmp_path / "dog.xml"
     bone, flesh = '<geom type="sphere" size="0.2" group="5"/>', '<geom type="sphere" size="0.5" group="3"/>'
     bodies = (bone + flesh, bone, bone + '<geom type="sphere" size="0.1" group="1"/>')

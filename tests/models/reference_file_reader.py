@@ -37,9 +37,9 @@ class Expected:
     """One reference number.
 
     expect, tolerance  the number and the largest difference allowed, in the unit of the value.
-    origin             where it comes from: PUB published, REF computed independently, EXACT closed form.
+    origin             source of the number: PUB published, REF computed independently, EXACT closed form.
     at, value          time (s) and a column name or an expression of columns; without them see ``compute``.
-    compute            what must be computed where the quantity is no value of columns at one time.
+    compute            a measure in words, if columns do not hold the quantity at one time.
     set                changes to the scene for this number (as for ``overrides.apply``).
     note               what the number means.
     """
@@ -56,7 +56,7 @@ class Expected:
 
 @cache
 def expected(model: str) -> list[Expected]:
-    """The reference numbers of a bundled model or design, none when it has no reference file."""
+    """The reference numbers of a bundled model or design; an empty list without a reference file."""
     file = model_folder(model) / FILE
     return load_expected(file) if file.is_file() else []
 
@@ -78,7 +78,7 @@ def load_expected(file: Path) -> list[Expected]:
 
 
 def columns_of(expression: str) -> list[str]:
-    """The names of the columns an expression uses, in the order in which they stand there."""
+    """The names of the columns that an expression uses, in their order in the expression."""
     names: list[str] = []
 
     def noted(name: str) -> float:
@@ -90,7 +90,7 @@ def columns_of(expression: str) -> list[str]:
 
 
 def evaluate(expression: str, column: Callable[[str], float]) -> float:
-    """Value of an expression, in which ``column`` gives the value of a column. ValueError when the text is no expression of
+    """Value of an expression, in which ``column`` gives the value of a column. ValueError if the text is not an expression of
     columns."""
     try:
         tree = ast.parse(expression, mode="eval")
@@ -100,7 +100,7 @@ def evaluate(expression: str, column: Callable[[str], float]) -> float:
 
 
 def _value(node: ast.expr, column: Callable[[str], float]) -> float:
-    """Value of a part of an expression: sums, products, a few functions, numbers and columns, nothing else."""
+    """Value of a part of an expression. A part may contain only sums, products, a few functions, numbers and columns."""
     match node:
         case ast.Constant(value=int() | float() as number):
             return float(number)

@@ -1,4 +1,5 @@
-"""Measures that the ``compute`` entries of a reference.yaml name in words. No column holds these numbers at one given time."""
+"""Measures that the ``compute`` entries of a reference.yaml name in words. Columns do not hold these quantities at one given
+time."""
 
 from __future__ import annotations
 
@@ -51,8 +52,8 @@ def turn_at_time(scene: Scene, m: re.Match[str]) -> float:
 
 
 def largest(scene: Scene, m: re.Match[str]) -> float:
-    """Largest magnitude of a joint's rate near the step of a run at which it is largest. Runs that end increasingly close to it
-    give the value."""
+    """Largest magnitude of a joint's rate. A rough run finds the step with the largest rate. Further runs to times near this step
+    refine the value."""
     model, column = Model(scene, (f"{m[1]}.qd[1]",)), f"{m[1]}.qd[1]"
     settings = Settings(rtol=float(scene.simulation.rtol))
 

@@ -86,7 +86,7 @@ def test_a_design_agrees_with_its_hand_calculation(name: str, index: int) -> Non
     assert abs(got - e.expect) <= e.tolerance, f"{e.value} at {e.at}: {got!r}, expected {e.expect!r} ({e.origin})"
 
 
-# -- the same sums, at other sizes -----------------------------------------------------------------------------------------------
+# -- hand calculations at other sizes --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("degrees", [3.0, 25.0, 50.0])

@@ -1,5 +1,5 @@
-"""Bundled models: they load, and their loops are closed in position and velocity. Their reference numbers are well-formed and,
-where they hold at t = 0 by geometry alone, true. Generated scenes match their description."""
+"""Bundled models load, and their loops are closed in position and velocity. Their reference numbers are well-formed. Reference
+numbers that geometry alone gives at t = 0 are correct. Generated scenes match their description."""
 
 from __future__ import annotations
 

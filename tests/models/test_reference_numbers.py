@@ -21,7 +21,7 @@ IN_WORDS = [(m, i) for m in model_names() for i, e in enumerate(expected(m)) if 
 
 @lru_cache(maxsize=64)
 def row(model: str, changes: str, columns: tuple[str, ...], at: float) -> dict[str, float]:
-    """Columns of a model at one time; the run ends there, so that there is no interpolation."""
+    """Columns of a model at one time. The run ends at this time, so that no interpolation is needed."""
     scene = apply(load_scene(model), json.loads(changes))
     until = at if at > 0 else 1e-3
     result = simulate(scene, until=until, every=until, outputs=list(columns))

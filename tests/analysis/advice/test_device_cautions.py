@@ -1,5 +1,4 @@
-"""The advice names what can go wrong with gear units, worms, curves, attracting points and jumps, and the effect of their
-friction."""
+"""The advice warns about gear units, worms, curves, attracting points and jumps, and reports the effect of their friction."""
 
 from __future__ import annotations
 

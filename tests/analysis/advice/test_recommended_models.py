@@ -1,4 +1,4 @@
-"""Advice recommends the simplest model that the requested outputs need, and no simpler one; the written scene has the promised
+"""The advice recommends the simplest model that is accurate enough for the requested outputs. The written scene has the promised
 error."""
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def torque() -> Advice:
 
 @pytest.mark.slow
 def test_friction_of_the_slider_pin_does_not_matter_to_the_sliders_motion() -> None:
-    """The motion of example 8.2 is prescribed, so that it cannot depend on forces."""
+    """A drive prescribes the motion of example 8.2. Therefore the motion does not depend on forces."""
     a = advise(load_scene("crank_slider"), WANTED, ("slider.position[1]", "slider.velocity[1]"), **QUICK)  # type: ignore[arg-type]
     assert a.chosen is not None
     assert a.chosen.joints == ()
@@ -66,7 +66,8 @@ def test_the_integration_error_is_part_of_the_error_and_falls_with_the_requested
 
 
 def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) -> None:
-    """The prediction is of first order. Friction also changes its own normal force; a tenth is allowed for this change."""
+    """The prediction is of first order in friction, but friction also changes the normal force. The test allows 10 % for this
+    effect."""
     ideal = next(r for r in torque.rungs if not r.joints)
     assert not ideal.predicted
     assert ideal.setting is None
@@ -81,7 +82,8 @@ def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice
 
 @pytest.mark.slow
 def test_a_model_that_the_requested_error_excludes_is_not_run() -> None:
-    """Without friction, the model of 8.1 is entirely wrong. Sensitivities show this, so the advice does not run that model."""
+    """Without friction, the model of 8.1 has a large error. The sensitivities predict this error, so the advice does not run the
+    model."""
     a = advise(load_scene("spherical_pendulum"), 1e-3, ("pendulum.position[1]",), 2.0, repeats=1, samples=40)
     assert a.rungs[0].predicted
     assert a.rungs[0].model_error > 30 * 1e-3
@@ -90,8 +92,9 @@ def test_a_model_that_the_requested_error_excludes_is_not_run() -> None:
 
 
 def test_a_method_far_slower_than_the_best_is_not_tightened_further() -> None:
-    """The test gives the ladder invented runs. All take 10 ms, but time stepping takes ten times longer at each tighter tolerance.
-    The automatic choice reaches the error at the first tolerance, the other methods only at the tightest."""
+    """The test replaces the runs by invented results. Each run takes 10 ms, but time stepping takes ten times longer at each
+    tighter tolerance. The automatic choice meets the error at the first tolerance, the other methods only at the tightest
+    tolerance."""
     asked: list[tuple[str, float]] = []
 
     def once(settings: Settings) -> tuple[Result, str]:
@@ -130,7 +133,7 @@ def test_the_written_scene_meets_the_error_by_itself(tmp_path: Path, capsys: pyt
     full = trunnion.simulate("crank_slider", 0.65, 0.013, rtol=1e-10)
     name = "crank_pivot.drive.effort[1]"
     off = np.sqrt(((mine[name] - full[name]) ** 2).mean()) / np.abs(full[name]).max()
-    assert off < 2e-4  # this run has other sample times than the advice
+    assert off < 2e-4  # the sample times of this run differ from those of the advice
 
 
 def test_planar_mechanisms_are_found_and_spatial_ones_are_not() -> None:

@@ -1,4 +1,4 @@
-"""Mechanisms whose motion is known in closed form, and textbook formulas for fitting them: no code of the engine."""
+"""Mechanisms with motions in closed form, and textbook formulas for fits. This file uses no code of the engine."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def slid(force: float, v: float | np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def slid_slopes(force: float, v: float, time: np.ndarray) -> np.ndarray:
-    """Derivatives of the travel with respect to the force and the speed (n × 2). The time at which the block stops also depends on
-    both, but has no effect, because the speed is zero then."""
+    """Derivatives of the travel with respect to the force and the speed (n × 2). The stopping time also depends on force and speed.
+    The stopping time adds nothing to the derivatives, because the speed is zero at that time."""
     t = np.minimum(time, v / force)
     return np.column_stack([-0.5 * t * t, t])

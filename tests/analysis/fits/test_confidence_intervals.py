@@ -1,5 +1,4 @@
-"""Confidence intervals of fits equal those of textbooks where these exist. They end at bounds, and tell which values the data do
-not determine."""
+"""Confidence intervals of fits equal textbook intervals. They end at bounds, and show which values the data do not determine."""
 
 from __future__ import annotations
 
@@ -50,7 +49,8 @@ def test_intervals_of_a_linear_model_are_those_of_regression(noise: float | None
 
 
 def test_runs_share_common_parameters_and_have_their_own_starts() -> None:
-    """Two runs of one speed from two places: a regression with two intercepts. The columns of both runs share one noise."""
+    """Two runs have one speed and two starting positions: a regression with one slope and two intercepts. The columns of both runs
+    have one common standard deviation of noise."""
     other = np.linspace(0.0, 1.0, 6)
     y, z = noisy(2), noisy(3, time=other, q=-0.3)
     runs = [trunnion.MeasuredRun(TIME, {X: y}), trunnion.MeasuredRun(other, {X: z}, {Q: -0.2}, name="back")]
@@ -77,8 +77,8 @@ def test_curves_of_two_units_have_two_noises() -> None:
 
 
 def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
-    """The reference is the misfit of all pairs of force and speed on a grid. The interval contains the forces whose least misfit is
-    near the least misfit of all forces."""
+    """The reference computes the misfit for all pairs of force and speed on a grid. The interval contains a force if its least
+    misfit over all speeds is close to the least misfit of all pairs."""
     time, noise = np.linspace(0.0, 1.0, 9), 0.02
     data = slid(2.0, 1.0, time) + noise * np.random.default_rng(7).normal(size=9)
     found = trunnion.fit(SLIDER, [FORCE, QD], time, {X: data}, noise=noise, level=0.9)
@@ -87,7 +87,7 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
     inside = force[(best - best.min()) / noise**2 <= chdtri(1, 0.1)]
     i = found.intervals[FORCE]
     assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the forces of the grid differ by 1 %
-    assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval has another end
+    assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval has a different upper end
 
 
 def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
@@ -101,8 +101,8 @@ def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
 
 
 def test_the_interval_of_a_larger_number_ends_at_the_smaller_one() -> None:
-    """Data with one coefficient, fitted by a law with two coefficients. The fit finds the static coefficient at the lower end of
-    its range, which is the sliding coefficient."""
+    """The data come from a block with one friction coefficient; the fitted law has two coefficients. The fit finds the static
+    coefficient at the lower end of its range, which is the sliding coefficient."""
     mu, static = "joints.rail.friction.mu", "joints.rail.friction.mu_static"
     rub = {"force": "2 N", "law": "stribeck", "mu": 0.9, "mu_static": 1.1, "v_stribeck": 0.4}
     time = np.linspace(0.0, 1.0, 21)
@@ -116,8 +116,7 @@ def test_the_interval_of_a_larger_number_ends_at_the_smaller_one() -> None:
 
 
 def test_a_number_right_below_one_that_it_must_not_pass_has_a_derivative() -> None:
-    """Sliding friction is a hundredth less than static friction. The difference quotient therefore uses a smaller value of sliding
-    friction."""
+    """Static and sliding friction are equal. The difference quotient therefore uses a smaller value of sliding friction."""
     static = {**SLIDER["joints"]["rail"], "friction": {"force": "4 N", "mu": 0.5, "mu_static": 0.5}}
     s = trunnion.sensitivity({**SLIDER, "joints": {"rail": static}}, ["joints.rail.friction.mu"], [X], until=0.8, every=0.1)
     assert s.d(X, "joints.rail.friction.mu") == pytest.approx(4.0 * slid_slopes(2.0, 1.0, s.time)[:, 0], abs=1e-7)

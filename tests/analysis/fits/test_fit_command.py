@@ -20,7 +20,7 @@ Said = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the glider and two measured runs, in millimetres, with an unused column."""
+    """A folder with the scene of the glider and two measured runs in millimetres. The file of each run has an unused column."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "glider.json").write_text(json.dumps(scene_to_dict(scene_given(GLIDER))))
     for name, seed, q in (("a", 1, 0.1), ("b", 2, -0.2)):

@@ -1,4 +1,4 @@
-"""A fit requested as one document, as in a batch, has the results of the functions to the bit, for any division into pieces. All
+"""A fit requested as one document equals the fit of the Python functions to the last bit, for any division into pieces. All
 mistakes in the document are reported at once."""
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ def whole() -> FitPlan:
 
 @pytest.fixture(scope="module")
 def rows(whole: FitPlan) -> list[dict[str, Any]]:
-    """The fits of two laws."""
+    """Results of the fits of two laws, as rows."""
     return list(FitRunner(whole).chunk(0, 2).to_pylist())
 
 
 @pytest.fixture(scope="module")
 def evidence() -> trunnion.ModelComparison:
-    """The evidence of the request, computed by the functions."""
+    """The comparison of two laws, computed by ``trunnion.compare``."""
     given: dict[str, Any] = {"runs": RUNS, "own": (Q,), "priors": {QD: "normal(0.5, 0.2)"}}
     return trunnion.compare(GLIDER, LAWS, (QD,), **given)
 

@@ -1,5 +1,5 @@
-"""The fit names numbers that the data cannot separate, and the combinations that the data determine; a prior determines the
-remaining ones."""
+"""The fit names numbers that the data cannot separate, and the combinations that the data determine. A prior determines the
+remaining combinations."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ def test_friction_and_radius_of_a_journal_are_named(found: trunnion.Fit) -> None
 
 
 def test_a_number_that_only_a_prior_determines_has_the_priors_interval(found: trunnion.Fit) -> None:
-    """The data contain no information about the radius alone: its interval is that of the log-normal prior."""
+    """The data contain no information about the radius alone, so the interval of the radius is the interval of the log-normal
+    prior."""
     spread = math.sqrt(math.log(1.0 + 0.2**2))
     middle = math.log(0.03) - 0.5 * spread**2
     i = found.intervals[RADIUS]
@@ -51,8 +52,8 @@ def test_a_number_that_only_a_prior_determines_has_the_priors_interval(found: tr
 
 
 def test_without_a_prior_force_and_coefficient_of_friction_are_undetermined() -> None:
-    """μ F brakes a block, and no value of either number is excluded. Their deviation is infinite, not the result of a
-    pseudo-inverse."""
+    """Friction μ F brakes a block, and the data exclude no value of μ or F. Their standard deviations are infinite, not results of
+    a pseudo-inverse."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.0}}}}
     force, mu = "joints.rail.friction.force", "joints.rail.friction.mu"
     time = np.linspace(0.0, 1.0, 12)
@@ -71,7 +72,7 @@ def test_without_a_prior_force_and_coefficient_of_friction_are_undetermined() ->
 
 
 def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> None:
-    """Slopes of a·b, of c²·d and of e: two groups, each with its combination; e is in neither group."""
+    """The data are slopes of a·b, c²·d and e. The fit reports two groups, each with one combination; e is in neither group."""
     random = np.random.default_rng(2)
     x, y, z = random.normal(size=(3, 40))
     J = 1e3 * np.column_stack([x, x, 2 * y, y, z])
@@ -86,7 +87,7 @@ def test_groups_that_have_nothing_to_do_with_each_other_are_named_apart() -> Non
 
 
 def test_numbers_that_noise_makes_inseparable_are_named_until_profiles_decide() -> None:
-    """Two slopes differ by a thousandth, and the measurement is no more precise. The numbers are inseparable with this noise, but
+    """Two slopes differ by 0.1 %, which is less than the noise can resolve. The numbers are inseparable with this noise, but
     separable with less noise."""
     random = np.random.default_rng(3)
     x, y = random.normal(size=(2, 40))

@@ -62,8 +62,8 @@ def measured(mu: float, drag: float = 0.02) -> tuple[np.ndarray, dict[str, np.nd
 
 
 def test_a_search_that_would_leave_the_valid_range_stays_inside_it() -> None:
-    """Data with almost no friction, and a first guess ten times the friction that stops the arm. The first steps of the search
-    would lead below zero."""
+    """The data have almost no friction, and the first guess of friction is high. Without bounds, the first steps of the search
+    would give negative friction."""
     time, curves = measured(1e-3)
     found = trunnion.fit("friction_identification", [MU], time, curves, overrides={MU: 0.5})
     assert found.converged
@@ -71,8 +71,8 @@ def test_a_search_that_would_leave_the_valid_range_stays_inside_it() -> None:
 
 
 def test_a_bound_that_the_data_point_beyond_is_where_the_search_ends() -> None:
-    """With more dry friction than the arm has, the drag would have to drive the arm. The answer is the bound, not an abort,
-    although the search begins there."""
+    """The assumed dry friction exceeds the friction in the data, so the best drag would be negative. The result is the bound zero,
+    although the search also starts at zero."""
     time, curves = measured(0.05, 1e-6)
     found = trunnion.fit("friction_identification", [DRAG], time, curves, overrides={MU: 0.2, DRAG: 0.0})
     assert 0.0 <= found.values[DRAG] < 1e-4

@@ -1,5 +1,5 @@
-"""Intervals contain the true values as often as they claim: for synthetic measurements with noise, of motions that include a
-stop."""
+"""Intervals contain the true values with the stated probability. The data are synthetic noisy measurements of motions that include
+a stop."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def held(seed: int, noise: float | None) -> list[bool]:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_intervals_hold_the_truth_with_their_stated_probability(noise: float | None) -> None:
-    """40 sets, intervals of 90 %. The number of intervals with the true value is binomial. It lies in a range that is missed in one
-    case in a thousand on each side."""
+    """The test computes 90 % intervals from 40 data sets. The number of intervals that contain the true value is binomial. The
+    accepted range excludes 0.05 % of this distribution on each side."""
     counts = np.sum([held(s, noise) for s in range(SETS)], axis=0)
     low, high = stats.binom.ppf([0.0005, 0.9995], SETS, LEVEL)
     assert all(low <= c <= high for c in counts)
@@ -56,8 +56,9 @@ def test_intervals_hold_the_truth_with_their_stated_probability(noise: float | N
 
 @pytest.mark.slow
 def test_intervals_of_the_engines_own_fits_hold_the_truth() -> None:
-    """100 of the sets of ``python -m tests.benchmarks.numerical_error.fit_interval_coverage``, by the engine's runs and slopes. 93
-    to 97 % of the 95 % intervals must contain the true value, give or take two standard errors of 100 sets."""
+    """The test fits 100 of the data sets of ``python -m tests.benchmarks.numerical_error.fit_interval_coverage``, with the engine's
+    runs and slopes. Of the 95 % intervals, 93 to 97 % must contain the true value, plus or minus two standard errors of 100
+    sets."""
     both = covered(100)["all"]
     for count in (both.local, both.profile):
         share = count / both.intervals

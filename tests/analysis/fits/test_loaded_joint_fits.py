@@ -16,7 +16,7 @@ TORQUE, NOISE, SETS = "elbow.drive.effort[1]", 2.0, 500
 
 @cache
 def robot() -> tuple[Scene, MeasuredRun]:
-    """A driven elbow, and the exact torque of its drive. The weight of the arm acts with the motion and against it."""
+    """A driven elbow, and the exact torque of its drive. The arm's weight alternately assists and opposes the motion."""
     joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "arm", "friction": TRUTH,
              "drive": {"harmonic": {"amplitude": 1.2, "frequency": 0.53, "offset": 0.3}}}  # fmt: skip
     arm = {"mass": 20, "center": [0.5, 0, 0], "inertia": [1, 1, 1]}

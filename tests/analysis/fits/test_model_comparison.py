@@ -33,7 +33,8 @@ RUB = "joints.rail.friction."
 
 
 def test_the_criteria_are_those_of_the_normal_likelihood() -> None:
-    """BIC and AICc of a regression with three numbers, its noise among them, by the densities of its residuals."""
+    """The reference for BIC and AICc is the normal density of the residuals of a regression. The regression has three parameters,
+    including the deviation of the noise."""
     y = noisy(1)
     found = trunnion.fit(GLIDER, [Q, QD], TIME, {X: y}, intervals=False)
     r = y - LINE @ regression(LINE, y, 0.95)[0]
@@ -53,7 +54,8 @@ def test_too_few_values_for_their_numbers_have_no_aicc() -> None:
 
 @pytest.fixture(scope="module")
 def stribeck() -> trunnion.ModelComparison:
-    """Two laws on a block whose static friction is half as much again as its friction in fast sliding."""
+    """Comparison of Coulomb's and Stribeck's law for a block. The block's static friction is 1.5 times its friction in fast
+    sliding."""
     scene = {**SLIDER, "joints": {"rail": {**SLIDER["joints"]["rail"], "friction": {"force": "2 N", "mu": 1.2}}}}
     own = {RUB + "law": "stribeck", RUB + "mu": 1.0, RUB + "mu_static": 1.5, RUB + "v_stribeck": 0.5}
     run = trunnion.simulate(scene, 0.8, 0.02, rtol=1e-9, overrides=own, outputs=[X])
@@ -73,7 +75,7 @@ def test_the_law_that_made_the_data_is_found(stribeck: trunnion.ModelComparison)
 
 
 def test_laws_with_the_same_curves_are_reported_as_alike() -> None:
-    """A block that slides to rest, by Coulomb's law and by its regularised form."""
+    """A block slides to rest under Coulomb's law and under the regularised Coulomb law."""
     time = np.linspace(0.0, 1.0, 13)
     curve = slid(2.0, 1.0, time) + 0.005 * np.random.default_rng(4).normal(size=13)
     told = trunnion.compare(SLIDER, {"coulomb": (), "regularized": ()}, [FORCE, QD], time, {X: curve}, intervals=False)
@@ -100,9 +102,10 @@ def test_a_candidate_that_cannot_be_run_is_kept_with_its_reason(stribeck: trunni
 
 
 def test_differenced_slopes_are_those_of_the_closed_form() -> None:
-    """Slopes of smooth but stiff laws are differences; across the stop of the block they are right up to the square of the step."""
+    """The engine computes slopes of smooth, stiff laws by finite differences. Across the stop of the block, the error is of second
+    order in the step."""
     scene = trunnion.scene.overrides.scene_given(SLIDER, None)
-    time = np.linspace(0.0, 1.0, 12)  # the times leave out the stop itself, where the second derivative is one-sided
+    time = np.linspace(0.0, 1.0, 12)  # the times exclude the stop, where the second derivative is one-sided
     curves = ModelCurves(scene, [FORCE, QD], (), [trunnion.MeasuredRun(time, {X: time}, name="run")], 1e-10)
     at = np.array([2.0, 1.0])
     for found in (curves._differences(at), curves.slopes(at)):
@@ -124,7 +127,7 @@ def information(times: np.ndarray, sizes: np.ndarray, deviation: float) -> np.nd
 
 
 def test_the_gain_of_an_experiment_is_that_of_its_information(line: trunnion.Fit) -> None:
-    """The reference for a straight line is the matrices of its regressions. More precise and longer experiments give more
+    """For a straight line, the matrices of the regressions are the reference. More precise and longer experiments give more
     information."""
     longer, sharper = trunnion.Experiment(until="8 s", every="1 s"), trunnion.Experiment(noise=0.005)
     trials: dict[str, Any] = {"again": {}, "longer": longer, "sharper": sharper}
@@ -145,7 +148,7 @@ def test_a_start_that_has_to_be_found_too_takes_its_share() -> None:
     (again,) = trunnion.propose(found, {"again": {}})
     alone = 0.02 / math.sqrt(np.sum((TIME - TIME.mean()) ** 2))
     assert found.deviation[QD] == pytest.approx(alone, rel=1e-4)
-    # the reference prior changes the deviation by 0.1 %
+    # the reference prior changes the standard deviation by 0.1 %
     assert again.deviation[QD] == pytest.approx(alone / math.sqrt(2.0), rel=1e-2)
 
 

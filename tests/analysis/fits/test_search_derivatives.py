@@ -1,4 +1,5 @@
-"""The search computes slopes only where it accepts a point. Its results are the same, to the bit, as with slopes everywhere."""
+"""The search computes slopes only at accepted points. Its results equal, to the last bit, those of a search that computes slopes at
+every trial."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ class Everywhere(Objective):
 
     @property
     def least(self) -> float:
-        """No lower misfit is known."""
+        """Infinity: every trial then counts as an improvement."""
         return np.inf
 
     @least.setter

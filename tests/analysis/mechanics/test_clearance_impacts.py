@@ -1,4 +1,5 @@
-"""Warnings about clearance: pins cross their bearings at the time and speed of a simulated gap; the limit is the ideal joint."""
+"""Warnings about clearance: a pin crosses its bearing in the time and with the speed of a simulated gap. For a vanishing gap, the
+result tends to the ideal joint."""
 
 from __future__ import annotations
 
@@ -135,7 +136,7 @@ def test_time_and_speed_of_an_impact_equal_those_of_a_simulated_gap() -> None:
 
 
 def test_a_joint_whose_clearance_vanishes_tends_to_the_ideal_joint() -> None:
-    """The time of flight is proportional to the third root of the clearance, and the speed to the square of this root: (12 c
+    """The time of flight t is proportional to the third root of the clearance c. The speed is proportional to t²: (12 c
     m/Ṅ)^(1/3), Ṅ t²/(2 m)."""
     r = simulate(shaken(), until=0.4, every=5e-4)
     slope = PULL * RATE
@@ -153,8 +154,7 @@ def mobility_of_pin(scene: sm.Scene) -> np.ndarray:
 
 
 def test_the_mass_behind_a_pin_is_that_of_the_mechanism_without_it() -> None:
-    """The mechanism's inverse mass at the end of a free bar is 1/m + a²/J across and 1/m along. The mass of a bar on a hinge at its
-    other end is J/L² across; for two bars both terms add."""
+    """The inverse mass at the end of a free bar is 1/m + a²/J across the bar and 1/m along it."""
     bar = sm.Body(box=(0.6, 0.04, 0.04), mass=3.0, center=(0.3, 0.0, 0.0))
     scene = sm.Scene({"bar": bar}, {"pin": sm.Joint("revolute", "ground", "bar", axis="y", friction=PIN)}, "bar")
     J = 3.0 * (0.6**2 + 0.04**2) / 12

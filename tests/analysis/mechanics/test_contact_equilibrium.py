@@ -25,8 +25,8 @@ def complementary(K: np.ndarray, f: np.ndarray, floor: np.ndarray) -> np.ndarray
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_coupled_blocks_press_on_their_floors_or_hang_free(seed: int) -> None:
-    """Blocks on vertical rails hang on springs to the ground and to each other; each has a floor. Half of them start on it. Those
-    that hang vibrate."""
+    """Blocks on vertical rails hang on springs to the ground and to each other. Each block has a floor, and about half of the
+    blocks start on their floors. Hanging blocks vibrate."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 4))
     mass, own, tie = rng.uniform(0.5, 2, n), rng.uniform(20, 90, n), rng.uniform(20, 90, n - 1)

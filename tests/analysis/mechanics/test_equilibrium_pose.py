@@ -1,5 +1,4 @@
-"""Poses of rest of a mechanism, and the range in which friction holds it: compared with statics of the same poses in closed
-form."""
+"""Rest poses of a mechanism, and the ranges in which friction holds it, compared with closed-form statics of these poses."""
 
 from __future__ import annotations
 
@@ -58,7 +57,7 @@ def pinned(torque: float, **joint: Any) -> sm.Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("below", [0.3, 1e-2, 1.5e-3, 1e-5, 1e-8])
 def test_friction_just_too_weak_to_hold_a_pendulum_everywhere_has_a_band_with_ends(below: float) -> None:
-    """The band ends where m g l sin q equals the torque. Beyond it a pose can hold again, near the top."""
+    """The band about the lower pose ends where m g l sin q equals the torque. Near the top, friction holds the pendulum again."""
     (band,) = equilibrium(pinned(0.981 * (1.0 - below))).bands
     end = np.arcsin(1.0 - below)
     near = 1e-12 / np.cos(end)  # round-off of the share, divided by its slope over the angle
@@ -114,7 +113,8 @@ def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(8))
 def test_blocks_on_rails_rest_against_stiff_stops_by_hooke(seed: int) -> None:
-    """Each rail carries the next; its load, spring and stop act only along it. Loads have their values at t = 0."""
+    """Each rail carries the next rail. The load, spring and stop of a rail act only along this rail. Loads have their values at t =
+    0."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 5))
     load, spring, stop = rng.uniform(-20, 20, n), rng.uniform(50, 500, n), 10 ** rng.uniform(3, 6, n)
@@ -161,7 +161,7 @@ def _ends(bands: Any) -> list[tuple[float | None, float | None]]:
 @pytest.mark.default_cases(6)
 @pytest.mark.parametrize("seed", range(60))
 def test_bands_about_the_given_pose_and_the_unstable_rest_of_a_pendulum_end_where_its_weight_overcomes_friction(seed: int) -> None:
-    """m g l |sin(q − q₀)| = torque, with q₀ along gravity. Given poses lie 1e-6 rad inside and outside of both bands."""
+    """m g l |sin(q − q₀)| = torque, with q₀ along gravity. Given poses lie 1e-6 rad inside and outside of the bands."""
     rng = np.random.default_rng(seed)
     down, share, near = float(rng.uniform(-1, 1)), float(rng.uniform(0.02, 0.98)), float(rng.choice([-1e-6, 1e-6]))
     half, top, side = float(np.arcsin(share)), bool(rng.random() < 0.5), float(rng.choice([-1, 1]))
@@ -181,7 +181,7 @@ def test_bands_about_the_given_pose_and_the_unstable_rest_of_a_pendulum_end_wher
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("seed", range(40))
 def test_a_block_on_a_slope_is_held_everywhere_or_falls(seed: int) -> None:
-    """tan α = μ: without friction the block has no rest; 1e-6 below, friction holds it wherever it is."""
+    """Without friction, the block has no rest pose. Just below the slope tan α = μ, friction holds the block in every position."""
     rng = np.random.default_rng(seed)
     mu, more, size = float(rng.uniform(0.05, 1.0)), float(rng.choice([-1e-6, 1e-6])), float(rng.uniform(0.02, 0.1))
     slope = np.arctan(mu) * (1 + more)

@@ -1,4 +1,4 @@
-"""The efforts of a run are found again from its motion."""
+"""Inverse dynamics recovers the efforts of a run from its motion."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def test_efforts_of_a_run_with_friction_are_found_again_from_its_motion() -> Non
 
 
 def test_coordinates_alone_are_enough_where_nothing_turns_round() -> None:
-    """At a spacing of 2 ms and with splines of degree 5, accelerations are precise to the fourth power of the spacing."""
+    """The samples are 2 ms apart, and the splines have degree 5. The error of the accelerations is of fourth order in the
+    spacing."""
     scene = arm(2)
     r = simulate(scene, until=0.2, every=0.002, rtol=1e-12)
     assert not any(e.kind == "reversal" for e in r.events)
@@ -84,8 +85,7 @@ def test_loads_act_at_the_times_of_the_motion(seed: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_wheels_turn_on_by_more_than_a_tooth_from_time_to_time(seed: int) -> None:
-    """The numbers of teeth determine the angles; the inertia seen by the first wheel determines the effort. Earlier, wheels slipped
-    to the nearest tooth."""
+    """The numbers of teeth determine the angles; the inertia seen by the first wheel determines the effort."""
     rng = np.random.default_rng(seed)
     teeth = [int(n) for n in rng.integers(12, 80, 4)]
     inertia = rng.uniform(0.01, 0.2, 4)
@@ -105,7 +105,7 @@ def test_wheels_turn_on_by_more_than_a_tooth_from_time_to_time(seed: int) -> Non
 
 
 def test_in_a_loop_one_motion_takes_all_with_it() -> None:
-    """The crank of a crank-slider follows its motion in a run. Its effort is zero, because no drive moved it in the run."""
+    """The crank of a crank-slider follows the motion of a run. Its effort is zero, because no drive acted in the run."""
     scene = load_scene("crank_slider_free")
     r = simulate(scene, until=0.3, every=0.01, rtol=1e-10)
     crank = next(n for n, j in scene.joints.items() if j.type == "revolute" and "ground" in str(j.inboard))

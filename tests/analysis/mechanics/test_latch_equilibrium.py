@@ -20,7 +20,8 @@ CASES = [(seed, kernel) for seed in range(4) for kernel in KERNELS[: 1 + (seed =
 
 
 def raised(seed: int, friction: float = 0.0, **latch: object) -> tuple[float, float, sm.Scene]:
-    """An arm that has been lifted past a hook, which holds it. Returns the place and stiffness of the hook, and the scene."""
+    """An arm that has been lifted past a hook and rests on this hook. Returns the place and stiffness of the hook, and the
+    scene."""
     rng = np.random.default_rng(seed)
     at, stiff, above = -rng.uniform(0.2, 1.2), 10 ** rng.uniform(3, 6), rng.uniform(0.05, 0.3)
     own = ", ".join(f"{k}: {v}" for k, v in {"at": at, "keeps": "below", "stiffness": stiff, **latch}.items())
@@ -64,8 +65,8 @@ def test_a_hook_that_begins_down_carries_from_the_start_what_presses_it(seed: in
     at, stiff, scene = raised(seed, down="true")
     q = rests(at, stiff)
     r = simulate(scene, rtol=1e-10, kernel=kernel, overrides={"joints.hinge.start.q": q})
-    assert np.abs(r["hinge.q[1]"] - q).max() < 1e-2 * (q - at)  # so stiff a hook brings explicit steps near their stability limit
+    assert np.abs(r["hinge.q[1]"] - q).max() < 1e-2 * (q - at)  # explicit steps are near their stability limit at this stiffness
     assert r["hinge.latch.effort[1]"] == pytest.approx(-MASS * G * HALF * np.cos(q), rel=1e-2)
     assert not r.events
     falls = simulate(scene, kernel=kernel, overrides={"joints.hinge.start.q": q, "joints.hinge.latch.holds": 1e-3})
-    assert falls["hinge.q[1]"][-1] > q + 0.5  # a start under too large a load is released, too
+    assert falls["hinge.q[1]"][-1] > q + 0.5  # the hook releases the arm if the load is too large at the start

@@ -123,7 +123,7 @@ def test_a_pendulum_is_linearised_as_by_hand() -> None:
 
 
 def test_a_linearisation_predicts_a_small_change(tmp_path: Path) -> None:
-    """Over 20 ms, a small push changes the motion as the linear system predicts, up to the square of the push's effect."""
+    """Over 20 ms, the linear system predicts the effect of a small push on the motion. The error is of second order in the push."""
     scene = pushed_chain()
     linear = trunnion.linearize(scene, outputs=["two.b.position*"])
     h, push = 0.002, 0.1

@@ -1,4 +1,5 @@
-"""Wear is k ∫ N |v| dt, compared with friction's own work and with closed forms. The wear around the pin sums to all of it."""
+"""Wear is k ∫ N |v| dt, compared with friction's own work and with closed forms. The wear of all bins around the pin sums to the
+total wear."""
 
 from __future__ import annotations
 
@@ -97,7 +98,7 @@ def pieces(ends: np.ndarray, random: np.random.Generator) -> list[np.polynomial.
 
 @pytest.mark.parametrize("seed", range(6))
 def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_digits(seed: int) -> None:
-    """Cases: rows on a regular grid and off it; rows at the events themselves, which belong to no span; simultaneous events."""
+    """Cases: rows on a regular grid; rows off this grid; rows at events, which belong to no span; simultaneous events."""
     random = np.random.default_rng(seed)
     ends = np.array([0.0, 0.3, 0.71, 1.0])
     grid = np.arange(0, 101) / 100 if seed % 2 else np.sort(np.concatenate([[0.0, 0.3, 1.0], random.uniform(0, 1, 60)]))
@@ -114,7 +115,7 @@ def test_polynomials_of_degree_five_between_events_are_integrated_to_the_last_di
 def test_a_span_with_few_rows_is_integrated_from_the_rows_that_it_has() -> None:
     time, events = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), [1.5, 1.6, 2.5, 3.5, 3.75]
     found = integral(time, np.array([[2.0, 4.0, 7.0, 1.0, 5.0]]), events)[0]
-    # before: a line through the two rows up to 1.5; from 1.5 to 1.6 there is no row, and the row before counts
+    # ``before``: a line through the first two rows up to 1.5; no row lies between 1.5 and 1.6, so the row at 1.0 counts
     before = (2 * 1.5 + 1.5**2) + 0.1 * 4.0
     ends = before + 0.9 * 7.0 + 1.0 * 1.0 + 0.25 * 1.0 + 0.25 * 5.0
     assert found == pytest.approx([0.0, 3.0, before + 0.4 * 7.0, before + 0.9 * 7.0 + 0.5 * 1.0, ends])
@@ -168,8 +169,7 @@ def test_the_command_counts_runs_to_a_depth(tmp_path: Path, capsys: pytest.Captu
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.slow
 def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
-    """A pendulum strikes a stop, and the load agrees with friction's own work. Earlier, rows missed the contact (a third of the
-    load at 1e8 N m/rad), belonged to another motion (a tenth less at 1e-4), or did not exist (0 by rosenbrock)."""
+    """A pendulum strikes a stop, and the load agrees with friction's own work."""
     rng = np.random.default_rng(seed)
     mu = rng.uniform(0.05, 0.2)
     rub = sm.Friction(mu=mu, radius=0.01, half_length=0.02)
@@ -193,8 +193,7 @@ def test_wear_beside_stiff_stops_does_not_depend_on_the_rows(seed: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("family", "seed"), [("screw_levers", 1), ("racks", 0), ("grippers", 1), ("hooks_in_loops", 0)])
 def test_loads_of_random_mechanisms_are_the_work_of_friction_over_its_ratio(family: str, seed: int) -> None:
-    """Each run has 200 rows. Earlier, the load was computed from these rows alone: a lever near its jam had two thirds of its load,
-    and racks were refused."""
+    """Each run has 200 rows."""
     scene = crossed(family, seed)
     until = min(scene.simulation.until or 1.0, 1.0)
     r = simulate(scene, until=until, every=until / 200, rtol=1e-8)

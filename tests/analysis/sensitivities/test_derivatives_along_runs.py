@@ -66,7 +66,7 @@ def test_a_pendulum_of_small_swing_has_the_derivative_of_its_closed_form() -> No
 
 
 def test_a_run_that_stays_at_rest_has_accurate_derivatives() -> None:
-    """The run has no error, so that it makes one long step. The derivative dx/dx₀ = cos(t √(k/m)) needs shorter ones."""
+    """The state is constant, so the integrator takes one long step. The derivative dx/dx₀ = cos(t √(k/m)) needs shorter steps."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "oscillator", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
@@ -135,7 +135,7 @@ class TestCoulomb:
             r = trunnion.simulate(scene, 2.0, rtol=1e-11, method="rk8", overrides={"joints.ball.friction.mu": 0.6 + sign * h})
             stops.append([e.time for e in r.events])
         for k, e in enumerate(s.events):
-            # errors: h², and the tolerance of event times
+            # errors: of order h², and the tolerance of event times
             assert e.shift[0] == pytest.approx((stops[1][k] - stops[0][k]) / (2 * h), rel=1e-5)
 
     def test_derivatives_of_sliding_and_turning_at_once_are_those_of_differences(self) -> None:
@@ -163,8 +163,8 @@ class TestCoulomb:
 
 
 def test_derivatives_by_the_time_of_a_kink_of_a_signal_are_those_of_the_closed_form() -> None:
-    """A force that steps up steeply at ``begin``: x = a (t − b)²/2 after it; dx/db = −a (t − b). The ramp lasts 1 ms. The name of
-    the joint is also the name of a key, and must not be mistaken for the key."""
+    """A force rises within 1 ms at the time ``begin`` (b). The position is then x = a (t − b)²/2, and dx/db = −a (t − b). The joint
+    has the name of a key; the program must not take it for the key."""
     scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
         "schema": 1, "name": "pushed", "gravity": [0, 0, 0],
         "bodies": {"m": {"mass": 2.0, "inertia": [1, 1, 1]}},
@@ -222,7 +222,7 @@ def test_measured_curves_give_back_the_friction_they_were_made_with() -> None:
 
 
 def test_derivatives_that_grow_without_bound_end_by_a_name() -> None:
-    """A pendulum that stands upright: the motion is one long step, and its derivative with respect to the start angle is cosh(99
+    """A pendulum starts in its upright pose: the motion is one long step. The derivative with respect to the start angle is cosh(99
     t)."""
     body = {"mass": 1.0, "inertia": [1e-9] * 3, "center": [0, 0, 1e-3]}
     joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "top", "start": {"q": 0.0}}

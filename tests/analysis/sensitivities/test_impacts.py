@@ -68,7 +68,7 @@ def arms(rng: np.random.Generator, law: str) -> tuple[Scene, tuple[str, ...]]:
 
 
 def follower(rng: np.random.Generator, law: str) -> tuple[Scene, tuple[str, ...]]:
-    """A cam follower that floats and lands."""
+    """A cam follower that lifts off and lands."""
     angle = np.linspace(0.0, 2 * np.pi, 25)
     radius = 0.03 + 0.006 * np.exp(-8.0 * (1 - np.cos(angle - np.pi)))
     speed = float(rng.uniform(80, 120))
@@ -87,7 +87,8 @@ FAMILIES = ((rod, "fly.q[*]", 0.5), (arms, "*er.q[1]", 0.6), (follower, "guide.q
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(102))
 def test_derivatives_across_impacts_are_those_of_neighbouring_runs(seed: int) -> None:
-    """Newton's and Poisson's law with friction of the contact and of joints, against differences of order four."""
+    """Impacts by Newton's and Poisson's laws, with friction in the contact and in joints, compared with differences of order
+    four."""
     make, outputs, until = FAMILIES[seed % len(FAMILIES)]
     rng = np.random.default_rng(seed)
     made, names = make(rng, ("newton", "poisson")[seed % 2])

@@ -24,7 +24,7 @@ MU, SECOND = "joints.shoulder.friction.mu", "bodies.lower.density"
 
 
 def arms(shoulder: dict[str, Any], elbow: dict[str, Any], **more: Any) -> Scene:
-    """Two arms one after the other, in gravity across their axes."""
+    """Two arms in series; gravity acts across their axes."""
     joint = {"type": "revolute", "axis": "z"}
     return scene_from_dict({
         "schema": 1, "name": "arms", "gravity": [0, -9.81, 0], "bodies": {"upper": ARM, "lower": ARM},
@@ -65,7 +65,7 @@ def test_how_fast_a_motion_follows_an_input_that_stays_does_not_matter() -> None
 
 
 def test_the_kink_of_a_ramp_is_no_event_beside_an_input() -> None:
-    """Where a drive's acceleration jumps at a fixed time, derivatives are continuous: no note and no shift occurs."""
+    """Derivatives are continuous where a drive's acceleration jumps at a fixed time. The result contains no note and no event."""
     ramp = {"ramp": {"start": 0.0, "end": 3.0, "begin": 0.1, "duration": 0.05}}
     scene = arms({"effort": {"input": "torque"}}, {"drive": ramp}, **TORQUE)
     s = trunnion.sensitivity(scene, [SECOND], ["shoulder.q[1]"], 0.3)

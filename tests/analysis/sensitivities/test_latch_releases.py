@@ -64,8 +64,7 @@ def test_a_shaft_that_rubs_has_derivatives_across_the_release_of_its_latch(lets_
 @pytest.mark.default_cases(7)
 @pytest.mark.parametrize("seed", range(8))
 def test_an_end_stop_is_no_unknown_cause(seed: int) -> None:
-    """The stop's force is continuous. Earlier, round-off of the instant of contact counted as a jump, and all later derivatives as
-    unreliable."""
+    """The stop's force is continuous. Round-off of the contact's instant does not count as a jump."""
     rng = np.random.default_rng(seed)
     stop = {"stiffness": 10 ** rng.uniform(2.0, 6.0), "upper": rng.uniform(0.3, 0.7), "damping": rng.uniform(0.0, 0.4)}
     joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "start": {"qd": 3.0}, "end_stops": stop}

@@ -1,5 +1,5 @@
-"""The integration of tangents (derivatives along a run) solves for the multipliers in C, with the results of the solver in
-Python."""
+"""The integration of tangents (derivatives along a run) solves for the multipliers in C. Its results equal those of the Python
+solver."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def four_bar(
 
 
 def guide(height: float) -> dict[str, Any]:
-    """A sleeve of 20 N with half length 60 mm; a force pushes it along its guide at ``height`` above it."""
+    """A sleeve of 20 N with half length 60 mm. A force at ``height`` above the guide pushes the sleeve along the guide."""
     sizes = {"mu": 0.2, "half_length": 0.06, "half_width": 0.01, "half_height": 1e-6}
     return {
         "schema": 1, "gravity": [0, 0, -10],

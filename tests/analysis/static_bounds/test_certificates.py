@@ -1,4 +1,4 @@
-"""A result that is called certain is based on an existing state; a load that is called open can change a force."""
+"""A result reported as certain is based on a state that exists. A load reported as open can change a force."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from trunnion.analysis.static_bounds.sum_of_norms_program import Program, Row
 
 
 def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
-    """A body that hangs on a ball with friction; a force pushes it off its middle. Any such force has a torque about the contact's
-    normal."""
+    """A body hangs on a ball with friction. A force pushes the body aside, and has a torque about the normal of the contact."""
     center, point = rng.uniform(0.001, 0.02, 3) * (1, 1, -1), rng.uniform(0.001, 0.02, 3)
     body = {"mass": 2, "inertia": [0.02] * 3, "center": center.tolist(), "points": {"p": (center + point).tolist()}}
     joint = {"type": "spherical", "inboard": "ground", "outboard": "b", "friction": {"mu": 0.5, "radius": 0.1}}
@@ -85,8 +84,7 @@ def test_equilibrium_leaves_nothing_open_in_a_thread_that_carries_a_weight(pitch
 
 @pytest.mark.parametrize(("components", "again"), [(1, False), (2, True)])
 def test_a_cell_is_examined_again_only_for_cuts_that_it_lacks(components: int, again: bool) -> None:
-    """The linear program may miss the norm of one component by its tolerance, which no cut changes. Earlier, each search in a
-    scissor lift examined such cells a thousand times."""
+    """The linear program may miss the norm of one component by its tolerance. No cut changes this error."""
     V, X, cell = np.eye(components, 3), np.array([3.0, 2.0, 1.0]), Cell()
     search = Search(Program((V,), (), Row(np.array([1.0, 0.0, 0.0]))), SearchBudget(CELLS))
     norms = np.array([np.linalg.norm(V @ X)])

@@ -1,4 +1,5 @@
-"""Largest change of contact forces that friction can cause: no admissible state lies beyond it, and searches begin within it."""
+"""Bounds of the change of contact forces that friction can cause. No admissible state lies beyond the bounds, and searches begin
+within them."""
 
 from __future__ import annotations
 
@@ -65,8 +66,7 @@ def test_a_loop_with_a_ball_that_nothing_holds_is_reported_at_once() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_a_search_attains_what_it_certifies_where_ten_directions_are_open(seed: int) -> None:
-    """Self-stress loads every pin of a press to its capacity. Earlier, a search regarded a relaxation without all tangents as
-    exact, and reached a random value between 0.0005 and 1."""
+    """Self-stress loads every pin of a press to its capacity. A relaxation without all tangents is not exact."""
     mu = np.random.default_rng(seed).uniform(0.05, 0.4, 4)
     pins = {f"joints.{j}.friction.mu": float(x) for j, x in zip(("head", "knee_upper", "knee_lower", "wrist"), mu, strict=True)}
     st = statics(scene_given("toggle_press", pins))

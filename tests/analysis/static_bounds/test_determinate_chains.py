@@ -1,4 +1,4 @@
-"""Statically determinate chains: bounds equal the only solution, and runs just within them do not move."""
+"""Statically determinate chains: bounds equal the only solution. Runs with loads just within the bounds do not move."""
 
 from __future__ import annotations
 
@@ -100,8 +100,7 @@ def test_bounds_of_many_chains_are_those_of_runs(seed: int, kind: str) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [211, 3, 17, 24, 25, 27, 30, 34, 36, 213, 218])
 def test_the_only_state_of_a_shaft_has_the_share_of_the_kernel(seed: int) -> None:
-    """For a shaft, bounds of the capacity do not decide whether the chain holds. Earlier, the result for chains that hold (seeds
-    from 211) was only "possible"."""
+    """For a shaft, bounds of the capacity do not decide whether the chain holds."""
     scene = chain(seed, "cylindrical")
     one, found = hold(scene), hold(scene, bounds=True, cells=20)
     assert found.holds == "certain"
@@ -111,14 +110,14 @@ def test_the_only_state_of_a_shaft_has_the_share_of_the_kernel(seed: int) -> Non
 
 
 def test_the_share_of_a_ball_is_closed_without_a_search() -> None:
-    """Earlier, cells of a ball's three components left a gap of 6e-5."""
+    """The least and the largest share of the ball equal its only share, although the search has only two cells."""
     scene = chain(200, "spherical")
     (one,), (found,) = hold(scene).pairs, hold(scene, bounds=True, cells=2).pairs
     assert [found.share.least.certified, found.share.largest.certified] == pytest.approx([one.share] * 2, rel=1e-12)
 
 
 def test_a_load_that_presses_a_pin_without_limit_has_no_largest_possible_amount() -> None:
-    """Earlier, a cone that is nearly a half space was cut off: the chain moved "at 29,601 N at the latest", and did not."""
+    """A cone of the pin is nearly a half space. The bounds must contain this cone as a whole."""
     scene = chain(218, "revolute")
     assert not moves(scene, 29602.0)
     assert hold(scene, bounds=True, cells=20).load("inputs.u").more.possible.certified == math.inf
@@ -127,7 +126,7 @@ def test_a_load_that_presses_a_pin_without_limit_has_no_largest_possible_amount(
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "spherical", "screw"])
 def test_a_chain_without_load_holds(kind: str) -> None:
-    """The pairs carry no load and could not resist any. Earlier, the result was "possible", with shares from inf to -inf."""
+    """The pairs carry no load and cannot resist any load."""
     scene = chain(3, kind, gravity=0.0)
     scene = replace(scene, joints={n: replace(j, friction=scene.joints["j0"].friction) for n, j in list(scene.joints.items())[:1]},
                     bodies={"b0": scene.bodies["b0"]}, forces={"f": replace(scene.forces["f"], on="b0.p")})  # fmt: skip

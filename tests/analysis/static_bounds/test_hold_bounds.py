@@ -47,8 +47,9 @@ def test_a_load_asked_for_alone_is_that_of_all_bounds() -> None:
 
 
 def test_a_door_is_sure_to_hold_what_its_four_contacts_carry_with_the_longest_arms() -> None:
-    """Radial loads f_i at heights ±s/2 ± c carry the moment M = W·arm, with Σ|f| ≥ M over the largest height, 2 M/(s + 2c). Thrust
-    friction acts on the whole weight. Couples inside the pins are arbitrary, so that no torque certainly turns the door."""
+    """Radial loads f_i at heights ±s/2 ± c carry the moment M = W·arm. Σ|f| is at least M divided by the largest height, 2 M/(s +
+    2c). Thrust friction acts on the whole weight. Couples inside the pins are arbitrary, so that no torque certainly turns the
+    door."""
     moment = scenes.WEIGHT * scenes.ARM
     radial = 2.0 * moment / (scenes.SPACING + 2.0 * scenes.HALF)
     held = scenes.RADIUS * sine(scenes.MU) * radial + scenes.THRUST * scenes.MU * scenes.WEIGHT
@@ -110,15 +111,16 @@ def test_a_four_bar_rests_while_lines_of_force_keep_within_its_friction_circles(
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("height", "held"), [(0.15, 4.0), (0.29, 4.0), (0.31, math.inf)])
 def test_a_guide_pushed_from_high_enough_locks_itself(height: float, held: float) -> None:
-    """The guide's ends press with max(W, P h/c). It holds P ≤ μ W, and any P where μ h/c ≥ 1 (h = 0.3 m)."""
+    """The guide's ends press with max(W, P h/c). The guide holds P ≤ μ W, and any P where μ h/c ≥ 1 (h = 0.3 m)."""
     load = load_alone(scenes.guide(height), "forces.push")
     assert load.more.guaranteed.certified == pytest.approx(held, rel=CLOSED)
     assert load.more.possible.certified == pytest.approx(held, rel=CLOSED)
 
 
 def test_a_beam_on_three_supports_certainly_holds_the_load_that_its_smoothest_supports_hold() -> None:
-    """Least Σ μ_i |f| over forces at the ends of all guides with Σ f = W, Σ x f = 1.2 m W. Most of the load is on the smoothest
-    guide, at x = 0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold any push."""
+    """The reference is the least Σ μ_i |f| over all forces at the ends of the guides with Σ f = W and Σ x f = 1.2 m W. Most of the
+    load is on the smoothest guide, at x = 0.05 and 2.05 m, 0.425·0.1 + 0.575·0.2 of W. Guides that press against each other hold
+    any push."""
     load = load_alone(scenes.beam(), "joints.s0.effort", 8)
     assert load.more.guaranteed.value == pytest.approx(15.75, rel=1e-6)  # friction has an arm of 1e-6 m
     assert load.more.guaranteed.certified == pytest.approx(15.75, rel=1e-6)
@@ -126,7 +128,7 @@ def test_a_beam_on_three_supports_certainly_holds_the_load_that_its_smoothest_su
 
 
 def test_a_rod_that_hangs_from_a_ball_holds_the_torque_of_its_friction_either_way() -> None:
-    """The ball carries W and holds r W sin φ; the mass centre takes W·offset of this torque."""
+    """The ball carries W and holds r W sin φ. The offset of the mass centre takes W·offset of this torque."""
     load = load_alone(scenes.rod(), "forces.turn")
     held, lean = 0.01 * 20.0 * sine(0.2), 20.0 * 1e-3
     ends = [load.less.guaranteed, load.less.possible, load.more.guaranteed, load.more.possible]

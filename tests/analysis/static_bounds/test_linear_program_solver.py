@@ -1,4 +1,4 @@
-"""Linear programs compared with their dual: the two values bound each other from both sides."""
+"""Linear programs compared with their duals: the two optimal values bound each other from both sides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounds at rest under a budget or Ctrl-C: they contain only what is certified at that time."""
+"""A budget or Ctrl-C ends the search for bounds at rest. The bounds then contain only what the search has certified."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CLOSED = 1e-8
 
 
 class Interrupted(SearchBudget):
-    """A budget that ends for good after this number of checks."""
+    """A budget that is spent after this number of checks and stays spent."""
 
     def __init__(self, looks: int) -> None:
         super().__init__(CELLS)
@@ -55,8 +55,8 @@ def test_a_search_that_is_cut_short_certifies_no_more_than_a_whole_one(looks: in
 
 @pytest.mark.slow
 def test_hardly_a_linear_program_is_solved_once_the_budget_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The search may end anywhere, also while it computes the first cones. After the end, the search solves at most the programs of
-    one vector and one program of the next question."""
+    """The budget may end at any check, even while the search computes the first cones. After the end, the search solves at most the
+    programs of one vector and one program of the next question."""
     st, solve = statics(scene_given(scenes.four_bar(cross=True))), Relaxation._solve
 
     class Until(SearchBudget):

@@ -1,4 +1,4 @@
-"""Charts: errors are true errors, failures are points, files hold the measured values."""
+"""Charts plot true errors, show failures as points, and store the measured values in files."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_a_fixed_step_halved_divides_the_error_by_the_order(swing: WorkPrecision
 
 
 def test_the_regularised_law_has_an_error_of_its_own_that_no_tolerance_removes(rubbing: WorkPrecision) -> None:
-    """The error is of first order in v_eps. Compared with v_eps 1e-3, the law with 1e-2 has the same error at 1e-7 and 1e-10."""
+    """The error is of first order in v_eps. The error of the law with v_eps 1e-2 is the same at the tolerances 1e-7 and 1e-10."""
     rough = [p for p in rubbing.points if p.v_eps == 1e-2 and not p.fixed and p.rtol <= 1e-7]
     assert all(p.error < 1e-5 for p in rough)
     floor = {round(p.model_error, 6) for p in rough}

@@ -1,4 +1,4 @@
-"""Other programs agree with us where they can: they move the same mechanism, built from the same numbers, in the same way."""
+"""Other programs and Trunnion compute the same motion of a mechanism that is built from the same numbers."""
 
 from __future__ import annotations
 
@@ -71,13 +71,14 @@ def off(
 
 
 def test_scipy_on_our_equations_is_our_motion(spatial: Scene) -> None:
-    assert off(ScipyOnEngine, spatial, Setting("DOP853", 1e-10)) < 1e-7  # the chain amplifies errors of the tolerance
+    assert off(ScipyOnEngine, spatial, Setting("DOP853", 1e-10)) < 1e-7  # the chain amplifies integration errors
 
 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", ["spherical_pendulum", "crank_slider_free", "n_four_bar", "simple_pendulum"])
 def test_closed_forms_are_our_motion(name: str) -> None:
-    """0.6 s is before the first reversal of 8.1. After it, kinks that SciPy does not locate reduce precision."""
+    """The run of 0.6 s ends before the first reversal of 8.1. After the reversal, kinks that SciPy does not locate reduce
+    precision."""
     law = FrictionVariant("regularized", 1e-2) if name == "spherical_pendulum" else FrictionVariant()
     assert off(ScipyOnClosedForm, load_scene(name), Setting("DOP853", 1e-11), 0.6, law) < 1e-8
 

@@ -1,2 +1,2 @@
-"""Ensembles on a graphics processor: a prototype that builds the C library of a mechanism for it, checks its results and measures
-its time."""
+"""A prototype of ensembles on a graphics processor. It builds the C library of a mechanism for the processor, checks the results
+and measures the time."""

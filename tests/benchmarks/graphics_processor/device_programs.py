@@ -1,8 +1,8 @@
 """Programs for a graphics processor, built on a machine without one.
 
 ``python -m tests.benchmarks.graphics_processor.device_programs FOLDER`` writes, for each mechanism, its C library compiled to PTX,
-and the results of some cases by the same C code on this machine. The compiler is that of the kernels. Its back end for NVIDIA's
-processors takes the runtime's C as it is. It needs ``libdevice.10.bc`` (package ``nvidia-nvvm``, or a CUDA toolkit). If
+and the results of some cases by the same C code on this machine. The compiler that compiles the kernels also compiles the runtime's
+unchanged C code for NVIDIA's processors. The script needs ``libdevice.10.bc`` (package ``nvidia-nvvm``, or a CUDA toolkit). If
 ``ptxas`` is found, PTX is assembled, and the largest stack frame is reported. ``ensemble_run.py`` needs only the folder, NumPy and
 the driver.
 """

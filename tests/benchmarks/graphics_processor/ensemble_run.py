@@ -72,7 +72,7 @@ class Device:
         return pointer
 
     def room(self, size: int) -> ctypes.c_void_p:
-        """Memory of the processor, bytes."""
+        """Allocate memory of the processor. size: bytes. Returns the address."""
         pointer = ctypes.c_void_p()
         self.call("cuMemAlloc_v2", ctypes.byref(pointer), ctypes.c_size_t(size))
         return pointer

@@ -1,7 +1,7 @@
 """Requested accuracies compared with true errors and costs: bundled models and random mechanisms, 1e-3 … 1e-9. ``python -m
-tests.benchmarks.numerical_error.accuracy_option_cost [--random N] [--seed WORD]``. The cheapest run is that of three methods at
-half decades of rtol that meets the accuracy with the fewest evaluations. A Jacobian counts as one evaluation for each number of the
-state."""
+tests.benchmarks.numerical_error.accuracy_option_cost [--random N] [--seed WORD]``. The script runs three methods at half decades of
+rtol. The cheapest run is the run that meets the accuracy with the fewest evaluations. A Jacobian counts as one evaluation for each
+number of the state."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ HALVES = tuple(10.0 ** (-k / 2) for k in range(4, 25))
 
 @dataclass
 class Found:
-    """Figures of one scene. Numbers of accuracies that were requested, that were reported as met, and that the true error met.
-    Costs relative to the cheapest run; costs of the tries relative to the chosen run. Expensive runs, accuracies reported as not
-    met, and defects."""
+    """Figures of one scene: numbers of accuracies that were requested, that were reported as met, and that the true error met.
+    Costs are relative to the cheapest run, costs of the tries relative to the chosen run. Lists of expensive runs, of accuracies
+    reported as not met, and of defects."""
 
     name: str
     asked: int = 0

@@ -1,6 +1,6 @@
-"""Exact Coulomb friction: error against stepping time. Example 8.1 (0–5 s) beside its regularised law, and a skew chain of three
-rubbing links that falls and comes to rest (10 s). The reference of each is the same scene at rtol 1e-13. The reference of 8.1 has
-Coulomb's law, so that the error of a regularised run includes the error of its law."""
+"""Error against stepping time with exact Coulomb friction. The scenes are example 8.1 (0–5 s), also with the regularised law, and a
+skew chain of three links with friction that falls and comes to rest (10 s). The reference of each scene is its run at rtol 1e-13.
+The reference of 8.1 has Coulomb's law, so that the error of a regularised run includes the error of its law."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 
 Synthetic measurements with Gaussian noise of four mechanisms with dry friction that stop and stick while they are measured: a
 pendulum on a journal, a block that slides to rest, a block on a spring that comes to rest off its middle, and two swings with
-unknown starts. The fit of each set is that of ``trunnion.fit``. The true value lies in an interval or not. The script prints the
+unknown starts. ``trunnion.fit`` fits each set. The script prints the
 share of intervals that contain the true value, for local and for profile intervals, each with its standard error. It also prints
 the number of intervals without an end. 1,000 sets take 20 to 40 minutes of one core."""
 
@@ -47,8 +47,8 @@ MU, RUB = "joints.pivot.friction.mu", "joints.guide.friction.mu"
 
 @dataclass(frozen=True)
 class Case:
-    """A mechanism to measure: fitted parameters of all runs and of each; its runs (overrides each), column, times and noise;
-    whether the fit receives the noise."""
+    """A mechanism to measure: parameters fitted for all runs together, and parameters fitted for each run. Runs (overrides of
+    each), column, times and noise; whether the fit receives the noise."""
 
     scene: Mapping[str, Any]
     shared: Sequence[str]
@@ -106,8 +106,8 @@ def _scene(case: Case) -> trunnion.Scene:
 
 @dataclass
 class Tally:
-    """Counts of a case, or of all: intervals, those that hold the truth (local and by profile), and missing ends. shares: local and
-    by profile, of each set's intervals."""
+    """Counts of a case, or of all cases: intervals, intervals that contain the true value (local and by profile), and missing ends.
+    shares: for each set, the shares of local and profile intervals that contain the true value."""
 
     sets: int = 0
     intervals: int = 0
@@ -128,8 +128,8 @@ class Tally:
         self.shares.append(((self.local - before[0]) / len(truth), (self.profile - before[1]) / len(truth)))
 
     def line(self, name: str) -> str:
-        """The counts as text. Errors are those of the sets' shares, because the intervals of one set are right or wrong
-        together."""
+        """The counts as text. The standard errors follow from the shares of the sets, because the intervals of one set are
+        correlated."""
         shares = [100.0 * x / max(self.intervals, 1) for x in (self.local, self.profile)]
         errors = 100.0 * np.std(self.shares, axis=0) / np.sqrt(max(self.sets, 1))
         told = "   ".join(f"{s:5.1f} ± {e:.1f}" for s, e in zip(shares, errors, strict=True))

@@ -3,8 +3,8 @@ tolerances, by three methods. ``python -m tests.benchmarks.numerical_error.globa
 NAME,…] [--models]``.
 
 A true error is the difference from a run at 1e-13 (auto). An error counts if it exceeds ten times the stated floor, and ten times
-the difference between that run and a run at 1e-12 by another method. At twenty times of each run, the largest error of each column
-so far is compared. """
+the difference between the run at 1e-13 and a run at 1e-12 by another method. At twenty times of each run, the largest error of each
+column so far is compared. """
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ LONGEST = 60.0
 @dataclass
 class Tally:
     """Figures of one scene: ratio of stated to true error; numbers of runs and of complete runs; reasons of the other runs; costs.
-    Also the numbers of events and of last positions, and how many of them their errors cover; the worst ratio and its place."""
+    Also the numbers of events and of last positions, and of those whose true errors are within the stated errors; the worst ratio
+    and its place."""
 
     name: str
     ratios: list[np.ndarray] = field(default_factory=list)
@@ -56,7 +57,7 @@ class Tally:
 
 
 def scenes(random: int, seed: str, only: tuple[str, ...], models: bool) -> Iterator[tuple[str, str]]:
-    """Name of every scene, and its file or the words from which ``scene`` makes it."""
+    """Name of every scene, with its file or with the words from which ``scene`` makes the scene."""
     files = [f for p in ("*/scene.yaml", "designer/*/scene.yaml", "stability/*.yaml") for f in models_dir().glob(p)]
     found = [(f.parent.name if f.stem == "scene" else f.stem, str(f)) for f in sorted(files)] if models else []
     found += [(f"{kind}{k}", f"{kind}:{seed}{k}") for k in range(random // 2) for kind in ("tree", "loop")]
@@ -84,7 +85,7 @@ def measured(given: tuple[str, str]) -> Tally:
     try:
         ready = scene(made)
         model = Model(ready, ("*",))
-    except Exception as e:  # noqa: BLE001 (a scene that is refused is told, and the others go on)
+    except Exception as e:  # noqa: BLE001 (the script reports a refused scene and continues with the other scenes)
         tally.reasons[f"refused: {type(e).__name__}"] += 1
         return tally
     until = min(float(ready.simulation.until), LONGEST)

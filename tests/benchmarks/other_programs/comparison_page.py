@@ -1,4 +1,4 @@
-"""Page of comparisons: what this importer and others make of the same files, and what engines do with friction.
+"""Page of comparisons: how Trunnion's importer and other readers read the same files, and how engines treat friction.
 
     python -m tests.benchmarks.other_programs.comparison_page ROWS.json … --write
 
@@ -75,7 +75,7 @@ What hosts do with Trunnion's FMUs is in [the table of hosts](../../fmu/README.m
 
 
 def reader_row() -> Row:
-    """What this importer makes of the files."""
+    """The results of Trunnion's importer for the files."""
     with tempfile.TemporaryDirectory() as folder:
         scenes = {}
         for name, text in FILES.items():
@@ -98,7 +98,7 @@ def reader_row() -> Row:
 
 
 def engine_row() -> Row:
-    """What both pendulums do here."""
+    """The results of Trunnion for both pendulums."""
     found = []
     for start, friction in CASES:
         with tempfile.TemporaryDirectory() as folder:
@@ -134,7 +134,7 @@ def usd_table(rows: list[Row]) -> str:
 
 
 def page(rows: list[Row]) -> str:
-    """The text of the page from the rows of other programs; those of Trunnion come last."""
+    """The text of the page from the rows of other programs; the rows of Trunnion come last."""
     rows = [*rows, reader_row(), engine_row()]
     stopped = rest_angle(*CASES[1])
     parts = [HEAD, table(rows, READERS), MIDDLE, table(rows, {"mjcf": "what its model holds"}), usd_table(rows)]

@@ -1,4 +1,4 @@
-"""What other engines do with a pendulum that friction should hold, and with one that friction should stop. Runs in environments
+"""Two pendulums in other engines: friction should hold the first one and stop the second one. The script runs in environments
 without Trunnion:
 
     PYTHON tests/benchmarks/other_programs/other_engines.py        # rows of the engines that this Python has, as JSON
@@ -37,7 +37,8 @@ URDF = (
 
 
 def rest_angle(start: float, friction: float) -> float:
-    """Angle, degrees, at which friction stops the pendulum: each half swing loses friction times its angle."""
+    """Angle, degrees, at which friction stops the pendulum. In each half swing, friction takes the energy friction torque ×
+    angle."""
     weight, at = MASS * GRAVITY * ARM, math.radians(start)
     while weight * abs(math.sin(at)) > friction:
         low, high = abs(at), abs(at) + math.pi / 2

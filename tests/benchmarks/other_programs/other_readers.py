@@ -1,8 +1,8 @@
-"""What other readers make of two URDF joints and of an MJCF hinge. Runs in environments without Trunnion:
+"""How other readers read two URDF joints and an MJCF hinge. The script runs in environments without Trunnion:
 
     PYTHON tests/benchmarks/other_programs/other_readers.py        # rows of the readers that this Python has, as JSON
 
-``comparison_page`` makes the page from these rows. Each reader runs in a process of its own."""
+``comparison_page`` makes the page from these rows. Each reader runs in a separate process."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def sapien(files: dict[str, str]) -> Row:
     def told(name: str) -> str:
         try:
             return freedoms(loaded(name).dof)
-        except Exception as error:  # noqa: BLE001  whatever the reader raises is its answer
+        except Exception as error:  # noqa: BLE001  any exception of the reader is a result
             return f"{type(error).__name__}: {str(error)[:60]}"
 
     j = next(j for j in loaded("arms").joints if j.name == "j")

@@ -1,4 +1,4 @@
-"""What readers of OpenUSD physics make of twelve files with one joint each. Runs in environments without Trunnion:
+"""How readers of OpenUSD physics read twelve files with one joint each. The script runs in environments without Trunnion:
 
     PYTHON tests/benchmarks/other_programs/other_usd_readers.py        # rows of the readers that this Python has, as JSON
 
@@ -99,7 +99,7 @@ FILES = {
 
 
 def shown(name: str, read: dict[str, Any]) -> str:
-    """The numbers of a file's subject, of all that a reader has read."""
+    """The numbers that the file tests, from all numbers that a reader has read."""
     wanted = {
         "hinge drive": ("stiffness", "damping", "target", "rate", "effort"), "`PhysxJointAPI`": ("friction", "armature"),
         "`NewtonJointAPI`": ("friction", "armature"), "no centre given": ("centre",),
@@ -193,18 +193,19 @@ CELL = "read: "
 
 
 def cell(package: str, name: str) -> str:
-    """What a reader makes of a file; the error where it refuses the file."""
+    """The result of a reader for a file; the error if the reader refuses the file."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "one.usda"
         file.write_text(FILES[name])
         try:
             return shown(name, READERS[package][1](str(file)))
-        except Exception as error:  # noqa: BLE001  whatever the reader raises is its answer
+        except Exception as error:  # noqa: BLE001  any exception of the reader is a result
             return f"{type(error).__name__}: {str(error).splitlines()[0][:80]}"
 
 
 def row(package: str) -> Row:
-    """The row of a reader, with its name and version. Each file is read in a process of its own: PhysX holds one stage only."""
+    """The row of a reader, with its name and version. Each file is read in a separate process, because PhysX holds only one
+    stage."""
     cells = {}
     for name in FILES:
         done = subprocess.run([sys.executable, __file__, package, name], capture_output=True, text=True, check=True)

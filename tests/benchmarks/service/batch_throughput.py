@@ -41,8 +41,9 @@ def request(cases: int) -> dict[str, Any]:
 
 
 def bare(asked: dict[str, Any], seconds: float) -> tuple[float, float]:
-    """Cases per second that one core steps without any other work, over pieces from the whole batch (cases differ in cost). The
-    rate is given by the clock, and by processor time, which is independent of other work on the machine."""
+    """Cases per second that one core steps without any other work, over pieces from the whole batch (cases differ in cost). One
+    rate is per second of wall time, the other per second of processor time. The second rate is independent of other work on the
+    machine."""
     runner = Runner(plan_of_request(JobRequest(**asked), Limits()))
     count, size, used, done = runner.plan.cases.count, 400, 0.0, 0
     runner.chunk(0, size)

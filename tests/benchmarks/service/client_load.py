@@ -1,4 +1,4 @@
-"""200 clients poll, 20 submit, for a minute: errors, and how long GET /v1/jobs/{id} takes.
+"""Load of 200 polling and 20 submitting clients for a minute: errors, and the duration of GET /v1/jobs/{id}.
 
 Run it with ``python -m tests.benchmarks.service.client_load [SECONDS]``. Clients are threads of four other processes.
 """

@@ -21,10 +21,10 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 
 class FixedDispatchCost(DispatchCost):
-    """Sizes of chunks that do not depend on the cost of dispatching chunks, as in an earlier version."""
+    """Sizes of chunks that do not depend on the cost of dispatching chunks."""
 
     def record(self, pieces: int, seconds: float) -> None:
-        """Learn nothing."""
+        """Do nothing: measured costs are ignored."""
 
 
 @dataclass
@@ -54,7 +54,8 @@ class PendingResult:
 
 
 class WaitingCluster:
-    """A cluster of workers that wait for the time of stepping, each one piece after the other. case: seconds per case."""
+    """A cluster of workers, each of which waits as long as stepping would take, one piece after the other. case: seconds per
+    case."""
 
     def __init__(self, workers: int, case: float):
         self.counted, self.case = workers, case

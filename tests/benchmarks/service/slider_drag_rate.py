@@ -2,8 +2,8 @@
 ``python -m tests.benchmarks.service.slider_drag_rate``.
 
 A mouse drags a slider of four scenes for some seconds, 60 times a second. A run counts when its picture is drawn. The delay of a
-movement is the time until a picture shows a text at least as new. The server computes the first drag. The browser then gets
-the scene's WebAssembly module, and computes the second drag itself."""
+movement is the time until a picture shows the value of this or a later movement. The server computes the first drag. The browser
+then gets the scene's WebAssembly module, and computes the second drag itself."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def dragged(page: Any, path: str, server: psutil.Process, browser: psutil.Proces
     page.wait_for_timeout(3000)
     seen = page.evaluate("window.measured")
     drawn = seen["drawn"]
-    sent = seen["sent"] if len(seen["sent"]) > 1 else drawn  # the browser runs a text and draws it without a pause
+    sent = seen["sent"] if len(seen["sent"]) > 1 else drawn  # the browser runs a scene text and draws its result without a pause
     lags = [min((d for s, d in zip(sent, drawn, strict=False) if s >= m), default=m) - m for m in seen["moved"]]
     runs = sum(d < sent[0] + 1e3 * taken for d in drawn)
     return {

@@ -119,7 +119,7 @@ def timed(f: Callable[[], Any], times: int) -> float:
 
 @contextmanager
 def stores() -> Iterator[dict[str, WorkStore]]:
-    """A store on SQLite, and one on PostgreSQL where this is available."""
+    """A store on SQLite, and a store on PostgreSQL if it is available."""
     from tests.service.postgresql_servers import DatabaseMissing, installed, packaged
 
     with ExitStack() as stack:

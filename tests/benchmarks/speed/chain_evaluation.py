@@ -1,7 +1,8 @@
 """One evaluation of a chain of N revolute joints (axes alternately y, z; unit rods of 1 kg): ns per body.
 
-Accelerations; accelerations with the reactions of all joints; and the frictional chain (journals, maps and complement solve).
-Measured inside C, without call overhead. Pinocchio's ABA (accelerations only) through its Python package when installed.
+Accelerations; accelerations with the reactions of all joints; and the frictional chain (journals, maps and complement solve). Times
+are measured inside C, without call overhead. If Pinocchio is installed, its ABA (accelerations only) is measured through its Python
+package.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def frictional(n: int) -> float:
 
 
 def pinocchio(n: int) -> float | None:
-    """ns per body of pin.aba from Python, None when not installed."""
+    """ns per body of pin.aba from Python; None if Pinocchio is not installed."""
     try:
         import pinocchio as pin_
     except ImportError:

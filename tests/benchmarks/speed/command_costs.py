@@ -1,7 +1,8 @@
-"""Processor time of warm commands, compared with Python alone and with ``import numpy``. Also that of reading and building a scene
-of 500 bodies, and of ``run()`` of a ready model. Commands alternate. Byte code is stored, as after an installation.
+"""Processor time of warm commands, compared with Python alone and with ``import numpy``. The script also measures reading and
+building a scene of 500 bodies, and ``run()`` of a ready model. Commands alternate. Byte code is stored, as after an installation.
 
-``--than PYTHON``: the interpreter of another environment, with an earlier version, whose commands alternate with these."""
+``--than PYTHON``: the interpreter of another environment with an earlier version. Its commands alternate with the commands of this
+version."""
 
 from __future__ import annotations
 
@@ -92,7 +93,7 @@ def main() -> None:
                         seconds, text = spent(python, words)
                         for i, s in enumerate(map(float, text.split()) if row in several else [seconds]):
                             found.setdefault((python, f"{row} {i}"), []).extend([s] * (n > 0))
-    finally:  # this also runs after Ctrl-C
+    finally:  # results so far are also printed after Ctrl-C
         for (python, row), times in ((k, t) for k, t in found.items() if t):
             print(f"{row:45s} {min(times) * 1e3:9.3f} ({statistics.median(times) * 1e3:.3f}) ms  {python}")
 

@@ -1,5 +1,6 @@
-"""Processor time of ``sensitivity`` compared with one run of ``simulate``, with respect to one number and to ten (or as many as the
-scene has). Also the processor time of a fit. Calls alternate; parts and libraries are compiled before."""
+"""Processor time of ``sensitivity`` compared with one run of ``simulate``, for derivatives with respect to one number and to ten
+numbers (or all numbers of a smaller scene). The script also measures a fit. Calls alternate; parts and libraries are compiled
+before the first call."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ KINDS = (".friction.", ".density", ".damping", "gravity", ".spring", ".start.")
 
 
 def many(scene: str) -> list[str]:
-    """Up to ten numbers with respect to which runs of a scene have derivatives."""
+    """Up to ten numbers of a scene. Runs of the scene have derivatives with respect to these numbers."""
     loaded = scene_given(scene)
     found = [p.path for p in list_parameters(loaded) if p.value and any(k in p.path for k in KINDS)]
     return [p for p in found if not parameter_problems(loaded, [p])][:MOST]

@@ -2,10 +2,10 @@
 before.
 
 Run it with ``python -m tests.benchmarks.speed.fmu_export`` (``--kernel parts``, ``--fmi 3``, ``--count N``, ``--platform host``).
-Each mechanism is a random tree of one to three bodies with friction (``tests.reference``). Its structure is new: without a given
-seed, the seed is the present time. Another mechanism is exported first, so that all code that FMUs share is compiled. The script
-prints wall time and processor time, including those of the compiler. On a machine that others use, only the processor time is
-meaningful. """
+Each mechanism is a random tree of one to three bodies with friction (``tests.reference``). The structure of each tree is new:
+without a given seed, the seed is the present time. Another mechanism is exported first, so that all code that FMUs share is
+compiled. The script prints wall time and processor time, including those of the compiler. On a machine that others use, only the
+processor time is meaningful. """
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def once(seed: int, platform: str, kernel: str, fmi: int, folder: Path) -> tuple
 
 
 def main() -> None:
-    """Measure both, for this many mechanisms each."""
+    """Measure the export for each platform, with the given number of mechanisms each."""
     asked = argparse.ArgumentParser()
     asked.add_argument("--kernel", default="compiled")
     asked.add_argument("--fmi", type=int, default=2)

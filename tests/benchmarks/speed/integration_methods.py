@@ -1,4 +1,5 @@
-"""Every bundled model at rtol 1e-6: stepping time of each method and of the automatic choice (to be within twice the best)."""
+"""Every bundled model at rtol 1e-6: stepping time of each method and of the automatic choice (goal: at most twice the time of the
+best method)."""
 
 from __future__ import annotations
 

@@ -1,10 +1,11 @@
 """Time until a program ends after Ctrl-C or after its time budget, at random instants of builds, assembly, mode decisions,
 stepping, writing and bounds (``interrupt_workloads.py``).
 
-Each measurement uses a new process, a fork of this one, in which everything is imported. The process does the whole work. It is
-interrupted at a random instant, evenly distributed over the duration of the uninterrupted work. The script prints the time until
-the process has ended, and the processor time used until then, which does not depend on other work of the machine. It also prints
-exit codes and kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants] [place …]``"""
+Each measurement uses a new process. The process is a fork of this process, so that all modules are imported already. The process
+does the whole work. It is interrupted at a random instant, evenly distributed over the duration of the uninterrupted work. The
+script prints the time until the process has ended, and the processor time used until then, which does not depend on other work of
+the machine. It also prints exit codes and kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants]
+[place …]``"""
 
 from __future__ import annotations
 
@@ -71,7 +72,7 @@ def forked(fresh: bool, folder: Path, work: Work) -> int:
             code = work(folder)
         except KeyboardInterrupt:
             code = 1
-        except BaseException as e:  # noqa: BLE001  # told by the process that waits
+        except BaseException as e:  # noqa: BLE001  # the waiting process reports the exception
             (folder / "said").write_text(repr(e))
         finally:
             os._exit(code)

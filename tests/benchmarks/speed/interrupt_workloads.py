@@ -8,7 +8,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-import casadi  # noqa: F401  # forks find what takes long to import
+import casadi  # noqa: F401  # imported here, so that no fork has to import it
 import numpy as np
 import pyarrow.csv
 import pyarrow.parquet  # noqa: F401
@@ -64,7 +64,7 @@ def half_made(folder: Path) -> str:
 
 
 def open_scissor() -> Model:
-    """A scissor with a bar that is far too long: no position closes it, and the search tries many."""
+    """A scissor lift with a bar that is far too long. No position closes its loops, and the search tries many positions."""
     given = scissor(3)
     free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}
     model = Model(apply(replace(given, joints=free), {"bodies.b2.points.low": [-100.0, 0.0, 0.0]}), "guide.q[*]")
@@ -73,13 +73,13 @@ def open_scissor() -> Model:
 
 
 def assembly(folder: Path) -> int:
-    """The scissor lift, fifty times."""
+    """Assemble the scissor lift fifty times."""
     model = open_scissor()
     return sum(model.block.assemble() for _ in range(50))
 
 
 def decisions(count: int, seeds: int, folder: Path) -> int:
-    """Starts of chains of this many balls, at rest."""
+    """Start chains of ``count`` balls at rest."""
     for seed in range(seeds):
         model = Model(balls(count, seed), ("*.q[*]",), "parts")
         model.block.configure(Settings())
@@ -89,14 +89,14 @@ def decisions(count: int, seeds: int, folder: Path) -> int:
 
 
 def stepping(scene: Callable[[], Any], until: float, outputs: str, kernel: str | None, folder: Path) -> int:
-    """A run and its table."""
+    """Run a scene and write its table."""
     result = trunnion.simulate(scene(), until=until, outputs=outputs, kernel=kernel)
     result.save(folder / "rows.csv")
     return int(not result.outcome.ok)
 
 
 def command(folder: Path) -> int:
-    """The command with its table."""
+    """Run the command ``trunnion simulate``, which writes a table."""
     return run_command(["simulate", "double_pendulum", "--until", "100", "--every", "0.05", "-o", str(folder / "rows.csv")])
 
 
@@ -113,28 +113,28 @@ def result() -> Result:
 
 
 def written(kind: str, suffix: str, folder: Path) -> int:
-    """The file of these rows."""
+    """Write the rows of ``result`` to a file."""
     found = result()
     return int(bool(write_files(found, RunRequest(found.scene, {}, ("*",), {kind: folder / f"rows.{suffix}"}))[1]))
 
 
 def bounds(scene: Any, folder: Path, budget: float | None = None) -> int:
-    """All loads that a mechanism at rest can carry."""
+    """Compute all loads that a mechanism can carry at rest."""
     return int(trunnion.hold(scene, bounds=True, budget=budget).ended != "done")
 
 
 def holding(scene: Any, most: float) -> Place:
-    """Bounds of a scene, by Ctrl-C and by budget."""
+    """The computation of bounds of a scene, interrupted by Ctrl-C and by a budget."""
     return Place(partial(bounds, scene), lambda: bounds(scene, Path(), 1e-3), most=most, budget=partial(bounds, scene))
 
 
 def chains(count: int) -> Place:
-    """Decisions of chains of balls."""
+    """The decision of modes at the starts of chains of balls."""
     return Place(partial(decisions, count, 10), lambda: decisions(count, 1, Path()))
 
 
 def run_of(scene: Callable[[], Any], until: float, outputs: str, kernel: str | None, most: float) -> Place:
-    """Stepping of a scene."""
+    """The run of a scene."""
     first = partial(trunnion.simulate, scene(), until=1e-9, outputs=outputs, kernel=kernel)
     return Place(partial(stepping, scene, until, outputs, kernel), first, rows, most=most)
 

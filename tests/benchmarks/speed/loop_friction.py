@@ -1,6 +1,6 @@
-"""Cost of friction in loops, as processor time: one evaluation with friction compared with one without, for Stewart platforms,
-scissor lifts and N four-bars. Steps are fixed, and timed inside the loop of steps. ``--run`` adds a run of 0.3 s, with its events,
-of a Stewart platform on six legs."""
+"""Cost of friction in loops, as processor time. The script compares one evaluation with friction with one evaluation without
+friction, for Stewart platforms, scissor lifts and N four-bars. Steps are fixed, and timed inside the loop of steps. ``--run`` adds
+a run of 0.3 s, with its events, of a Stewart platform on six legs."""
 
 from __future__ import annotations
 

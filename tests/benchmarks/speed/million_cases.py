@@ -2,9 +2,9 @@
 that only steps.
 
 Run it with ``python -m tests.benchmarks.speed.million_cases [CASES] [--workers N] [--until T] [--parts N]``. Friction and start
-rate are sampled. Each case lasts 10 s, as in the model. The bare rate is that of as many threads as workers, each of which only
-runs ``tr_batch_run`` over prepared cases from the whole sample. It is measured before and after the sweep (with ``--parts``, each
-of N sweeps). Rates are given per second of wall time and per processor second; the latter do not depend on other work of the
+rate are sampled. Each case lasts 10 s, as in the model. The bare rate comes from as many threads as workers. Each thread only runs
+``tr_batch_run`` over prepared cases from the whole sample. The bare rate is measured before and after the sweep (with ``--parts``,
+each of N sweeps). Rates are given per second of wall time and per processor second; the latter do not depend on other work of the
 machine. The memory is that of the process. """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def quickest(what: Callable[[], object], times: int, clock: Callable[[], float])
 
 
 def stepping(scene: sm.Scene, kernel: str) -> float:
-    """Processor time of a run without intermediate rows, whose model exists before, s."""
+    """Processor time, s, of a run without intermediate rows. The model is built before the measurement."""
     model = Model(scene, ("*.q[*]",), kernel)
     until = float(scene.simulation.until)
     return quickest(lambda: run(model, until, until, Settings()), 5, time.process_time)

@@ -106,7 +106,7 @@ def resident(block: Block) -> float:
 
 def costs(scene: sm.Scene, clock: Callable[[], float]) -> dict[str, tuple[float, float]]:
     """Minimum and median of each cost: evaluation and step at fixed steps, evaluation at the program's own steps, projection of a
-    step, start, row, s; memory, bytes. With friction, a run without projection differs by less than its noise."""
+    step, start, row, s; memory, bytes. With friction, the effect of projection is smaller than the noise of the measurement."""
     few, rows = Model(scene, (f"{next(iter(scene.bodies))}.position*",), "parts"), Model(scene, ("*.q[*]",), "parts")
     rubs = any(j.friction for j in scene.joints.values())
     fixed, own = Settings(method="rk5", step=STEP), OWN_FRICTION if rubs else OWN
@@ -124,7 +124,7 @@ def costs(scene: sm.Scene, clock: Callable[[], float]) -> dict[str, tuple[float,
             starts += [outside] if name == "start" else []
 
     def both(more: str, less: str, count: int) -> tuple[float, float]:
-        """Minimum and median of the time of one of `count` units, by which two runs differ."""
+        """Minimum and median of the time of one unit. Two runs differ by `count` units."""
         least, middle = ((of(inside[more]) - of(inside[less])) / count for of in (min, statistics.median))
         return least, middle
 

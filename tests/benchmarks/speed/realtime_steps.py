@@ -1,10 +1,10 @@
 """Bounded steps of 1 ms over examples 8.1, 8.2 and 8.3. When all joints are at rest, or after 20 s, a new case begins with random
 start and friction.
 
-Run it with ``python -m tests.benchmarks.speed.realtime_steps [STEPS]`` (10,000,000 in all, and a tenth of that with the bounds as
-they are by default; about five minutes). For each example it prints operations and time of a step (median, 99.9th percentile,
-maximum), and the ratio of maximum to median beside the static bound. It also prints the number of steps beyond each bound, the
-events, and the unexplained energy."""
+Run it with ``python -m tests.benchmarks.speed.realtime_steps [STEPS]`` (10,000,000 steps, and a tenth of this number with the
+default bounds; about five minutes). For each example the script prints operations and time of a step (median, 99.9th percentile,
+maximum), and the ratio of maximum to median beside the static bound. The script also prints the number of steps beyond each bound,
+the events, and the unexplained energy."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def told(name: str, t: Taken) -> str:
 
 
 def main() -> None:
-    """All examples."""
+    """Run all examples and print their lines."""
     steps = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000_000
     for part in (1.0, 0.1):
         events = 0

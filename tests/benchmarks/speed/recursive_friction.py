@@ -128,7 +128,7 @@ def _draw(curves: dict[str, list[tuple[float, float]]], folder: Path) -> None:
 
 
 def main() -> None:
-    """Print all of it."""
+    """Print both tables, and draw the chart."""
     parser = argparse.ArgumentParser()
     parser.add_argument("-o", dest="folder", type=Path)
     pin()

@@ -1,5 +1,5 @@
-"""A scissor lift with friction in every pin: its loads against hand statics, and the cost of one second from rest, wall time of
-``trunnion.simulate`` including everything."""
+"""A scissor lift with friction in every pin: its loads compared with hand statics, and the cost of one second from rest. The cost
+is the wall time of a whole call of ``trunnion.simulate``."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def zero_speed() -> str:
 
 
 def small_v_eps() -> str:
-    """Row 2: a pushed sleeve whose friction loss is just more than the push."""
+    """Row 2: a pushed sleeve whose friction loss is slightly larger than the push."""
     model, data = one(f'<joint type="slide" axis="1 0 0" frictionloss="{0.8 * G}"/>', lump(2))
     data.qfrc_applied[0] = 0.8 * G * (1 - EDGE)
     mujoco.mj_step(model, data, nstep=1000)
@@ -104,7 +104,7 @@ def parallel_cross() -> str:
 
 
 def wedge() -> str:
-    """Row 8: the friction loss that a push of 50 N beyond the threshold causes, and twice that push."""
+    """Row 8: the friction loss equals a push of 50 N. The sleeve is pushed with 100 N."""
     model, data = one('<joint type="slide" axis="1 0 0" frictionloss="50"/>', lump(2))
     data.qfrc_applied[0] = 100.0
     mujoco.mj_step(model, data, nstep=100)
@@ -185,7 +185,8 @@ def stiff_springs() -> str:
 
 
 def fast_spin() -> str:
-    """Row 15: a free box spins by 4000 rad at 1e4 rad/s about its axis of middle or of least inertia; the limit is b = 0.3 m."""
+    """Row 15: a free box of width b spins by 4000 rad at 1e4 rad/s. At b = 0.3 m, two moments of inertia are equal; b is slightly
+    smaller and slightly larger."""
     out = []
     for b in (0.3 * (1 - EDGE), 0.3 * (1 + EDGE)):
         inertia = f"{(b * b + 0.01) / 12!r} {0.1 / 12!r} {(0.09 + b * b) / 12!r}"

@@ -53,8 +53,8 @@ def fold() -> str:
 
 
 def door() -> str:
-    """Row 24: the share of the weight's moment that the second hinge carries, which is a point constraint. The first hinge is in
-    the tree."""
+    """Row 24: the share of the weight's moment that the second hinge carries. The first hinge is a joint of the tree, the second
+    hinge a point constraint."""
     body = f'<inertial pos="{OUT} 0 {SPACING / 2}" mass="{DOOR}" diaginertia="10 12 2"/>'
     xml = (
         f'<mujoco><option timestep="1e-3" gravity="0 0 -{G}"/><worldbody><body name="door"><joint type="hinge" axis="0 0 1"/>{body}'
@@ -69,7 +69,7 @@ def door() -> str:
 
 
 def marginal() -> str:
-    """Row 25: both sides, ten seconds after it has come to rest."""
+    """Row 25: both sides of the threshold, ten seconds after the block has come to rest."""
     most, ends = MU_TABLE * G * BLOCK / SPRING, []
     for beyond in (-EDGE, EDGE):
         model, data = one(f'<joint type="slide" axis="1 0 0" stiffness="{SPRING}" frictionloss="{most * SPRING}"/>', lump(BLOCK))

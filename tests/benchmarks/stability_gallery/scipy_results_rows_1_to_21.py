@@ -212,7 +212,7 @@ def fast_spin() -> str:
 
 
 def contact_jumps() -> str:
-    """Row 16: the time in which the regularised pendulum turns its normal at the first stop."""
+    """Row 16: the time in which the contact normal of the regularised pendulum turns at the first stop."""
     ends = []
     for v_eps in (1e-3, 1e-4):
         edge = v_eps / R

@@ -46,7 +46,7 @@ def door() -> str:
 
 
 def marginal() -> str:
-    """Row 25: both sides of the threshold, regularised; the position ten seconds after it has come to rest."""
+    """Row 25: both sides of the threshold, with the regularised law. The position ten seconds after the block has come to rest."""
     most, ends = MU_TABLE * G * BLOCK / SPRING, []
     for beyond in (-1e-6, 1e-6):
 
@@ -68,7 +68,7 @@ def smoothed(scene: sm.Scene) -> sm.Scene:
 
 
 def wishbone() -> str:
-    """Row 26, below the threshold: our equations with the regularised law, under SciPy's integrator for stiff ones."""
+    """Row 26, below the threshold: our equations with the regularised law, with SciPy's integrator for stiff equations."""
     rate, start = ours(smoothed(lifted(-1e-6)))
     s = solve_ivp(rate, (0.0, 1.0), start, "Radau", rtol=1e-6, atol=1e-9)
     crept = 1e3 * abs(s.y[0, -1] - start[0])
@@ -77,7 +77,8 @@ def wishbone() -> str:
 
 
 def stewart() -> str:
-    """Row 27: from rest, in the same way; the distance of its legs from their positions with exact friction."""
+    """Row 27: from rest, with the equations, law and integrator of row 26. The distance of the legs from their positions with exact
+    friction."""
     scene = smoothed(platform(6, 0.3))
     rate, start = ours(scene)
     s = solve_ivp(rate, (0.0, 0.3), start, "Radau", rtol=1e-6, atol=1e-9)
@@ -88,7 +89,7 @@ def stewart() -> str:
 
 
 def toggle() -> str:
-    """Row 28: the press on our equations, friction as exact as ours."""
+    """Row 28: our equations of the press, with exact friction."""
     ends = []
     for method in ("RK45", "Radau"):
         rate, start = ours(folding(1.0))

@@ -26,7 +26,8 @@ def page_text() -> str:
 
 
 def _lines(name: str) -> Iterator[str]:
-    """The rows of a format. Elements whose content all has the fate of the element are in the row of the element above only."""
+    """The rows of a format. An element whose content has the element's fate throughout has no row of its own; the row of its parent
+    lists it."""
     table = schema(name)
 
     def line(row: Row, path: str) -> Iterator[str]:
@@ -50,7 +51,7 @@ def _lines(name: str) -> Iterator[str]:
 
 
 def _is_uniform(row: Row) -> bool:
-    """Whether all content of an element that is not taken has the element's fate, or a taken element has no content."""
+    """True if an element needs no row: its whole content has the fate of the element, and a taken element has no content."""
     inside = {*row.attributes.values(), *row.uses.values(), *(c.fate for c in row.children.values())}
     same = inside <= {row.fate} and all(_is_uniform(c) for c in row.children.values())
     return same and (row.fate != "taken" or not inside)

@@ -71,8 +71,8 @@ def columns_text() -> str:
 
 
 def reference() -> Iterator[tuple[str, str, str]]:
-    """(name, unit, description) of every column, for the printed reference. The words of subjects are replaced by placeholders in
-    capitals: ``BODY.position[COMPONENT]``."""
+    """(name, unit, description) of every column, for the printed reference. Placeholders in capitals replace the subjects:
+    ``BODY.position[COMPONENT]``."""
     from trunnion.columns.declaration import COMPONENT, ITEM
     from trunnion.columns.registry import REGISTRY
 
@@ -83,7 +83,7 @@ def reference() -> Iterator[tuple[str, str, str]]:
 
 
 def readable(row: str) -> str:
-    """A row in which words that stand for several texts are replaced by these texts."""
+    """A row whose placeholder words are replaced by the texts for which they stand."""
     for word, meaning in STANDING_FOR.items():
         row = row.replace(word, meaning)
     return row

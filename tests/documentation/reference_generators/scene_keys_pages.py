@@ -89,7 +89,7 @@ numbers. Bodies of turned or mirrored copies must be placed. A mirror image keep
 @dataclass(frozen=True)
 class Example:
     """The example of a key. path: place of the value in the scene of examples; named: whether the value has entries by name, and
-    the example is one of them; beside: other keys of the same place, which the value requires."""
+    the example is one of them; beside: other keys at the same place that the value requires."""
 
     path: Path
     value: Any
@@ -112,14 +112,15 @@ def page_text(page: str) -> str:
 
 @cache
 def groups_of_keys() -> dict[str, dict[str, Any]]:
-    """The schema of every group of keys by name; Scene is the whole file."""
+    """The schema of every group of keys, by name. ``Scene`` is the group of the whole file."""
     schema = json_schema.json_schema()
     return {"Scene": schema, **schema.pop("$defs")}
 
 
 @cache
 def examples() -> dict[tuple[str, str], Example]:
-    """(group, key) → the shortest value of the scene of examples; for numbers of laws that it lacks, the declared example."""
+    """(group, key) → the shortest value of the scene of examples. For numbers of laws that this scene does not use, the declared
+    example."""
     out: dict[tuple[str, str], Example] = {}
     for file in ("scene.yaml", "shared_keys.yaml"):
         for group, key, example in _given(read((EXAMPLES / file).read_bytes()).data, groups_of_keys()["Scene"], (), "Scene"):
@@ -179,7 +180,7 @@ def _row(group: str, key: str, p: dict[str, Any], required: bool) -> str:
 
 
 def _meaning(p: dict[str, Any]) -> str:
-    """The meaning of a key without its values, which the schema has in the same text."""
+    """The meaning of a key. The schema's text also states the values of the key; they are removed."""
     text = re.sub(r"\((?:[^()]|\([^()]*\))*, or text such as \"[^\"]*\"\)", "", p["description"]).replace("``", "`")
     return " ".join(text.split())
 

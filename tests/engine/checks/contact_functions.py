@@ -1,5 +1,5 @@
-"""The engine's contact forms as functions of numbers, for many random states at a time. Modes are chosen as the runtime chooses
-them at a start."""
+"""The engine's contact forms as functions of numbers, for many random states at a time. Modes are chosen as at the start of a
+run."""
 
 from __future__ import annotations
 

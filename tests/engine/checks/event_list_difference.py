@@ -1,4 +1,5 @@
-"""Whether runs of one scene report the same events: kinds, joints and parts at the same times, up to the first marginal one."""
+"""Comparison of the events that runs of one scene report: kinds, joints and parts at the same times, up to the first marginal
+event."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ def times(r: Result, may: float = 0.0) -> dict[tuple[str, int, str], list[float]
 
 
 def differences(r: Result, exact: Result, may: float) -> Iterator[tuple[float, str]]:
-    """Differences between two lists of events of one kind of one joint. Times may differ by ``may``, s; events closer to each other
-    than this may have another order."""
+    """Differences between two lists of events of one kind of one joint. Times may differ by ``may``, s; the order of two events
+    within ``may`` may differ."""
     run, other = times(r, may), times(exact, may)
     for what in run.keys() | other.keys():
         name = f"{what[2]} of {what[0]}[{what[1]}]"

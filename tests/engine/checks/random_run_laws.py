@@ -1,5 +1,5 @@
 """Laws that every run of a random mechanism with friction obeys at every setting: energy balance, friction within its cones, one
-outcome. A run ends early only where there is no solution. Cones and solutions are computed without the engine."""
+outcome. A run ends early only where no solution exists. Code outside the engine computes cones and solutions."""
 
 from __future__ import annotations
 
@@ -105,8 +105,8 @@ def ways_on(case: Case, r: Result | None) -> list[dict[str, str]] | None:
 
 
 def _bounded(here: Answer, later: Answer) -> bool:
-    """Whether friction is continuous over an instant. At a dead centre, a pair may stop all other motion. Near it, the pair's
-    friction grows as the inverse of the distance, which is round-off."""
+    """True if friction is continuous over an instant. At a dead centre, a pair may stop all other motion. Near a dead centre, the
+    friction of this pair is inversely proportional to the distance, which is round-off."""
     first, then = (float(np.abs(a.eta).max(initial=0.0)) for a in (here, later))
     return max(first, then) <= JUMP * min(first, then)
 

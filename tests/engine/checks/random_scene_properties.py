@@ -1,4 +1,4 @@
-"""Properties of a random case, by which tests select cases."""
+"""Properties of a random case. Tests select cases by these properties."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def some_load(holds: Callable[[Any], Any]) -> Property:
 
 
 def rubs(j: sm.Joint, pin: str | None = None, law: str | None = None, normal: str | None = "any") -> bool:
-    """Whether a joint has friction, with the pin on that part, of that law, and with that way of finding its normal force."""
+    """The property that a joint has friction, with the pin on this part, of this law, and with this kind of normal force."""
     return (
         j.friction is not None
         and pin in (None, j.pin)
@@ -63,7 +63,7 @@ def pressed(case: Case) -> bool:
 
 
 def sliding(inside: bool) -> Property:
-    """The property that some joint of one freedom slides inside the linear part of the regularised law (104), or beyond it."""
+    """The property that some joint of one freedom slides below v_eps of the regularised law (104), or above it."""
 
     def holds(case: Case) -> bool:
         some = [(n, j) for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 1 and rubs(j, law="regularized")]

@@ -45,7 +45,7 @@ def block_after(scene: Scene, t: float, rtol: float = 1e-10, kernel: str = KERNE
 
 
 def rate(block: bl.Block, y: np.ndarray | None = None, t: float | None = None) -> np.ndarray:
-    """d/dt of [states, integrals] at (t, y). The function keeps friction modes; with a time given, it decides modes as at the start
+    """d/dt of [states, integrals] at (t, y). Friction modes stay as they are. If a time is given, modes are decided as at the start
     of a run."""
     keep, n = block.y.copy(), block.ny + block.kernel.sizes["works"]
     if y is not None:

@@ -50,13 +50,13 @@ class Runs:
 
     @property
     def alike(self) -> bool:
-        """Whether there is no difference."""
+        """True if there is no difference."""
         return not self.differences
 
 
 def runs(scene: Scene, settings: tuple[tuple[str, float, str], ...] = SETTINGS) -> Runs:
-    """Run a scene at all settings, and compare each run with the last. Runs on one kernel share the model. Runs with the same
-    outcome that differ are repeated at tighter tolerances."""
+    """Run a scene at all settings, and compare each run with the run at the last setting. Runs on one kernel share the model. Runs
+    with the same outcome that differ are repeated at tighter tolerances."""
     models = {k: Model(scene, COLUMNS, k) for k in dict.fromkeys(k for _, _, k in settings)}
     found = _runs(scene, models, settings)
     if found.alike or len(set(found.outcomes)) > 1:
@@ -80,7 +80,7 @@ def _runs(scene: Scene, models: dict[str, Model], settings: tuple[tuple[str, flo
 
 
 def _told(r: Result, exact: Result, rtol: float) -> list[str]:
-    """The differences between a run and the exact one."""
+    """The differences between a run and the exact run."""
     if r.outcome.name != exact.outcome.name:
         return [f"{r.outcome.name} at {r.outcome.time:.6g} s, not {exact.outcome.name} at {exact.outcome.time:.6g} s"]
     duration = float(exact.settings["until"])

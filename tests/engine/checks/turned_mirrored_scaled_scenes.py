@@ -30,8 +30,8 @@ def directions(axis: sm.Direction | None, reference: sm.Direction | None) -> tup
 
 
 def image(scene: sm.Scene, Q: np.ndarray) -> sm.Scene:
-    """The scene with all its points and directions, those of bodies included, mapped by an orthogonal matrix Q; it is a reflection
-    if det Q = -1.
+    """The scene after all points and directions, including those of bodies, are mapped by an orthogonal matrix Q. If det Q = -1,
+    the map is a reflection.
 
     Angles and the travels of prismatic joints keep their numbers; other travels change their sign in a mirror."""
     sense = float(np.sign(np.linalg.det(Q)))
@@ -86,7 +86,8 @@ def _joint(scene: sm.Scene, j: sm.Joint, Q: np.ndarray, sense: float) -> sm.Join
 
 
 def _other_sense(scene: sm.Scene, j: sm.Joint, which: list[int], n: int) -> sm.Joint:
-    """The joint with changed signs of all numbers along these of its n freedoms. ValueError for devices without such a rule."""
+    """The joint, in which all numbers along these freedoms (of its n freedoms) change sign. ValueError for devices without a rule
+    for this."""
     if j.latch is not None or j.motor is not None or j.drive is not None:
         raise ValueError("no image of drives, motors and latches of joints that slide and turn")
 
@@ -134,13 +135,13 @@ def powers(unit: str) -> np.ndarray:
 
 
 def factor(unit: str, length: float, mass: float, time: float) -> float:
-    """The factor of a number of this unit when lengths, masses and times have these factors."""
+    """The factor of a number with this unit, for given factors of lengths, masses and times."""
     a, b, c = powers(unit)
     return length**a * mass**b * time**c
 
 
 def scaled(scene: sm.Scene, length: float, mass: float, time: float) -> sm.Scene:
-    """The scene with every length, mass and time multiplied by these factors, and every other number multiplied according to its
+    """The scene with every length, mass and time multiplied by these factors. Every other number is multiplied according to its
     dimension."""
 
     def walk(value: Any, path: tuple[str | int, ...]) -> Any:

@@ -31,7 +31,8 @@ def every_column() -> list[Column]:
 
 
 def test_every_quantity_is_a_column_of_some_model() -> None:
-    # No model has LuGre's law, a joint that follows another, a gearbox, a band, a contact that opens, or bounded steps.
+    # no bundled model has LuGre's law, a joint that follows another joint, a gearbox, a band, a contact that opens, or bounded
+    # steps
     units = {"input_torque", "output_torque", "tension"}
     no_model = {"bristle", "tie", "gap", "extra.overrun", "extra.overruns", *units}
     assert {c.quantity.name for c in every_column()} == {q.name for k in REGISTRY.values() for q in k.quantities} - no_model
@@ -97,7 +98,7 @@ def told() -> dict[str, object]:
 
 
 def test_an_fmu_reports_what_changes_at_events_alone(told) -> None:
-    """In FMI 2.0 these variables are the discrete ones: they change only at events."""
+    """In FMI 2.0 these variables are discrete: they change only at events."""
     discrete = {n for n, v in told.items() if v.causality == "output" and v.variability == "discrete"}
     assert discrete == {n for n in told if n.startswith("events.") or ".state" in n or n == "audit.verdict"}
     assert {"events.count", "events.last.time", "events.last.turn", "ball.friction.state[1]", "ball.contact[1].state"} <= discrete

@@ -1,5 +1,4 @@
-"""A spatial arm of six joints that friction holds. It stays at rest for ever, and slips at the limit that independent statics
-gives."""
+"""A spatial arm of six joints that friction holds. The arm stays at rest, and slips at the limit given by independent statics."""
 
 from __future__ import annotations
 

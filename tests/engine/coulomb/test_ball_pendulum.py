@@ -63,15 +63,15 @@ def test_the_error_falls_with_the_tolerance() -> None:
 
 @pytest.mark.parametrize(("stop", "turn"), [(1, 58.8975), (5, 57.610)])
 def test_the_normal_turns_as_the_reaction_jumps(stop: int, turn: float) -> None:
-    """Angle, degrees, by which the normal turns: 2 atan μ less the turn of the reaction (theory, "Turns of normals"). Agreement to
-    the printed digits."""
+    """Angle, degrees, by which the normal turns: 2 atan μ less the turn of the reaction (theory, "Turns of normals"). The values
+    agree to the printed digits."""
     (found,) = swing(1e-12).events[stop - 1].turn
     assert math.degrees(found) == pytest.approx(turn, abs=5e-4)
 
 
 def test_a_ball_pendulum_with_adams_friction_stops_at_the_time_of_that_program() -> None:
-    """With Adams' friction r μ |f| instead of r μ |f|/√(1+μ²) (151), the ball stops at 7.719710 s. The paper reads 7.7 s off its
-    figure."""
+    """Adams uses the friction r μ |f| (151) instead of r μ |f|/√(1+μ²). With this friction, the ball stops at 7.719710 s. The paper
+    reads 7.7 s from its figure."""
     r = run("spherical_pendulum", 8.0, 1.0, 1e-11, friction__normal_force="adams")
     assert min(abs(t - 7.719710) for t in stops(r)) <= 1e-6
 

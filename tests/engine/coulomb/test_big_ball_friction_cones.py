@@ -1,5 +1,5 @@
-"""Big, rough balls reach their friction cones repeatedly. Under the regularised law they pass the cones as under Coulomb's law, and
-the motion converges to Coulomb's."""
+"""Big, rough balls reach their friction cones repeatedly. The regularised law and Coulomb's law pass the cones alike. The motion
+converges to Coulomb's motion."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def places(r: Result) -> np.ndarray:
 
 
 def converges(count: int, seed: int) -> None:
-    """The regularised law passes all cones, and its motion differs from Coulomb's by an amount of first order in v_eps."""
+    """Check that the regularised law passes all cones, and that its motion differs from Coulomb's motion to first order in
+    v_eps."""
     exact = simulate(big_balls(count, seed, "coulomb"), until=1.0, every=1.0, rtol=1e-9)
     assert exact.outcome.ok
     off = []
@@ -52,9 +53,8 @@ def test_two_big_balls_pass_their_cones_and_converge_to_coulombs(seed: int) -> N
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("setting", [("auto", 1e-6), ("rk5", 1e-5), ("rosenbrock", 1e-6), ("rk8", 1e-8)])
 def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, float]) -> None:
-    """Two balls reach their cones at 0.262 s, where friction has four roots; a moment later only one of them is left. The engine
-    finds this root and keeps it. Earlier, the estimate of a first step's length converged to another root, and the step began from
-    there."""
+    """Two balls reach their cones at 0.262 s. Friction has four roots at this time, but only one root a moment later. The engine
+    finds and keeps this root."""
     method, rtol = setting
     r = simulate(big_balls(2, 42, "coulomb"), until=1.0, every=1.0, method=method, rtol=rtol, outputs=["energy.*"])
     assert r.outcome.ok
@@ -68,8 +68,8 @@ def test_friction_is_followed_where_it_has_several_roots(setting: tuple[str, flo
 ])  # fmt: skip
 @pytest.mark.slow
 def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel: str) -> None:
-    """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. At the end of a branch,
-    friction is that of the branch before the event. Earlier, rows showed the branch after the event, 6e-5 beyond the cone."""
+    """From 0.04685 s on, a ball of this loop alternates between its branches up to a thousand times. In the row at the end of a
+    branch, friction is that of the ending branch."""
     scene = rubbing("loop", 247).scene
     r = simulate(scene, until=0.046856, every=0, method=method, rtol=1e-6, outputs=wanted(scene), kernel=kernel)
     assert r.outcome.ok
@@ -79,8 +79,8 @@ def test_rows_at_which_a_ball_leaves_its_cone_are_within_it(method: str, kernel:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", [*STARTS_ELSEWHERE, 38])
 def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int) -> None:
-    """Sliding at the kink would take the ball back below the kink. Earlier, the ball passed the kink up to 9,000 times, until no
-    steps were left."""
+    """If the ball started to slide at the kink, sliding would take it back below the kink. The engine must not pass the kink again
+    and again."""
     exact = simulate(big_balls(2, seed, "coulomb"), until=1.0, every=1.0, rtol=1e-6)
     for v_eps in (1e-4, 1e-5):
         r = simulate(big_balls(2, seed, "regularized", v_eps), until=1.0, every=1.0, rtol=1e-6, max_steps=10000)

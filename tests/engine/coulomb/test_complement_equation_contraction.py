@@ -1,4 +1,4 @@
-"""The contraction of the complement equations is a spectral radius."""
+"""The reported contraction of the complement equations is their spectral radius."""
 
 from __future__ import annotations
 

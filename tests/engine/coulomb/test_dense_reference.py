@@ -25,7 +25,7 @@ TOLERANCE = 1e-9
 
 
 def dry(case: Case, normal_forces: tuple[str, ...] = ("exact",)) -> Case:
-    """The case with dry friction in every joint that has friction, and these kinds of normal forces in turn."""
+    """The case with dry friction in every joint that has friction. Normal forces of the given kinds are used in turn."""
     joints, forces = {}, cycle(normal_forces)
     for name, j in case.scene.joints.items():
         force = next(forces)
@@ -35,7 +35,7 @@ def dry(case: Case, normal_forces: tuple[str, ...] = ("exact",)) -> Case:
 
 
 def sliding_speeds(case: Case) -> list[float]:
-    """Largest rate of every joint with friction (m/s, rad/s). A joint without freedom in its loop is at rest, and sticks."""
+    """Largest rate of every joint with friction (m/s, rad/s). A joint that its loop does not let move is at rest, and sticks."""
     return [float(np.abs(case.qd[n]).max()) for n, j in case.scene.joints.items() if rubs(j)]
 
 
@@ -85,8 +85,8 @@ def test_a_sliding_loop_accelerates_as_the_dense_solve_says(kind: str) -> None:
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_joint_that_sticks_is_one_that_is_locked(seed: int) -> None:
-    """The journal is wide enough to hold any load (its friction is at most r |F|), and one joint is at rest. The other joints
-    accelerate as if a fixed joint were there."""
+    """The journal is wide enough to hold any load (its friction is at most r |F|). One joint is at rest. The other joints
+    accelerate as if this joint were fixed."""
     from tests.engine.coulomb.test_random_chains import chain
 
     scene = chain((40, 41, 42, 43, 44, 47)[seed])

@@ -1,7 +1,7 @@
 """Wedging (theory, "Reference numbers", F5). A push parallel to a guide at offset e presses on each of its ends with F e/(2c). The
 guide holds for any F when e ≥ c/μ.
 
-The last tests are about simultaneous sliding along and about an axis."""
+The last tests concern simultaneous sliding along and about an axis."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ def test_a_guide_under_a_growing_push_slips_when_the_push_exceeds_friction() -> 
 
 
 def test_travel_and_turn_share_one_friction() -> None:
-    """A loaded shaft that is pushed along its axis and turned about it slips where sliding in that direction would begin. The limit
-    comes from numerical roots of the contact equations."""
+    """A loaded shaft is pushed along its axis and turned about this axis. The shaft slips in the direction in which sliding would
+    begin. Numerical roots of the contact equations give the limit."""
     radius, direction = 0.02, 0.6
     load, spin, slide = np.array([0.0, 0.0, -MASS * 9.81]), math.sin(direction) / radius, math.cos(direction)
     out = journal(load, np.zeros(3), spin, slide, radius, HALF_LENGTH, Law("coulomb", MU))
@@ -96,8 +96,8 @@ def test_travel_and_turn_share_one_friction() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-7, 1e-9])
 def test_friction_follows_the_sliding_that_turns_right_behind_a_reversal(rtol: float) -> None:
-    """A cylindrical guide on a loop with one freedom comes to rest at 0.792 s. It reverses along a line whose direction changes at
-    once. Earlier, the next step followed the first line for 6 ms, and friction was wrong by 5e-4 of its value at any tolerance."""
+    """A cylindrical guide on a loop with one freedom comes to rest at 0.792 s. After its reversal, the guide slides along a line
+    whose direction changes at once. Friction must follow this direction from the first step."""
     scene = random_loop("nov24b14", laws=("coulomb", "stribeck", "regularized", "lugre", "viscous")).scene
     how = {"until": 0.81, "every": 1e-3, "outputs": ("j2.friction.*", "j2.qd[1]")}
     r, exact = simulate(scene, rtol=rtol, method="rk8", **how), simulate(scene, rtol=1e-12, method="rk5", **how)

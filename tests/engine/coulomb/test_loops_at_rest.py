@@ -1,5 +1,5 @@
-"""Closed loops that friction holds in every joint. They are released exactly where plane statics with friction cones says so,
-although their friction is not unique."""
+"""Closed loops that friction holds in every joint. Plane statics with friction cones gives the load that releases a loop, although
+the friction of the loop is not unique."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_sticking_loop_slips_when_a_growing_torque_reaches_the_largest_it_hold
     still = r.time < 5.0
     for i in range(LOOPS[which].count):
         assert np.all(r[f"p{i}.qd[1]"][still] == 0.0)
-        assert np.ptp(r[f"p{i}.q[1]"][still]) <= 1e-14  # the angle of the cut joint is measured, with round-off
+        assert np.ptp(r[f"p{i}.q[1]"][still]) <= 1e-14  # the angle of the cut joint is computed from the bodies, with round-off
     assert any(("not" in n and "unique" in n) or "not (smallest" in n for n in r.notes)
 
 
@@ -68,7 +68,7 @@ needs."""
 
 @pytest.mark.parametrize("extra", [0.3, 0.8])
 def test_load_sharing_in_a_loop_does_not_depend_on_a_resting_pair_beside_the_loop(extra: float) -> None:
-    """A light arm on the coupler holds a different share of its capacity than the loop's joints hold of theirs."""
+    """A light arm on the coupler is at rest with a share of its capacity that differs from the share of the loop's joints."""
     alone = FOUR_BAR.scene(extra * most("four-bar", 1.0))
     d, reach = FOUR_BAR.link(1), FOUR_BAR.reach()[0]
     arm = sm.Body(mass=ARM, inertia=(ARM, ARM, ARM), center=(SHARE * reach, 0.0, 0.0))
@@ -99,7 +99,6 @@ def test_a_folded_press_locks_itself_in_statics_and_in_runs(load: float, part: f
 
 
 def test_numbers_of_a_trial_step_that_are_not_finite_end_no_process() -> None:
-    """Earlier, pairs at rest whose responses were not numbers made a group of rank zero, and the code read beyond the group's
-    members."""
+    """Pairs at rest whose responses are NaN must not form a group of rank zero."""
     scene = random_loop("diag17f14", laws=("coulomb", "stribeck", "regularized", "lugre", "viscous")).scene
     assert simulate(scene, until=3.0, rtol=1e-6, method="rk8").outcome.ok

@@ -1,5 +1,5 @@
-"""Many joints with friction on one freedom have common events, which do not depend on method or tolerance. The motion is the limit
-of a smooth law that becomes steeper."""
+"""Many joints with friction share one freedom. Their events coincide, and do not depend on method or tolerance. The motion is the
+limit of a smooth law of growing steepness."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ forces:
 
 
 def corner(rub: set[str], law: str = "law: coulomb") -> Scene:
-    """The corner of a car with friction in these joints. Its wheel's load comes and goes."""
+    """The corner of a car with friction in these joints. The load of the wheel comes and goes."""
     lines = []
     for line in CORNER.splitlines():
         head, found, sizes = line.partition(", RUB ")
@@ -88,8 +88,7 @@ def test_joints_on_one_freedom_turn_stop_and_let_go_at_one_time(rub: set[str]) -
 
 
 def test_the_motion_is_what_a_steep_law_without_rest_tends_to() -> None:
-    """The regularised law decides nothing: it has no modes, no distribution of loads and no events. Its error is of first order in
-    its speed."""
+    """The regularised law has no modes, no distribution of loads and no events. Its error is of first order in its speed."""
     exact = run(frozenset(ALL), "rk8", 1e-9)
     off = []
     for speed in (4e-6, 2e-6, 1e-6):

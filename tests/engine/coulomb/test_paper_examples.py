@@ -27,7 +27,7 @@ def test_the_slider_pin_reverses_when_the_crank_stands_across_the_guide() -> Non
 
 
 def test_the_slider_pins_normals_turn_as_computed() -> None:
-    """The normals turn by 33.083° and 33.029° in turn, to the digits printed (theory, "Turns of normals")."""
+    """The normals turn alternately by 33.083° and 33.029°, to the printed digits (theory, "Turns of normals")."""
     for e, expected in zip(crank().events, (33.083, 33.029) * 3, strict=True):
         assert np.degrees(e.turn) == pytest.approx([expected] * 2, abs=5e-4)
 
@@ -109,5 +109,5 @@ def test_with_fixed_steps_the_pivot_comes_through_its_stops_and_the_error_falls_
         assert r.outcome.ok
         assert 4.0 / step <= r.stats.steps <= 4.0 / step + 4 * len(r.events) + 100
         errors.append(np.abs(r["cross.q[1]"] - fine["cross.q[1]"]).max())
-    # steps are 16 times shorter; errors of first order at changes of friction would fall by that factor
+    # steps are 16 times shorter; errors of first order at changes of friction would fall by a factor of 16
     assert errors[1] < 0.25 * errors[0] < 0.01

@@ -1,5 +1,5 @@
-"""Random chains with friction at every joint, from rest and in motion, lose energy only to friction and do not chatter. They end
-early only where there is no solution."""
+"""Random chains with friction at every joint, from rest and in motion, lose energy only to friction and do not chatter. A run ends
+early only where no solution exists."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ the accelerations."""
 
 
 def has_no_answer(scene: sm.Scene, until: float) -> None:
-    """The claim that a run ends with a named outcome, at the start or an instant beyond the last state. An independent search
-    confirms that no combination of stick and slip satisfies Coulomb's law there."""
+    """Check that a run ends with a named outcome, at the start or just beyond the last state. An independent search confirms that
+    no combination of stick and slip satisfies Coulomb's law at this state."""
     r = simulate(scene, until=until, every=0, rtol=1e-7, outputs=COLUMNS)
     assert r.outcome.name in ("jammed", "inconsistent", "no_solution")
     # the outcome "inconsistent" may concern several joints
@@ -71,13 +71,14 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [1060, 1122, slow(1144), slow(1166), 1215])
 def test_a_chain_whose_friction_has_no_solution_ends_there_with_that_outcome(seed: int) -> None:
-    """The first two chains end at the start, the others during the motion, the last one where a joint has just come to rest."""
+    """The runs of the first two chains end at the start, the other runs during the motion. The last run ends where a joint has just
+    come to rest."""
     has_no_answer(chain(seed), 3.0)
 
 
 @pytest.mark.slow
 def test_the_search_finds_a_solution_for_chains_whose_runs_finish() -> None:
-    """The independent search finds a solution where one exists: at the starts of chains whose runs finish."""
+    """The independent search finds solutions at the starts of chains whose runs finish."""
     for seed in (2, 3, 5):
         scene = chain(seed)
         starts = {n: j.start for n, j in scene.joints.items() if j.start is not None}

@@ -1,5 +1,5 @@
-"""A press that folds through its change point. Where friction has two roots near it, the run follows the one that stiff contacts
-would keep. Where there is no root, the press jams. A model with a spring at the foot agrees, at every setting."""
+"""A press folds through its change point. Where friction has two roots near this point, the run follows the root that stiff
+contacts would keep. Where no root exists, the press jams. A model with a spring at the foot agrees at every setting."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ def run(method: str, rtol: float, mu: float = 0.1, radius: float = 20, push: flo
 
 def told(r: Result) -> list[Event]:
     """The run's events without separations, and without contact jumps at the instant of the jam. The instant at which pin and
-    bearing separate depends on the steps. At the jam the forces have no bound, and round-off decides whether contacts jump first
-    (1e-13 s)."""
+    bearing separate depends on the steps. At the jam the forces are unbounded, and round-off decides whether contacts jump before
+    the jam (by 1e-13 s)."""
     end = r.outcome.time - 1e-9
     return [e for e in r.events if e.kind != "separation" and not (e.kind == "contact_jump" and e.time > end)]
 
 
 def sprung(stiffness: float, begin: float, end: float):
-    """The motion of the press with its foot on a spring, from our state at `begin`."""
+    """The motion of the press with its foot on a spring, from the engine's state at `begin`."""
     ours = run("rk8", 1e-10)
     at = int(np.searchsorted(ours.time, begin - 1e-9))
     model = SprungToggle(stiffness, 100 * np.sqrt(stiffness), partial(np.interp, xp=PUSH_TIMES, fp=PUSH))
@@ -86,7 +86,7 @@ PRESSES = [(*press, half) for press in OTHERS for half in (0, 1)]
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("mu", "radius", "push", "half"), sampled(PRESSES, lambda p: p[3] == OTHERS.index(p[:3]) % 2))
 def test_presses_that_jam_have_the_same_events_at_every_setting(mu: float, radius: float, push: float, half: int) -> None:
-    """By default, each press runs at every other setting, in turn. Each setting then occurs in two of the presses."""
+    """By default, each press runs at every second setting. Two of the presses then run at each setting."""
     exact = run("rk8", 1e-10, mu, radius, push)
     for method, rtol in list(product(("rk5", "rk8", "rosenbrock"), TOLERANCES))[half::2]:
         r, off = run(method, rtol, mu, radius, push), 100 * rtol + CROSSING[method]
@@ -110,8 +110,8 @@ def test_a_springy_foot_folds_through_as_well_and_turns_back_where_ours_does() -
 
 @pytest.mark.slow
 def test_on_its_way_back_a_stiff_foot_stops_where_ours_jams() -> None:
-    """The force on the foot, and with it friction, grows beyond all bounds. The stiffer the foot's spring, the shorter is the
-    travel within which this happens."""
+    """The force on the foot grows beyond all bounds, and friction grows with it. A stiffer spring at the foot shortens the travel
+    of this growth."""
     end = run("rk8", 1e-10).outcome.time
     for stiffness, late in ((1e17, 2e-4), (1e19, 8e-5)):
         motion = sprung(stiffness, 0.53, end + late)

@@ -62,8 +62,8 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
 
 
 def test_a_bushing_yields_by_load_over_stiffness() -> None:
-    """The bushing is at rest under a force through its point and a torque about one axis. It yields by m g/k along each axis, and
-    by asin(T/k) about the axis of the torque."""
+    """A force through the point of the bushing and a torque about one axis act on the bushing at rest. The bushing yields by m g/k
+    along each axis, and by asin(T/k) about the axis of the torque."""
     push, twist = (30.0, -40.0, 0.0), 5.0
     scene = held()
     weight = sm.Force("force", "b.eye", (0.0, 0.0, MASS * G))
@@ -101,7 +101,7 @@ def test_small_swings_have_the_six_frequencies_of_its_stiffnesses() -> None:
 
 
 def test_a_bushing_keeps_energy_without_damping_and_accounts_for_it_with_damping() -> None:
-    """The body tumbles through whole turns about all axes, where any sequence of angles would be singular."""
+    """The body tumbles through whole turns about all axes, where every sequence of angles would be singular."""
     start = {"start": {"qd": (0.5, -0.7, 0.3, 18.0, -16.0, 14.0)}}
     r = simulate(held(**start), until=3.0, every=0.01, rtol=1e-11)
     assert np.abs([r[f"bush.turn[{k}]"] for k in (1, 2, 3)]).max() > 2.5
@@ -114,12 +114,13 @@ def test_a_bushing_keeps_energy_without_damping_and_accounts_for_it_with_damping
     stored = r["energy.potential"] - MASS * G * r["b.position[3]"]
     lost = r["energy.dissipated"] - r["energy.dissipated"][0]
     given = make_interp_spline(r.time, r["bush.power"], k=5).integrate(0.0, r.time[-1])
-    # splines of degree 5 through rows 2 ms apart have this precision
+    # splines of degree 5 through rows 2 ms apart are precise to this limit
     assert given == pytest.approx(-(stored[-1] - stored[0]) - lost[-1], rel=1e-6)
 
 
 def test_a_bushing_between_placed_bodies_is_relaxed_in_their_placement() -> None:
-    """A tilted arm on the ground: the bushing's axes are the world's, and it exerts no force until the arm moves."""
+    """A tilted arm on the ground. The axes of the bushing are those of the world. The bushing exerts no force until the arm
+    moves."""
     tilt = sm.Turn(axis="y", angle=0.4)
     arm = sm.Body(mass=MASS, inertia=(0.2, 0.3, 0.4), points={"eye": (0.3, 0.0, 0.0)}, position=(0.2, 0.1, 0.5), orientation=tilt)
     pull = sm.Force("force", "arm.eye", (0.0, 0.0, 12.0))

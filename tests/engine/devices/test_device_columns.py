@@ -82,13 +82,14 @@ def test_a_spring_between_points_reports_its_length_force_and_power() -> None:
     length = np.linalg.norm(tip, axis=0)
     rate = make_interp_spline(r.time, length, k=5).derivative()(r.time)
     assert r["rubber.length"] == pytest.approx(length, rel=1e-12)
-    inside = slice(10, -10)  # away from its ends, the rate of a spline is precise to 1e-9
+    inside = slice(10, -10)  # except near its ends, the rate of a spline is precise to 1e-9
     assert r["rubber.force"][inside] == pytest.approx((200.0 * (length - 0.5) + 3.0 * rate)[inside], abs=1e-6)
     assert r["rubber.power"][inside] == pytest.approx((-r["rubber.force"] * rate)[inside], abs=1e-5)
 
 
 def test_powers_and_friction_are_all_that_changes_energy() -> None:
-    """Changes of kinetic and gravitational energy, compared with the integral of all columns of power, where these are smooth."""
+    """The test compares changes of kinetic and gravitational energy with the integral of all columns of power, where these are
+    smooth."""
     body = sm.Body(box=(0.6, 0.05, 0.05), mass=2.0, center=(0.3, 0.0, 0.0))
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02)
     motor = sm.Signal(harmonic=sm.Harmonic(3.0, 0.6, 0.0, 4.0))

@@ -62,7 +62,8 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_fall_through_air_is_its_closed_form(kernel: str) -> None:
-    """v = u tanh(g t/u) and s = u²/g ln cosh(g t/u), with u = √(2 m g/(ρ c A)); drag takes what the fall loses."""
+    """v = u tanh(g t/u) and s = u²/g ln cosh(g t/u), with u = √(2 m g/(ρ c A)). The work of drag equals the energy that the falling
+    body loses."""
     r = simulate(flying((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), forces={"air": air()}), until=9.0, every=0.5, rtol=1e-12, kernel=kernel)
     u = np.sqrt(2 * 2.0 * G / (1.2 * 0.8 * 0.3))
     assert r["j.qd[3]"] == pytest.approx(-u * np.tanh(G * r.time / u), abs=CLOSE * u)
@@ -120,8 +121,8 @@ def test_a_body_around_a_point_follows_keplers_ellipse(seed: int) -> None:
 
 
 def test_the_derivatives_by_their_numbers_are_those_of_the_closed_forms() -> None:
-    """The derivatives of a vertical fall through air are with respect to the area. Those of the first 0.1 s of a fall towards a
-    point are with respect to gm and mass."""
+    """Derivatives of a vertical fall through air with respect to the area. Derivatives of the first 0.1 s of a fall towards a point
+    with respect to gm and mass."""
     scene = flying((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), forces={"air": air()})
     found = trunnion.sensitivity(scene, ["forces.air.area"], ["j.qd[3]"], 3.0, 1.0, rtol=1e-11)
 

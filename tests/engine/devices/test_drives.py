@@ -1,4 +1,4 @@
-"""Prescribed motion is exact, and its effort agrees with the balance of energy."""
+"""Prescribed motion is exact. The effort of a drive agrees with the balance of energy."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ MOTIONS = {"slide": constant, "first": ramp, "second": harmonic, "shaft": table}
 
 @cache
 def driven() -> Result:
-    """Rows lie between the kinks of ramp and table, where accelerations jump."""
+    """A run of the drives. Accelerations jump at the kinks of ramp and table."""
     r = simulate(scene(), until=2.0, every=0.004, rtol=1e-10)
     assert r.outcome.ok
     return r
@@ -95,7 +95,7 @@ def test_efforts_of_drives_are_what_changes_the_energy() -> None:
     for a, b in ((0.304, 0.696), (1.004, 1.596), (1.604, 2.0)):
         part = (r.time > a - 1e-9) & (r.time < b + 1e-9)
         work = cumulative_simpson(power[part], x=r.time[part], initial=0.0)
-        # Simpson's rule has this error at a spacing of 4 ms
+        # the error of Simpson's rule at a spacing of 4 ms
         assert np.abs(energy[part] - energy[part][0] - work).max() <= 1e-6 * np.ptp(work)
     assert np.abs(r["energy.residual"]).max() <= 1e-8 * np.abs(power).max()
 
@@ -135,7 +135,8 @@ def test_a_drive_overrides_start_values_of_its_freedom() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "cylindrical", "planar", "free"])
 def test_a_driven_joint_of_a_loop_is_driven(kind: str) -> None:
-    """The joints of two bodies to the ground have more devices, so that the rule would cut the driven joint."""
+    """The joints of two bodies to the ground have more devices than the driven joint. By the rule for cuts alone, the driven joint
+    would be cut."""
     count = REGISTRY[kind].nv
     drive = sm.Drive(constant=sm.Constant(rate=0.5, start=0.1))
     ties = {f"tie_{n}": sm.Joint("free", "ground", n, damping=(1.0,) * 6, effort=(0.0,) * 6) for n in "bc"}

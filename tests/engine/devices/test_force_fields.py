@@ -1,4 +1,4 @@
-"""A force field acts by its formulas of the position; in both kernels, with work, derivatives and rest."""
+"""A force field acts by formulas of the position. The tests cover both kernels, work, derivatives and rest."""
 
 from __future__ import annotations
 

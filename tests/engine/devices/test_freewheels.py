@@ -1,4 +1,5 @@
-"""Freewheels turn freely one way and hold the other, up to their capacity, exactly like set-valued friction of two sizes."""
+"""Freewheels turn freely in one direction. In the other direction they hold up to their capacity, like set-valued friction of two
+sizes."""
 
 from __future__ import annotations
 
@@ -44,8 +45,8 @@ def test_a_freewheel_overruns_and_holds_up_to_its_limit(kernel: str, law: str) -
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_freewheel_that_is_driven_to_and_fro_turns_one_way(kernel: str) -> None:
-    """An oscillating torque below the capacity: the wheel starts where the torque exceeds the drag, and stops where its impulse is
-    used up."""
+    """An oscillating torque below the capacity. The wheel starts where the torque exceeds the drag, and stops when the impulse of
+    the torque is used up."""
     swing = sm.Signal(harmonic=sm.Harmonic(amplitude=10.0, frequency=1.0))
     r = simulate(wheel(swing), until=3.0, kernel=kernel, rtol=1e-10)
     assert np.diff(r["hub.q[1]"]).min() >= 0.0
@@ -88,7 +89,8 @@ def test_a_freewheel_on_a_guide_holds_and_both_kernels_agree() -> None:
 
 
 def test_bounds_know_both_senses() -> None:
-    """A torque of 20 N m acts one way, 0.1 N m the other. The shares are relative to the friction that holds in each direction."""
+    """A torque of 20 N m acts in one direction, 0.1 N m in the other. The shares are relative to the friction that holds in each
+    direction."""
     for effort, share in ((-20.0, 20.0 / GRIP), (0.1, 0.1 / DRAG)):
         found = trunnion.hold(wheel(effort), bounds=True)
         assert found.holds

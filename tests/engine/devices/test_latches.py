@@ -1,5 +1,5 @@
-"""A latch falls behind a part that has passed it and holds the part like an end stop. A signal, an input or too large a force
-releases it."""
+"""A latch falls behind a part that has passed it, and then holds the part like an end stop. A signal, an input or too large a force
+releases the part."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_damped_block_comes_to_rest_on_its_hook_and_is_released_on_time(kernel
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_hook_releases_under_too_large_a_load(kernel: str) -> None:
-    """A pull that grows by 1 N/s releases the hook at 10 N, apart from the oscillation on the hook: 1 N/s over √(k/m)."""
+    """A pull that grows by 1 N/s releases the hook at 10 N. The oscillation on the hook changes this force by 1 N/s over √(k/m)."""
     grows = sm.Signal(ramp=sm.Ramp(0.0, -100.0, duration=100.0))
     scene = thrown(sm.Latch(AT, STIFF, damping=5.0, holds=10.0))
     scene = replace(scene, joints={"j": replace(scene.joints["j"], effort=grows, start=sm.Start(q=AT))})
@@ -82,7 +82,7 @@ def test_the_hook_releases_under_too_large_a_load(kernel: str) -> None:
     assert r["j.q[1]"][-1] < 0.0
     again = simulate(replace(scene, joints={"j": replace(scene.joints["j"], latch=sm.Latch(AT, STIFF, damping=5.0))}), until=14.0)
     assert kinds(again) == []
-    assert again["j.latch.state[1]"].min() == 1.0  # the start is behind the hook, which is down
+    assert again["j.latch.state[1]"].min() == 1.0  # the part starts behind the hook, which is down
 
 
 def test_a_latch_that_keeps_below_is_a_mirror_image_and_a_lifted_hook_lets_pass() -> None:
@@ -133,7 +133,8 @@ def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, m
 
 
 def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
-    """A slider that passes a hook shortly after a signal lowered it, or during a dip of the signal below its release."""
+    """A slider that passes a hook. A signal has lowered the hook shortly before, or lifts it briefly by a dip below the level of
+    release."""
     speed, passes = rng.uniform(0.5, 2.0), rng.uniform(0.3, 0.7)
     falls = passes - rng.uniform(1e-3, 0.08)
     if kind == "ramp":

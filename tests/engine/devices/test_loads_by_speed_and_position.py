@@ -20,7 +20,7 @@ CURVE = {"at": [0.0, 0.1, 0.2, 0.3], "effort": [-5.0, 1.0, 4.0, 30.0]}
 
 
 def block(**keys: Any) -> dict[str, Any]:
-    """A rubbing block on a rail along x."""
+    """A block with friction on a rail along x."""
     forces = keys.pop("forces", {})
     rail = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "pin": "outboard", "friction": RUB, **keys}
     body = {"mass": MASS, "inertia": [0.1, 0.1, 0.1]}
@@ -49,7 +49,7 @@ def test_friction_holds_up_to_its_limit(kind: str) -> None:
 
 
 def everything() -> trunnion.Scene:
-    """A rubbing block with every load, and a second body in the air."""
+    """A block with friction under every load, and a second body in the air."""
     law = {"spring_curve": CURVE, "quadratic_damping": 1.5, "damping_curve": {"speed": [0, 1, 2], "effort": [0, 2, 3]}}
     forces = {
         "strut": {"type": "spring_damper", "between": ["ball", "ground"],

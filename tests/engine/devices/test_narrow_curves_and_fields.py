@@ -1,5 +1,5 @@
-"""A step does not pass a narrow part of a curve or field unseen: the piece of a curve, the declared width of a field, the centre of
-an attraction."""
+"""Steps resolve narrow parts of curves and fields: pieces of a curve, the declared width of a field, and the centre of an
+attraction."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def scene(joint: dict[str, Any], forces: dict[str, Any] | None = None, **ground:
 
 
 def hill(rng: np.random.Generator, begin: float, way: float) -> tuple[dict[str, list[float]], Characteristic]:
-    """A random hill behind ``begin + way``, 1e-6 … 1e-2 of the way wide: no force far from it, a push, then a pull."""
+    """A random hill behind ``begin + way``. Its width is 1e-6 … 1e-2 of the way. Far from the hill no force acts; near it, first a
+    push acts, then a pull."""
     width = way * 10.0 ** rng.uniform(-6.0, -2.0)
     at = (begin + way + width * np.cumsum(rng.uniform(0.3, 1.0, 8))).tolist()
     push, pull = rng.uniform(1.0, 3.0, 2) / width

@@ -1,5 +1,5 @@
-"""Nonlinear springs and dampers follow their curves, along freedoms and between points, in both kernels. Energy, derivatives and
-states of rest follow the same curves."""
+"""Nonlinear springs and dampers follow their curves, along freedoms and between points, in both kernels. So do energies,
+derivatives and states of rest."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def evaluated(key: str) -> ca.Function:
 
 @pytest.mark.parametrize("key", [key for key, law in REGISTRY.items() if law.data])
 def test_each_law_is_its_curve_and_the_force_is_the_slope_of_the_energy(key: str) -> None:
-    """100 random curves, inside, at their points and beyond their ends."""
+    """The test takes 100 random curves, at positions inside, at their points and beyond their ends."""
     for seed in range(100):
         rng = np.random.default_rng(seed)
         data = getattr(random.group(rng), key)
@@ -58,7 +58,7 @@ def test_each_law_is_its_curve_and_the_force_is_the_slope_of_the_energy(key: str
 
 
 def test_at_a_point_of_a_curve_the_slope_is_that_of_the_curve() -> None:
-    """Rest and vibrations of a spring at exactly one of its points."""
+    """Rest and vibrations of a spring whose state of rest is a point of the curve."""
     at, effort = (0.0, 0.01, 0.02, 0.05), (10.0, 40.0, 60.0, 200.0)
     law = sm.Nonlinear(spring_curve=sm.SpringCurve(at, effort))
     curve = Characteristic(at, effort)
@@ -107,8 +107,8 @@ def test_both_kernels_and_their_derivatives_agree() -> None:
 
 @pytest.mark.parametrize(("seed", "damped"), sampled([(s, bool(s % 2)) for s in range(120)], 1))
 def test_the_error_of_a_run_is_within_the_requested_accuracy_and_near_its_estimate(seed: int, damped: bool) -> None:
-    """The curves have corners in their second derivative inside steps. Where two runs do not allow an estimate, none is stated.
-    Of 240 runs, three exceeded their stated error: 3.6, 2.5 and 2.1 times. The requested accuracy is met."""
+    """The curves have corners in their second derivative inside steps. If two runs do not give an estimate, no error is stated. Of
+    240 runs, three exceeded their stated error: 3.6, 2.5 and 2.1 times. All runs meet the requested accuracy."""
     scene = random.block(seed, damped)
     expected = random.integrated(scene, TIMES)[0]
     r = simulate(scene, until=TIMES[-1], every=TIMES[1], rtol=1e-7, certify=True)
@@ -127,7 +127,8 @@ def coasting(**keys) -> sm.Scene:
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_quadratic_damping_slows_by_its_closed_forms(kernel: str) -> None:
-    """Coasting: v = v0/(1 + c v0 t/m). Falling: v = u tanh(g t/u) with u = √(m g/c). The work of the damper is its loss."""
+    """Coasting: v = v0/(1 + c v0 t/m). Falling: v = u tanh(g t/u) with u = √(m g/c). The work of the damper equals the lost
+    energy."""
     c, v0, g = 0.8, 7.0, 9.81
     free = coasting(law={"quadratic_damping": c}, gravity=(0.0, 0.0, 0.0), start=sm.Start(qd=v0))
     r = simulate(free, until=3.0, every=0.1, rtol=1e-11, kernel=kernel)

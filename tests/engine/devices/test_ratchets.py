@@ -1,5 +1,5 @@
 """A latch with a pitch is a ratchet. It falls behind every tooth that passes and gives back at most one pitch. Under too large a
-load it slips to the tooth before. Latches of any mechanism keep the parts that they have caught."""
+load it slips back by one tooth. In random mechanisms, latches keep the parts that they have caught."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def times(r: Result, kind: str) -> list[float]:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_pawl_falls_behind_every_tooth_that_passes_and_catches_the_last(kernel: str) -> None:
-    """The body moves up freely, past a tooth at each pitch. It falls by less than a pitch, onto the last tooth, with the speed of
-    this fall."""
+    """The body moves up freely, past a tooth at each pitch. It then falls by less than a pitch onto the last tooth, and hits it
+    with the speed of the fall."""
     r = simulate(thrown(TEETH), until=2.0, every=1e-3, rtol=1e-10, kernel=kernel)
     teeth = AT + PITCH * np.arange(int((TOP - AT) / PITCH) + 1)
     assert times(r, "latch") == pytest.approx(passes(teeth), abs=1e-9)
@@ -93,7 +93,7 @@ def test_a_pawl_that_is_let_down_again_catches_at_the_tooth_behind() -> None:
 
 
 def test_a_body_on_a_tooth_rests_and_oscillates_there() -> None:
-    """An analysis of rest that restarts from this state has the same tooth. A start behind several teeth is behind the last of
+    """An analysis of rest that starts from this state finds the same tooth. A start behind several teeth is held by the last of
     them."""
     scene = thrown(replace(TEETH, damping=1.0))
     joint = replace(scene.joints["j"], effort=None)
@@ -111,7 +111,7 @@ def test_both_kernels_agree_about_teeth() -> None:
 
 
 def hooked(seed: int, pitch: float | None) -> tuple[sm.Scene, str, float]:
-    """A random tree of sliding and turning parts with a latch just ahead of a random one, in a random direction."""
+    """A random tree of sliding and turning parts. A latch is just ahead of a random part, in a random direction."""
     types = ("revolute", "prismatic", "spherical", "universal")
     case = random_tree(f"hook{seed}", types=types, friction=0.0, devices=0.0, drives=0.0)
     name = next((n for n, j in case.scene.joints.items() if j.type in ("revolute", "prismatic")), "")
@@ -130,8 +130,8 @@ def hooked(seed: int, pitch: float | None) -> tuple[sm.Scene, str, float]:
 @pytest.mark.parametrize("pitch", [None, 0.05])
 @pytest.mark.parametrize("seed", range(6))
 def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(seed: int, pitch: float | None) -> None:
-    """In every row the tooth is the last one passed so far. The coordinate is never further back than the spring of that tooth
-    allows, and the tooth presses in proportion to this depth. The energy is that of the start."""
+    """In every row the tooth is the last tooth passed so far. The part is never further back than the spring of this tooth allows,
+    and the force of the tooth is proportional to the depth. The energy stays constant."""
     scene, name, way = hooked(seed, pitch)
     latch = scene.joints[name].latch
     r = simulate(scene, until=0.6, every=2e-4, rtol=1e-9, kernel="parts")
@@ -152,8 +152,8 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
 @pytest.mark.parametrize("method", ["auto", "rk5", "rosenbrock"])
 @pytest.mark.parametrize("seed", [0, 3])
 def test_in_a_loop_a_pawl_passes_every_tooth_once(seed: int, method: str) -> None:
-    """Closing the loop moves the state of an event by the step's error, possibly to before the tooth. Earlier, the pawl was lifted
-    and fell again on the tooth on which it was, or was pressed at once."""
+    """The closure of a loop shifts the state of an event by the step's error, possibly to before the tooth. The pawl must not be
+    lifted again by this shift."""
     r = simulate(crossed("ratchets_in_loops", seed), method=method, outputs=["j3.q*", "j3.latch.state*"])
     assert r.outcome.ok
     clicks = [e.time for e in r.events if e.joint == "j3" and (e.kind in ("latch", "unlatch") or e.kind.startswith("end_stop"))]

@@ -64,7 +64,8 @@ def test_a_motion_from_rest_to_rest_follows_its_profile(profile: str, kind: str,
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_the_drives_work_equals_the_work_of_friction(profile: str) -> None:
-    """The motion is level and goes from rest to rest, so that the drive's work is that of friction, whose torque is given."""
+    """The motion is level and goes from rest to rest. The work of the drive therefore equals the work of the given friction
+    torque."""
     r = moved(profile)
     assert r["energy.dissipated"][-1] == pytest.approx(0.5 * abs(WAY), rel=1e-6)
     assert abs(r["energy.residual"]).max() < 1e-6

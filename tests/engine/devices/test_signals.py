@@ -1,4 +1,4 @@
-"""A mass, a damped mass and a rubbing block move under every kind of signal as an independent integration says, for every method
+"""A mass, a damped mass and a block with friction under every kind of signal move as an independent integration, for every method
 and kernel. Steps end at corners and jumps of signals, so that none is missed."""
 
 from __future__ import annotations
@@ -122,8 +122,8 @@ def damped(f: Load, mass: float, damping: float) -> tuple[float, float]:
 
 
 def rubbing(f: Load, mass: float, hold: float) -> tuple[float, float, list[float]]:
-    """The end and the starts of sliding of a block that friction up to ``hold`` stops: coordinate and rate at the end, and times at
-    which sliding begins in a direction. They follow from roots of integrals between the ends of the load's pieces."""
+    """The motion of a block that friction up to ``hold`` stops: coordinate and rate at the end, and times at which sliding begins
+    in a direction. They are roots of integrals between the ends of the load's pieces."""
     t, q, v, slips, left = 0.0, 0.0, 0.0, [], pieces(f.ends)[1:]
     sign = 0.0
     while left:
@@ -143,7 +143,7 @@ def rubbing(f: Load, mass: float, hold: float) -> tuple[float, float, list[float
                 low, high = (t if over == 1 else inside[over - 2]), inside[over - 1]
                 t = brentq(lambda x: abs(f.of(x)) - hold, low, high, xtol=1e-15)
             sign = math.copysign(1.0, f.of(math.nextafter(t, 9.0) if not over else high))
-            slips += [t] if t else []  # at t = 0 the block already slides, which is no event
+            slips += [t] if t else []  # a block that already slides at t = 0 has no event
             continue
 
         def rate(x: float, t: float = t, v: float = v, force: Callable[[float], float] = force) -> float:
@@ -331,7 +331,7 @@ def test_a_pulse_of_a_microsecond_lifts_a_hook_as_a_long_one_does() -> None:
 
 
 def test_a_sweep_over_numbers_of_a_signal_has_the_results_of_single_runs() -> None:
-    """Values share their kernel's vector steps; times of jumps are those of each case."""
+    """Cases with different values share vector steps of the kernel. Times of jumps belong to each case."""
     keys = load("pulses", 1, 8.0).keys
     block = scene_from_dict(scene(keys, 2.0, mu=0.2))
     effort = "joints.slide.effort.pulse"

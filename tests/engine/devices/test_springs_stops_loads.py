@@ -1,4 +1,4 @@
-"""Springs, dampers, stops, applied forces and inputs act during runs as their formulas say."""
+"""During runs, springs, dampers, stops, applied forces and inputs act as their formulas state."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_a_stop_without_damping_gives_back_all_energy() -> None:
 
 
 def test_a_bouncing_body_touches_and_leaves_when_it_must() -> None:
-    """Free flight of √(2 h/g), then half an oscillation on the spring, repeatedly."""
+    """Free flight of √(2 h/g) and half an oscillation on the spring alternate."""
     g, k, m, h = 9.81, 1e4, 2.0, 0.5
     w, v = np.sqrt(k / m), np.sqrt(2 * g * h)
     contact = (np.pi + 2 * np.arctan(g / (w * v))) / w
@@ -118,7 +118,8 @@ def test_a_stop_never_pulls(damping: float) -> None:
 
 
 def test_a_stop_lets_go_of_what_leaves_faster_than_it_can_follow() -> None:
-    """Only an external force can cause this: a body dropped into the stop never leaves faster than 1/damping."""
+    """A body that falls into the stop never leaves faster than 1/damping. Here the body starts inside the stop with a higher rate,
+    as after an external force."""
     stops = sm.EndStops(stiffness=1e4, lower=-0.5, damping=5.0)
     r = run(slider(end_stops=stops, start=sm.Start(-0.6, 3.0)), until=0.1, every=0.001)
     assert r["rail.q[1]"] == pytest.approx(-0.6 + 3.0 * r.time, abs=1e-12)
@@ -132,7 +133,7 @@ def test_an_upper_stop_is_a_lower_one_seen_in_a_mirror() -> None:
 
 
 def test_a_spring_damper_between_two_free_bodies() -> None:
-    """Along their line both bodies are one damped oscillator of the reduced mass; their centre continues uniformly."""
+    """Along their line, the two bodies are one damped oscillator with the reduced mass. The common mass centre moves uniformly."""
     a, b = BALL, replace(BALL, mass=3.0)
     way = np.array([2.0, -1.0, 2.0]) / 3.0
     joints = {
@@ -168,7 +169,7 @@ def test_a_force_in_world_axes_at_the_mass_centre_makes_a_parabola() -> None:
 
 def test_a_force_in_body_axes_turns_with_the_body() -> None:
     r = run(free_body({"f": sm.Force("force", "b", (4.0, 0.0, 0.0), frame="body")}, spin=2.0), until=2.0)
-    phi = np.pi / 2 + 2.0 * r.time  # the force acts through the mass centre, so that the spin is constant
+    phi = np.pi / 2 + 2.0 * r.time  # the force acts through the mass centre, so the spin is constant
     a = np.array([r[f"b.acceleration[{k}]"] for k in (1, 2, 3)])
     assert a == pytest.approx(2.0 * np.array([np.cos(phi), np.sin(phi), 0 * phi]), abs=1e-8)
     v = np.array([r[f"b.velocity[{k}]"] - r[f"b.velocity[{k}]"][0] for k in (1, 2)])
@@ -218,8 +219,8 @@ def test_efforts_follow_their_signal(kind: str) -> None:
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("short", [0.1, 1e-2, 1e-3, 1e-4])
 def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: float, method: str) -> None:
-    """A throw of 1 m/s rises 1/(2 g). At the stop the body swings half a period on its spring under its weight, and moves down
-    again."""
+    """The throw at 1 m/s would rise by 1/(2 g). The body meets the stop, makes half an oscillation on the stop's spring under its
+    weight, and moves down again."""
     weight, stiffness = 9.81, 1e5
     at, rate = (1.0 - short) / (2 * weight), math.sqrt(stiffness)
     speed = math.sqrt(short)  # speed at which the body reaches the stop
@@ -230,5 +231,5 @@ def test_a_stop_just_below_the_top_of_a_throw_is_met_by_every_method(short: floa
     scene = sm.Scene({"b": sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0))}, {"p": rail}, gravity=(-weight, 0.0, 0.0))
     run = simulate(scene, until=0.2, method=method, rtol=1e-6, outputs=["p.q[1]"])
     assert [e.kind for e in run.events] == ["end_stop_engaged", "end_stop_released"]
-    close = 1e-3 if method == "moreau" else 2e-5  # √rtol, or twenty times rtol, because the stop reverses errors of the speed
+    close = 1e-3 if method == "moreau" else 2e-5  # √rtol, or 20 rtol, because the stop reverses errors of the speed
     assert run["p.q[1]"][-1] == pytest.approx(at - speed * left - 0.5 * weight * left**2, abs=close * at)

@@ -1,4 +1,4 @@
-"""Tables as curves: the run compared with SciPy's own interpolation, ends at rest, statics at the run's position, long tables."""
+"""Tables as curves: runs compared with SciPy's interpolation, ends at rest, statics at the run's position, long tables."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_by_default_loads_are_straight_lines_and_drives_natural_splines() -> Non
 
 @pytest.mark.parametrize(("way", "rests"), [("natural", False), ("clamped", True), ("monotone", True)])
 def test_data_that_start_flat_start_at_rest_where_the_curve_is_made_for_it(way: str, rests: bool) -> None:
-    """Clamped and monotone interpolation start at rest; the natural spline does not, and a note says so."""
+    """Clamped and monotone interpolation start at rest. The natural spline does not start at rest, and a note reports this."""
     r = simulate(driven({"table": table(interpolation=way)}), until=0.1)
     assert r["j.qd[1]"][0] == pytest.approx(float(WAYS[way][1](0.0, 1)), abs=1e-15)
     assert (abs(r["j.qd[1]"][0]) < 1e-15) == rests
@@ -132,7 +132,7 @@ def test_statics_hold_a_drive_where_the_run_has_it(what: str) -> None:
     at = simulate(whole, until=1e-6)["j.q[1]"][0]
     (pair,) = hold(whole).pairs
     assert at != 0.0
-    assert pair.share == pytest.approx(abs(np.tan(at)), rel=1e-5)  # the sleeve is thin, but its thickness is not zero
+    assert pair.share == pytest.approx(abs(np.tan(at)), rel=1e-5)  # the sleeve's thickness is small, but not zero
 
 
 def test_a_ramp_that_begins_before_the_run_starts_at_its_origin() -> None:
@@ -186,7 +186,7 @@ def test_cases_with_other_ends_do_not_share_a_table() -> None:
 
 
 def test_signals_of_a_block_are_those_of_its_tables() -> None:
-    """Sensitivities evaluate signals this way, at times beyond the run."""
+    """Sensitivities evaluate signals as this test does, also at times beyond the run."""
     model = Model(driven({"table": table(interpolation="clamped")}))
     exact = WAYS["clamped"][1]
     x = np.zeros(model.system.external.size)

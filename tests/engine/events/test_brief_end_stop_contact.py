@@ -1,5 +1,5 @@
-"""Every step size finds a contact with an end stop that is shorter than a step. One body is thrown slightly into a stop, another
-almost stays in it."""
+"""At every step size, the run finds a contact with an end stop that is shorter than a step. One body is thrown slightly into a
+stop; another body leaves its stop only briefly."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def test_a_stop_that_is_touched_inside_a_step_is_found_at_its_time(method: str, 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_stop_that_is_left_for_a_part_of_a_step_is_left(method: str, rtol: float) -> None:
-    """A body oscillates in its stop. Its amplitude is a thousandth more than the depth to which its weight presses it in."""
+    """A body oscillates in its stop. The amplitude exceeds by 0.1 % the depth to which the weight presses the body into the
+    stop."""
     rest, rate = MASS * G / STIFF, math.sqrt(STIFF / MASS)
     swing = 1.001 * rest
     r = thrown(1.0, 0.0, -rest - swing, sm.EndStops(lower=0.0, stiffness=STIFF), method, rtol, until=1.5 * math.pi / rate)

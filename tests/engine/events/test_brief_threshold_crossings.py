@@ -28,7 +28,8 @@ INACCURATE = ("rosenbrock", 1e-3)
 
 def wrong(case: BriefPass, run: Result | HostRun, method: str, rtol: float) -> list[str]:
     """Differences from the correct result: events, their times (beyond 100 tolerances), and final coordinates (beyond 1,000
-    tolerances). `moreau` is of first order: its error grows with the root of the tolerance, and times may differ by ten roots."""
+    tolerances). `moreau` is of first order: its error is proportional to the root of the tolerance, and its times may differ by ten
+    roots."""
     found, near = [], 10 * math.sqrt(rtol) if method == "moreau" else 100 * rtol + 1e-9
     for name, part in case.parts.items():
         want, got = case.events(name), [(e.kind, e.time) for e in run.events if e.joint == name and e.kind in part.kinds]

@@ -50,7 +50,7 @@ class SliderCrank:
         )  # fmt: skip
 
     def lacking_moment(self, t: float) -> float:
-        """Moment about the crank pin that is missing for the rod's balance if the guide does not press. It is zero where the
+        """Moment about the crank pin that the rod's balance lacks if the guide does not press. This moment is zero where the
         contact separates.
 
         Without pressure the guide has no friction, so the rod exerts (m a, m g) on the slider."""
@@ -75,7 +75,7 @@ class SliderCrank:
     def unloaded_end(self, t: float) -> float:
         """Distance, m, that is zero where the inner end of the guide is unloaded.
 
-        There the slider's force meets its friction, which acts half a height off the axis."""
+        At this position, the line of the slider's force meets the line of its friction, half a height off the axis."""
         angle = self.w * t
         x = self.a * math.cos(angle) + math.sqrt(self.b**2 - (self.a * math.sin(angle)) ** 2)
         inward = 1.0 if math.sin(angle) > 0.0 else -1.0
@@ -100,5 +100,5 @@ def test_a_contact_separates_wherever_its_force_passes_zero(seed: int) -> None:
             result = trunnion.simulate(crank.scene(), method=method, rtol=rtol)
             found = np.array(sorted(e.time for e in result.events if e.kind == "separation"))
             assert len(found) == len(expected), (method, rtol)
-            # Secants end when they move by less than rtol of the step; the state is within rtol of the motion.
+            # Secants end when they move by less than rtol of the step. The state is within rtol of the motion.
             assert np.all(np.abs(found - expected) * crank.w <= 10.0 * rtol), (method, rtol)

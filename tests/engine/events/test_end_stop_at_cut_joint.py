@@ -1,5 +1,5 @@
-"""End stops of a slider that a driven crank moves: the instants of contact and the energy loss agree with hand calculation,
-wherever the loop is cut."""
+"""End stops of a slider that a driven crank moves. The instants of contact and the energy loss agree with hand calculation for
+every cut of the loop."""
 
 from __future__ import annotations
 
@@ -82,8 +82,7 @@ class DrivenCrank:
 @pytest.mark.parametrize("cut", JOINTS[1:])  # a driven joint is never cut
 @pytest.mark.parametrize("seed", range(6))
 def test_a_stop_beside_a_drive_acts_as_by_hand_wherever_the_loop_is_cut(seed: int, cut: str) -> None:
-    """The depth of a cut joint's stop depends on the drives. Earlier, the depth was computed for another instant, and steps shrank
-    to zero."""
+    """The depth of a cut joint's stop depends on the drives, which must be taken at the same instant."""
     crank, rtol = DrivenCrank(seed), 1e-8
     for method in METHODS:
         result = trunnion.simulate(crank.scene(cut), method=method, rtol=rtol, outputs=["energy.dissipated"])

@@ -1,4 +1,4 @@
-"""Damped stops whose force ends while the body is still within them. Steps end at this discontinuity, and the following motion is
+"""Damped stops whose force ends while the body is still within them. Steps end at this discontinuity. After it, the motion is
 accurate to the tolerance."""
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def thrown(**stop: float) -> sm.Scene:
 
 
 def pieces() -> tuple[list[float], np.ndarray]:
-    """(times at which the block reaches the stop, the stop's force ends inside, and the block leaves the stop; place and rate at
-    the end). One solve_ivp with its own force integrates each phase."""
+    """Times at which the block reaches the stop, the stop's force ends, and the block leaves the stop; place and rate at the end.
+    ``solve_ivp`` integrates each phase with the force of this phase."""
 
     def spring(x: float) -> float:
         return -SPRING * (x - 1.0)
@@ -75,8 +75,8 @@ def test_a_step_ends_where_a_stop_lets_go_and_what_follows_is_right(kernel: str,
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_corners_of_any_joint_are_the_same_to_parts_and_to_compiled_kernels(seed: int) -> None:
-    """Trees and loop joints, driven or free, with stops whose force ends at small outward rates. Both kinds of kernel take the same
-    steps."""
+    """Trees and loop joints, driven or free, with stops whose force ends at small outward rates. Kernels of both kinds take the
+    same steps."""
     scene = (random_loop if seed % 2 else random_tree)(f"corners{seed}", devices=1.0, friction=0.0).scene
     joints = {n: replace(j, end_stops=_soon(j.end_stops)) for n, j in scene.joints.items()}
     scene = replace(scene, joints=joints)

@@ -40,7 +40,7 @@ by 80 to 150 x rtol x duration at 1e-8 to 1e-10, depending on the compilation; a
 
 
 def duration(seed: int) -> float:
-    """Three time scales of a random loop, s: tolerances of its times are relative to this duration."""
+    """Three time scales of a random loop, s. Tolerances of the loop's times are relative to this duration."""
     return 3.0 * time_scale(rubbing("loop", seed))
 
 
@@ -54,39 +54,39 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
 @pytest.mark.parametrize(
     ("seed", "part", "settings"),
     [
-        # a ball's friction root vanishes where its branch ends, not where Newton's method first finds the other branch; and a ball
-        # that turns about its contact leaves its cone and returns within a step
+        # a ball's friction root vanishes where its branch ends, not where Newton's method first finds the other branch; a ball that
+        # turns about its contact leaves its cone and returns within a step
         (0, 1.0, [("rk5", 1e-7), ("rk8", 1e-7)]),
-        # when two pairs reverse, the contacts of other pairs before the event are those of the state before it, not of round-off
+        # when two pairs reverse, contacts of other pairs before the event follow from the state before the event, not from
+        # round-off
         (11, 1.0, [("rk5", 1e-5), ("rk5", 1e-6), ("rk8", 1e-8)]),
-        # friction of a pair that comes to rest is along its former direction; earlier, it was along a direction of round-off, where
-        # it had no solution, and runs continued by folds
+        # friction of a pair that comes to rest is along its former direction, not along a direction of round-off
         (34, 1.0, [("rk8", 1e-7), ("rk5", 1e-8)]),
-        # a reversal of a pair on a line takes no ball beside it to the border of its cone
+        # the reversal of a pair on a line does not move a ball beside the pair to the border of its cone
         (27, 0.4, [("rk5", 1e-8)]),
-        # a pair that starts to slide keeps its direction while its rate is round-off; earlier, its direction changed without end
+        # a pair that starts to slide keeps its direction while its rate is round-off
         (24, 1.0, [("rk8", 1e-12)]),
         (100, 1.0, [("rk8", 1e-12)]),
-        # where the friction of such a pair changes fast, stages of a too long step must not report folds of a ball beside it
-        # without end
+        # the friction of a pair that starts to slide may change fast; stages of too long a step must not report folds of a ball
+        # beside this pair again and again
         (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
         (128, 0.17, [("rk5", 1e-6)]),
-        # where friction grows without bound just before rest, the pair stops at any tolerance without a fold; later, a group at
-        # rest may share its load in two ways, so the comparison ends before
+        # if friction grows without bound just before rest, the pair stops at any tolerance without a fold; later, a group at rest
+        # may share its load in two ways, so the comparison ends earlier
         (54, 0.4, [("auto", 1e-5), ("rk8", 1e-9), ("rk5", 1e-6)]),
-        # states inside a long step are less precise than its end; earlier, event times had errors of 180 to 250 × rtol × duration
+        # states inside a long step are less precise than the state at its end, and event times must not have their errors
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
         (6, 1.0, [("rk8", 1e-8), ("rosenbrock", 1e-9)]),
         (92, 1.0, [("rk8", 1e-9), ("auto", 1e-9)]),
-        # a group at rest is released when no loads hold it, not when only its latest loads do not hold it
+        # a group at rest is released when no loads hold the group, not when only its latest loads do not
         (107, 1.0, [("auto", 1e-7), ("rk8", 1e-8)]),
         (153, 1.0, [("auto", 1e-6), ("rk5", 1e-7)]),
-        # a group at rest shares its load by one rule until the next decision, although a stage of a long step may find no solution
+        # a group at rest shares its load by one rule until the next decision, although stages of a long step may find no solution
         (83, 1.0, [("auto", 1e-6), ("rk8", 1e-8)]),
     ],
 )
 def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, settings: list[tuple[str, float]]) -> None:
-    """Compares events up to a part of the run."""
+    """The test compares events up to a part of the run."""
     kernel = "compiled" if seed in ROUND_OFF else "auto"
     exact, until = run(seed, "rk8", 1e-10, kernel, part), duration(seed)
     for method, rtol in settings:
@@ -96,9 +96,9 @@ def test_a_loop_has_the_same_events_at_every_setting(seed: int, part: float, set
 
 @pytest.mark.slow
 def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_every_setting() -> None:
-    """All pairs reverse within 3e-5 s and come to rest at one time. Legs 2 and 3 are mirror images. At loose tolerances a ball that
-    almost rested stopped too early, and one ball stopped before the others: 47 events became 59 to 845. The engine knows small
-    motions more precisely than large ones; otherwise it marked 10 to 18 events as marginal."""
+    """All pairs reverse within 3e-5 s and come to rest at one time. Legs 2 and 3 are mirror images. At loose tolerances, no ball
+    may stop before the other balls. The engine knows small motions more precisely than large motions. Otherwise it would mark
+    events as marginal."""
     exact: Counter[tuple[str, int, str]] = Counter()
     for method, rtol in (("rk8", 1e-9), ("rk8", 1e-7), ("rk8", 1e-5), ("rk5", 1e-5)):
         r = simulate(stewart(6), until=0.3, every=0.01, method=method, rtol=rtol, outputs=PLATFORM)
@@ -131,7 +131,7 @@ def test_a_scissor_lift_has_the_same_events_at_every_setting() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("legs", [4, 5, 6])
 def test_platforms_have_the_same_events_at_every_setting(legs: int) -> None:
-    """Prints its figures (``-rP``)."""
+    """The test prints its figures (``-rP``)."""
     scene, wrong = stewart(legs), {}
     exact = simulate(scene, until=2.0, every=0.01, method="rk8", rtol=EXACT, outputs=PLATFORM)
     events = Counter((e.joint, e.part, e.kind) for e in exact.events)
@@ -147,7 +147,7 @@ def test_platforms_have_the_same_events_at_every_setting(legs: int) -> None:
 
 @pytest.mark.slow
 def test_random_loops_have_the_same_events_at_every_setting() -> None:
-    """Compares events up to the first marginal one. Prints its figures (``-rP``)."""
+    """The test compares events up to the first marginal event. It prints its figures (``-rP``)."""
     wrong, marked = {}, set()
     for seed in range(SEEDS):
         exact = run(seed, "rk8", EXACT)

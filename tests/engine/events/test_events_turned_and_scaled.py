@@ -1,4 +1,4 @@
-"""Events, work and verdicts of a run do not change in a turned world or in other units, where zero values become round-off."""
+"""Events, work and verdicts of a run stay the same in a turned world and in other units, where zeros become round-off."""
 
 from __future__ import annotations
 
@@ -26,9 +26,8 @@ def changes(r: Result, time: float = 1.0) -> list[tuple[str, str, float]]:
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_crank_passes_its_dead_centres_in_all_units(seed: int, method: str) -> None:
-    """The guide, where the loop is cut, reverses at each dead centre and takes no energy from the crank. Earlier, the speed below
-    which it counted as at rest was in rad/s. With a long unit of length, friction stopped the crank together with the guide and
-    took all the energy, unnoticed."""
+    """The guide, where the loop is cut, reverses at each dead centre and takes no energy from the crank. This must not depend on
+    the unit of length."""
     told = slider_crank(np.random.default_rng(seed), {"force": 1.0}, pins=False)
     joints = {n: told["joints"][n] | {"cut": n == "guide"} for n in CUTS}
     scene = scene_from_dict(told | {"joints": joints})
@@ -63,7 +62,7 @@ def geared_shafts(seed: int) -> dict[str, Any]:
 
 
 def planar_crank(seed: int) -> dict[str, Any]:
-    """A driven slider-crank. Its guide could carry loads across its plane, but there are none."""
+    """A driven slider-crank. Its guide could carry loads across the plane of motion, but no such loads act."""
     sleeve = {"mu": 0.2, "half_width": 0.02, "half_height": 0.02, "half_length": 0.05}
     told = slider_crank(np.random.default_rng(seed), sleeve, pins=True)
     main = {k: v for k, v in told["joints"]["main"].items() if k not in ("effort", "start")}
@@ -85,7 +84,8 @@ def hanging(seed: int) -> dict[str, Any]:
 @pytest.mark.parametrize("make", [geared_shafts, planar_crank, hanging])
 @pytest.mark.parametrize("seed", range(4))
 def test_forces_that_are_round_off_make_no_events_and_no_notes(seed: int, make: Any) -> None:
-    """In a plane of the axes such forces are exactly zero; in a turned world they are round-off in random directions."""
+    """In a plane of the axes, forces across the plane are exactly zero. In a turned world, they are round-off in random
+    directions."""
     scene = scene_from_dict(make(seed))
     own = simulate(scene)
     assert own.audit.verdict == "within"

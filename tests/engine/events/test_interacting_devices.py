@@ -1,5 +1,4 @@
-"""Scenes in which devices interact end alike at every setting: the same outcome, the same events at the same times, the same end
-state and works."""
+"""Scenes with interacting devices end alike at every setting: with the same outcome, events, times, end state and works."""
 
 from __future__ import annotations
 
@@ -35,7 +34,8 @@ def test_scenes_of_interacting_devices_end_alike_at_every_setting(family: str) -
     ("drives_that_die", 1412, 0.802, "rosenbrock", 1e-6),
 ])  # fmt: skip
 def test_round_off_of_forces_or_rates_ends_no_run(family: str, seed: int, until: float, method: str, rtol: float) -> None:
-    """An unloaded pair that round-off accelerates is held. Pairs that a drive releases move with it from the first instant."""
+    """Round-off accelerates an unloaded pair, and the pair is held. Pairs that a drive releases move with the drive from the first
+    instant."""
     run = simulate(crossed(family, seed), until=until, every=until, method=method, rtol=rtol, kernel="parts", outputs="*.q*")
     assert run.outcome.name == "done", run.outcome
 
@@ -43,7 +43,7 @@ def test_round_off_of_forces_or_rates_ends_no_run(family: str, seed: int, until:
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_many_scenes_of_interacting_devices_end_alike_at_every_setting(family: str) -> None:
-    """Compiles the last kernel for every tenth seed. Lists the scenes that differ or have a named outcome (``-rP``)."""
+    """The test compiles the last kernel for every tenth seed. It lists the scenes that differ or have a named outcome (``-rP``)."""
     different, named = [], []
     for seed in range(SEEDS):
         found = runs(crossed(family, seed), SETTINGS if seed % 10 == 0 else ONE_KERNEL)
@@ -57,7 +57,7 @@ def test_many_scenes_of_interacting_devices_end_alike_at_every_setting(family: s
 
 
 def test_pairs_that_have_just_started_do_not_stop_where_one_without_a_load_is_released() -> None:
-    """A slide that nothing presses is pulled by a damper as soon as a gear unit moves the slide beside it."""
+    """No load presses a slide. A damper pulls this slide as soon as a gear unit moves the slide beside it."""
     found = simulate(crossed("locked_feeds", 2002), until=1e-6, every=1e-6, method="rk5", kernel="parts", max_steps=50)
     assert found.outcome.name == "done"
     assert [(e.joint, e.kind) for e in found.events] == [("rail2", "slip")]

@@ -1,4 +1,4 @@
-"""Events whose margin is smaller than the run's own error are marked as marginal, others are not, and every table shows the
+"""Events whose margin is smaller than the error of the run are marked as marginal. Other events have no mark. Every table shows the
 mark."""
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def test_a_stop_on_its_edge_is_marginal_where_its_margin_is_below_the_runs_own_e
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_release_by_a_load_that_just_reaches_static_friction_is_marginal(method: str) -> None:
-    """The largest load is 1 + beyond times the static friction. The margin is that of a parabola through a long step."""
+    """The largest load is 1 + beyond times the static friction. The margin comes from a parabola through a long step."""
     for beyond, rtol, marginal in ((1e-7, 1e-5, True), (1e-7, 1e-9, False), (1e-1, 1e-5, False), (1e-1, 1e-9, False)):
         first = simulate(ratchet(beyond), until=1.0, every=1.0, method=method, rtol=rtol).events[0]
         assert (first.kind, first.marginal) == ("slip", marginal)
@@ -59,8 +59,8 @@ def test_steps_of_impulses_know_no_margin() -> None:
 
 @pytest.mark.parametrize(("seed", "marginal"), [(24, False), (58, True)])
 def test_the_margin_of_a_sliding_pair_beside_others_that_hold_is_found_by_holding_it(seed: int, marginal: bool) -> None:
-    """Other pairs that hold take part of the load of a sliding pair. An estimate without them gives too small a margin. In loop 58
-    the margin is 5e-5."""
+    """Other pairs that hold take part of the load of a sliding pair. An estimate that ignores these pairs gives too small a margin.
+    In loop 58 the margin is 5e-5."""
     case = rubbing("loop", seed)
     until = 3.0 * time_scale(case)
     r = simulate(case.scene, until=until, every=until, method="rk8", rtol=1e-4, outputs=["energy.kinetic"])

@@ -94,7 +94,8 @@ def events(r: Result) -> list[tuple[str, str]]:
 
 
 def check(scene: Scene, seed: int) -> None:
-    """Compares the scene in its own world with the three others. In a mirror, some travels and torques change their sign."""
+    """Compare the scene in its own world with the scene turned, mirrored and scaled. In a mirror, some travels and torques change
+    their sign."""
     own = run(scene)
     assert own.outcome.ok, own.outcome
     Q, mirror = random_rotation(np.random.default_rng(seed)), np.diag([1.0, -1.0, 1.0])

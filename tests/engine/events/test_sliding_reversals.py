@@ -1,4 +1,4 @@
-"""Reversals of sliding: their times and places, and the turns of the contact normals. Runs are accurate only if these reversals are
+"""Times and places of sliding reversals, and turns of the contact normals. Runs are accurate only if these reversals are
 located."""
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def reversals(r: Result, joint: str) -> np.ndarray:
 
 
 def test_the_pendulum_stops_at_the_times_of_the_model_with_one_freedom() -> None:
-    """Reversals of the regularised law. Those of dry friction are 5e-7 s to 6e-5 s earlier. The eleventh is a creep, not a
-    reversal."""
+    """Reversals of the regularised law. Reversals with dry friction are 5e-7 s to 6e-5 s earlier. The eleventh stop is a creep, not
+    a reversal."""
     stops, _ = pendulum_run()
     found = reversals(pendulum(), "ball")
     assert len(found) == 10
@@ -70,7 +70,7 @@ def test_the_balls_normal_turns_as_published(stop: int) -> None:
 
 @pytest.mark.parametrize("stop", NORMAL_TURNS)
 def test_the_balls_normal_turns_as_published_between_rows_on_both_sides(stop: int) -> None:
-    """The turn is read from rows instead of the event: with v_eps = 1e-6 m/s the normal has turned 1e-5 s after the reversal."""
+    """Two rows give the turn, not the event: with v_eps = 1e-6 m/s, the normal has turned within 1e-5 s after the reversal."""
     at = pendulum(v_eps=1e-6, until=8.0).events[stop - 1].time
     normals = []
     for t in (at - 1e-5, at + 1e-5):
@@ -113,8 +113,8 @@ def test_every_zero_gives_a_row_at_every_event() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_kinks_must_be_located(rtol: float) -> None:
-    """At equal tolerance, a run that locates the kinks of the law is far more accurate. Otherwise the law stays on its old branch
-    after a kink."""
+    """At equal tolerance, a run that locates the kinks of the law is far more accurate. Without location, the law stays on its old
+    branch after a kink."""
     _, truth = pendulum_run()
     with_kinks, without = (pendulum(every=1.0, rtol=rtol, locate=locate) for locate in (True, False))
     errors = [max(abs(np.radians(angle(r)[t]) - truth(float(t))) for t in (1, 2, 5, 7)) for r in (with_kinks, without)]
@@ -123,7 +123,7 @@ def test_kinks_must_be_located(rtol: float) -> None:
 
 
 def test_stops_of_a_table_are_hit_exactly() -> None:
-    """Steps end at every kink of a signal. This makes a ramped drive exact at any tolerance."""
+    """Steps end at every kink of a signal. Therefore a ramped drive is exact at any tolerance."""
     from trunnion.scene.data_classes import scene as sm
 
     drive = sm.Drive(ramp=sm.Ramp(0.0, 2.0, duration=0.7, begin=0.31))

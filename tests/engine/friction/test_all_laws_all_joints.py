@@ -1,5 +1,5 @@
-"""Every friction law in every joint type with friction, on random scenes: the run reaches its end and its energy is accounted
-for."""
+"""Every friction law in every joint type with friction, on random scenes. Each run reaches its end, and the balance of energy is
+closed."""
 
 from __future__ import annotations
 

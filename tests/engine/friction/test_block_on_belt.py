@@ -1,4 +1,4 @@
-"""A block on a belt, held by a spring (F6): it sticks and slips when the closed form says so, under every set-valued law."""
+"""A block on a belt, held by a spring (F6), sticks and slips at the times of the closed form, under every set-valued law."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def test_stribeck_follows_an_independent_integration(v_stribeck: float, viscosit
 
 
 def by_hand(v_stribeck: float, viscosity: float) -> dict[str, list[float]]:
-    """Times of slip and stick. x is the block's position, and u = ẋ − belt ≤ 0 while the block slips. It sticks until the spring
-    pulls with the static friction."""
+    """Times of slip and stick. x is the block's position, and u = ẋ − belt ≤ 0 while the block slips. The block sticks until the
+    spring pulls with the static friction."""
 
     def slips(t, y):
         u = y[1] - BELT

@@ -103,7 +103,8 @@ def test_a_lining_fades_with_the_temperature_that_comes_from_outside() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_friction_falls_with_speed_as_it_was_measured(kernel: str) -> None:
-    """At the measured speeds the coefficient equals the measured one; between two speeds it is between their coefficients."""
+    """At measured speeds the coefficient equals the measured coefficient. Between two measured speeds, it is between their
+    coefficients."""
     for v, mu in zip(SPEEDS.speed[1:], SPEEDS.value[1:], strict=True):
         r = simulate(guided(SPEEDS, start=v), until=1e-4, every=1e-4, kernel=kernel)
         assert r["joint.friction.force"][0] == pytest.approx(WEIGHT * mu, rel=1e-9)

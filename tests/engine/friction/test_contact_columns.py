@@ -1,4 +1,4 @@
-"""Contact columns along a run: touching or not, angles, sliding states, work."""
+"""Contact columns along a run: contact or separation, angles, sliding states, work."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ PUSH = 4.0
 
 @cache
 def relieved() -> Result:
-    """A wheel on a journal. A force presses the wheel until t = 1, and then no force does: no gravity, centre on the axis."""
+    """A wheel on a journal, without gravity, with its mass centre on the axis. A force presses the wheel until t = 1; then no force
+    acts."""
     rub = sm.Friction(mu=0.3, radius=0.02, half_length=0.05, law="regularized", v_eps=1e-3)
     joint = sm.Joint("revolute", "ground", "wheel", axis="z", friction=rub, start=sm.Start(0.0, 5.0))
     press = sm.Signal(table=sm.Table((0.0, 0.5, 1.0), (PUSH, PUSH, 0.0)))
@@ -49,7 +50,7 @@ def test_without_pressure_there_is_no_friction_and_the_spin_stays() -> None:
 
 
 def test_friction_takes_the_spin_that_its_torque_says() -> None:
-    """ΔL = ∫ r μ/√(1+μ²) |f| dt: the load is 4 N for 0.5 s and falls to zero in 0.5 s more."""
+    """ΔL = ∫ r μ/√(1+μ²) |f| dt. The load is 4 N for 0.5 s, and then falls to zero within another 0.5 s."""
     r = relieved()
     R = 0.02 * 0.3 / np.sqrt(1.09)
     inertia = 0.1**2 / 2
@@ -88,7 +89,8 @@ def test_work_by_joint_adds_up_to_what_was_dissipated() -> None:
 
 
 def rail() -> sm.Scene:
-    """A pole hinged to a cart whose rail presses on only two of its faces, because the pole swings in the plane of these faces."""
+    """A pole is hinged to a cart. The rail presses on only two faces of the cart, because the pole swings in the plane of these
+    faces."""
     rub = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02)
     bodies = {
         "cart": sm.Body(box=(0.1, 0.1, 0.1), mass=1.0),

@@ -57,7 +57,7 @@ def test_friction_never_gives_energy(element: str, law: str, adams: bool, pin: i
     assert np.all(power <= round_off)
     assert np.count_nonzero(power < 0) > 2900  # friction takes power in nearly all states
     if element != "ball" and element != "shaft":
-        assert np.all(friction * s.rates >= 0)  # in all other elements, each freedom dissipates by itself
+        assert np.all(friction * s.rates >= 0)  # in all other elements, each freedom alone dissipates energy
 
 
 @pytest.mark.default_cases(25)
@@ -66,7 +66,7 @@ def test_no_load_no_friction_and_a_finite_slope(element: str, law: str, adams: b
     s = random_states(element, law, 50)
     s = States(element, law, np.zeros_like(s.wrench), s.rates, s.numbers)
     friction, derivative, contacts = evaluated(s, adams, pin)
-    assert np.abs(friction).max() <= 1e-140  # the square root of the small number that keeps the slope finite
+    assert np.abs(friction).max() <= 1e-140  # the limit is the root of the small number that keeps the slope finite
     assert np.abs(contacts).max() <= 1e-140
     assert np.all(np.isfinite(derivative))
 
@@ -97,7 +97,7 @@ def test_a_ball_that_spins_about_its_load_feels_no_torque(law: str, adams: bool,
 
 def at_the_kink(s: States, pin: int) -> States:
     """The states with v_eps set to the sliding speed of the first pair. A ball inside its friction cone, |ω × f| < μ |ω · f|, has
-    no sliding speed at a kink and is left out."""
+    no sliding speed at a kink, so it is left out."""
     speed = np.abs(functions(s.element, s.law, False, pin)[0](s.wrench, s.rates, s.numbers, modes(s, False, pin)).full()[0])
     keep = np.full(speed.shape, True)
     if s.element == "ball":

@@ -1,4 +1,4 @@
-"""The LuGre law: bristles are states of the motion. Below break-away the law is a spring with hysteresis, in steady sliding it is
+"""The LuGre law: bristles are states of the motion. Below break-away, the law is a spring with hysteresis. In steady sliding, it is
 Stribeck's law."""
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def test_a_block_on_a_belt_follows_an_independent_integration(method: str, norma
 
 
 def test_two_components_share_one_friction() -> None:
-    """A wheel on a level shaft slides along it and turns. Adams' normal force is the wheel's weight, so that two plain equations
-    remain."""
+    """A wheel on a level shaft slides along the shaft and turns. Adams' normal force is the wheel's weight, so that only two
+    equations remain."""
     rub = sm.Friction(mu=0.1, mu_static=0.15, radius=0.05, half_length=0.2, normal_force="adams", **BRISTLES)
     start = sm.Start((0.0, 0.0), (0.3, -8.0))
     joint = sm.Joint("cylindrical", "ground", "wheel", axis="x", friction=rub, start=start)
@@ -71,7 +71,7 @@ def test_two_components_share_one_friction() -> None:
 
 
 def prescribed(amplitude: float) -> Result:
-    """A block that a drive moves to and fro on its guide: friction as a function of displacement alone."""
+    """A drive moves a block to and fro on its guide, so that friction is a function of displacement alone."""
     drive = sm.Drive(harmonic=sm.Harmonic(amplitude, 1.0, phase=-np.pi / 2, offset=amplitude))
     rub = sm.Friction(mu=0.3, law="lugre", bristle_stiffness=1e3, half_length=1.0, half_width=0.05, half_height=0.05)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", pin="outboard", friction=rub, drive=drive)
@@ -93,7 +93,7 @@ def test_bristles_below_break_away_are_a_spring_with_hysteresis(amplitude: float
         expected.append(z)
     assert r["guide.friction.bristle[1]"] == pytest.approx(expected, abs=1e-9 * soft)
     assert np.abs(r["guide.friction.force"]) == pytest.approx(WEIGHT * 1e3 * np.abs(expected), abs=1e-8)
-    if amplitude == 1e-6:  # so small a motion is that of a spring of stiffness σ0 N
+    if amplitude == 1e-6:  # so small a motion sees a spring of stiffness σ0 N
         force, x = r["guide.friction.force"][:51], r["guide.q[1]"][:51]
         assert force == pytest.approx(WEIGHT * 1e3 * x, rel=amplitude / soft, abs=1e-8)
 
@@ -111,8 +111,8 @@ def test_friction_returns_no_more_energy_than_the_bristles_store(amplitude: floa
 
 @pytest.mark.slow
 def test_stiff_bristles_are_coulombs_law() -> None:
-    """The ball of 8.1. At each stop the bristles reverse while the ball moves on by g/σ0. With the deceleration there, this takes a
-    time proportional to 1/√σ0. The difference from Coulomb's law is proportional to the same number."""
+    """The ball of 8.1. At each stop the bristles reverse while the ball moves on by g/σ0. At the deceleration of the stop, this
+    takes a time proportional to 1/√σ0. The difference from Coulomb's law is also proportional to 1/√σ0."""
     exact, errors = pendulum("coulomb"), []
     for stiffness in (1e4, 1e6):
         r = pendulum("lugre", bristle_stiffness=stiffness)
@@ -135,11 +135,11 @@ FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize(("element", "adams", "pin"), FORMS)
 def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> None:
-    """If the bristles have come to rest at a constant wrench and velocity, friction is that of sliding."""
+    """When the bristles have come to rest at a constant wrench and velocity, friction equals sliding friction."""
     s = random_states(element, "coulomb", 60)
     expected, _, contacts = evaluated(s, adams, pin)
     step, count = stepper(element, adams, pin), RATES[element]
-    # A ball that turns nearly about its load is left out: its friction does not settle within this time.
+    # the test leaves out a ball that turns nearly about its load: its friction does not settle within this time
     settles = [i for i in range(60) if element != "ball" or adams or slides(s, contacts, i) >= 0.1]
     given = s.wrench[:, settles], s.rates[:, settles], s.numbers[:, settles]
     state = np.zeros((count, len(settles)))
@@ -154,7 +154,7 @@ def test_steady_sliding_is_coulombs_law(element: str, adams: bool, pin: int) -> 
 
 
 def slides(s: States, contacts: np.ndarray, i: int) -> float:
-    """Part of the rotation of ball i that slides; the remaining part is spin about its load."""
+    """The part of the rotation of ball i that slides. The rest of the rotation is spin about the load."""
     n = contacts[1:4, i] / np.linalg.norm(contacts[1:4, i])
     return float(np.linalg.norm(np.cross(s.rates[:, i], n)) / np.linalg.norm(s.rates[:, i]))
 

@@ -39,7 +39,7 @@ def block(joint: str, rub: sm.Friction) -> sm.Scene:
 
 
 def seal(joint: str, preload: float, mu: float) -> sm.Scene:
-    """The block on a guide with a seal that presses all around."""
+    """The block on a guide with a seal that presses on all sides."""
     size = {"half_width": 0.02, "half_height": 0.02} if joint == "prismatic" else {"radius": 0.02}
     return block(joint, sm.Friction(mu=mu, half_length=0.05, preload=preload, **size))
 
@@ -82,7 +82,7 @@ def test_preload_friction_holds_for_a_thousand_seconds(which: str) -> None:
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("joint", ["prismatic", "cylindrical"])
 def test_a_seal_adds_its_preload_to_the_loads(joint: str, kernel: str) -> None:
-    """The acceleration is a = g sin α − μ (g cos α + P/m), and normal forces are those of the loads alone."""
+    """The acceleration is a = g sin α − μ (g cos α + P/m). The seal does not change the reported normal forces."""
     preload, mu = 5.0, 0.1
     r = simulate(seal(joint, preload, mu), until=1.0, kernel=kernel)
     rate = GRAVITY * np.sin(SLOPE) - mu * (GRAVITY * np.cos(SLOPE) + preload / MASS)

@@ -1,6 +1,6 @@
-"""Pairs of two components, one of them driven, slide while the drive moves, however slowly. Along the other component they creep
-under any load, as a tight pin comes loose when it is turned. They rest when the drive does. SciPy solves the equation of this
-motion as reference."""
+"""In a pair of two components, a drive moves one component. The pair slides while the drive moves, however slowly. Along the other
+component, it creeps under any load, as a tight pin comes loose when it is turned. The pair rests when the drive rests. As
+reference, SciPy solves the equation of this motion."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ DRIVES = {
 
 
 def drawn(drive: str, mu: float, share: float, speed: float) -> str:
-    """A sleeve on a level shaft. A force of ``share`` times its largest friction pushes it along the shaft, and a drive turns
-    it."""
+    """A sleeve on a level shaft. A force of ``share`` times its largest friction pushes the sleeve along the shaft, and a drive
+    turns the sleeve."""
     return f"""
 schema: 1
 gravity: [0, 0, -{G}]
@@ -73,14 +73,14 @@ simulation: {{until: {UNTIL}}}
 
 
 def turned(drive: str, mu: float, share: float, speed: float) -> Scene:
-    """The scene of such a sleeve."""
+    """The scene of a sleeve from ``drawn``."""
     return scene_from_text(drawn(drive, mu, share, speed))
 
 
 def alone(rate: Callable[[float], float], mu: float, share: float, speed: float, times: np.ndarray) -> np.ndarray:
-    """The sleeve's travel and speed. u: the speed at which the drive turns its surface. Where friction acts on this speed, the
-    normals are inclined, so that normal force and friction carry the weight together: N² (1 + (μ u/V)²) = (m g)²; v' = μ (g share -
-    N/m v/V), V² = v² + u²."""
+    """The sleeve's travel and speed. u: the speed at which the drive turns the sleeve's surface. Friction against u inclines the
+    normals, so that normal force and friction carry the weight together: N² (1 + (μ u/V)²) = (m g)²; v' = μ (g share - N/m v/V), V²
+    = v² + u²."""
 
     def motion(t: float, x: np.ndarray) -> list[float]:
         u = max(abs(rate(t)), REST) * RADIUS
@@ -147,8 +147,8 @@ def any_drive(chance: np.random.Generator) -> Drive:
 
 
 def moves_alone(seed: int, more: dict[str, str]) -> None:
-    """With any drive the sleeve moves according to its equation. ``more`` adds devices to the scene, each after a given word of its
-    text."""
+    """With any drive the sleeve moves according to its equation. ``more`` adds devices to the scene's text, each after a given
+    word."""
     chance = np.random.default_rng(1000 + seed)
     drive, rate = any_drive(chance)
     mu, share, speed = chance.uniform(0.05, 0.5), chance.uniform(-0.9, 0.9), chance.choice([0.0, 1.0, -1.0])

@@ -1,5 +1,5 @@
-"""Stribeck's law: the coefficient falls from static to kinetic friction with speed, is smooth within a step, and is Coulomb's where
-both are equal."""
+"""Stribeck's law: the coefficient falls with speed from static to kinetic friction, and is smooth within a step. If static and
+kinetic friction are equal, the law is Coulomb's law."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def levels(s: States) -> np.ndarray:
 
 
 def outside_the_cone(s: States, margin: float) -> np.ndarray:
-    """Whether a ball slides, state by state: the angle between angular velocity and load exceeds that of friction."""
+    """For each state, true if the ball slides: the angle between angular velocity and load exceeds the friction angle."""
     along = np.abs(np.sum(s.wrench[:3] * s.rates, axis=0))
     return np.linalg.norm(np.cross(s.rates.T, s.wrench.T[:, :3]), axis=1) > (levels(s) + margin) * along
 
@@ -63,8 +63,8 @@ def test_the_law_is_coulombs_with_kinetic_friction_when_fast_and_static_friction
 
 @pytest.mark.parametrize("pin", [1, -1])
 def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_across_its_load(pin: int) -> None:
-    """The test does not use the closed form: it solves f_c = f_n (κ ω̂ × n − n) for n, then takes the ratio of tangential to normal
-    force at n."""
+    """The test does not use the closed form. It solves f_c = f_n (κ ω̂ × n − n) for n. The ratio is the tangential force over the
+    normal force at n."""
     s = random_states("ball", "stribeck", 300, seed=2)
     _, _, contacts = evaluated(s, False, pin)
     get, level, slides = s.number, levels(s), outside_the_cone(s, 1e-3)
@@ -80,7 +80,7 @@ def test_the_contact_of_a_ball_slides_with_the_ratio_the_law_has_at_the_speed_ac
 def test_stribecks_law_with_one_coefficient_stops_at_the_times_of_coulombs_law() -> None:
     stops = [[e.time for e in swing(law).events] for law in ("coulomb", "stribeck")]
     assert len(stops[0]) >= 10
-    assert stops[1] == pytest.approx(stops[0], abs=1e-9)  # the equations are the same, and so are the steps
+    assert stops[1] == pytest.approx(stops[0], abs=1e-9)  # both runs solve the same equations with the same steps
 
 
 def swing(law: str, ratio: float = 1.0):
@@ -108,7 +108,7 @@ def test_a_block_holds_up_to_static_friction_and_not_beyond(v_stribeck: float) -
 
 
 def test_steady_sliding_balances_the_law() -> None:
-    """On an incline, with a viscous part, the block moves at the speed at which friction and weight balance."""
+    """On an incline, with a viscous part, the block moves at the speed at which friction balances the weight."""
     rub = sm.Friction(
         mu=0.3, mu_static=0.5, law="stribeck", v_stribeck=0.05, viscosity=0.4, half_length=1.0, half_width=0.05, half_height=0.05
     )

@@ -1,5 +1,5 @@
-"""A joint with friction that carries no load stays at rest while no friction is needed, also when a load appears that needs no
-friction."""
+"""A joint with friction and without load stays at rest while no friction is needed. A load that needs no friction does not change
+this."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def hub(kind: str, law: str, push: sm.Load) -> sm.Scene:
 @pytest.mark.parametrize("kind", TYPES)
 def test_a_joint_at_rest_without_load_stays_at_rest_under_a_load_that_cannot_move_it(kind: str, law: str) -> None:
     wave = sm.Signal(harmonic=sm.Harmonic(30.0, 3.0))
-    for push in (0.0, wave):  # a push through the middle, across the axis, cannot move it
+    for push in (0.0, wave):  # a push through the middle, across the axis, cannot move the hub
         r = simulate(hub(kind, law, push), until=0.1, every=0.01)
         assert r.outcome.ok, (kind, law, push, str(r.outcome))
         assert len(r) == 11

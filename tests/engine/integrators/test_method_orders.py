@@ -1,4 +1,4 @@
-"""Integration methods: published coefficients, measured orders, and errors that follow the tolerance."""
+"""Integration methods: published coefficients, measured orders, and errors that decrease with the tolerance."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_a_wrong_coefficient_is_refused(method) -> None:
     for name in names:
         for row, value in enumerate(getattr(method, name)):
             for column, x in enumerate(value) if isinstance(value, tuple) else [(None, value)]:
-                # the last coefficient of H multiplies the error and does not affect the order
+                # The last coefficient of H multiplies the error and does not affect the order.
                 if x and (name, column) != ("H", method.stages - 1):
                     tried += 1
                     with pytest.raises(ValueError, match=method.name):
@@ -123,7 +123,7 @@ def test_a_method_that_declares_what_its_coefficients_do_not_say_is_refused(meth
 
 def test_the_numbers_of_trees_are_those_of_the_textbooks() -> None:
     assert [len(trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
-    # A term times 7! is the number of increasing labellings of its tree; of all trees there are 6!.
+    # A term times 7! is the number of increasing labellings of its tree. All trees together have 6! labellings.
     assert sum(1 / (density(t) * symmetry(t)) for t in trees(7)) == pytest.approx(1 / 7, rel=1e-14)
 
 
@@ -159,7 +159,7 @@ def test_an_unknown_method_is_reported_and_does_not_fall_through_to_another() ->
 
 
 def smooth() -> sm.Scene:
-    """A driven base, an arm with spring and damper, and a ball under a changing torque. Together they use every part of a
+    """A driven base, an arm with spring and damper, and a ball under a changing torque. The three together use every part of a
     method."""
     link = sm.Body(box=(0.5, 0.1, 0.08), mass=1.2, center=(0.25, 0.02, 0.01), points={"end": (0.5, 0.0, 0.0)})
     torque = sm.Signal(harmonic=sm.Harmonic(0.03, 0.8, 0.0, 0.01))
@@ -222,21 +222,21 @@ def pendulum(t: np.ndarray) -> np.ndarray:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_the_error_follows_the_tolerance(method: str) -> None:
-    """The errors of four swings are at most 250 times the tolerance of a step, over nine decades of tolerance. This includes output
-    times inside the steps."""
+    """The errors of four swings are at most 250 times the tolerance of a step, over nine decades of tolerance. The test includes
+    output times inside the steps."""
     tolerances, errors = 10.0 ** -np.arange(3, 13), []
     for rtol in tolerances:
         r = simulate("simple_pendulum", until=10.0, every=0.1, rtol=rtol, method=method, outputs=["bob.position*"])
         angle = pendulum(r.time)
         errors.append(np.hypot(r["bob.position[1]"] + np.sin(angle), r["bob.position[2]"] + np.cos(angle)).max())
     assert np.all(errors <= 500 * tolerances)
-    assert np.all(errors >= 0.5 * tolerances)  # the method does no more work than the tolerance requires
+    assert np.all(errors >= 0.5 * tolerances)  # a smaller error would be more work than the tolerance requires
     slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
     assert 0.8 <= slope <= 1.2
 
 
 def test_tighter_tolerances_take_steps_by_the_order() -> None:
-    """h ∝ rtol^(1/p): a method of order 8 needs 10^(1/8) times the steps for each decade of tolerance."""
+    """h ∝ rtol^(1/p): a method of order 8 needs 10^(1/8) times the steps for each further decade of tolerance."""
     steps = {
         m: [simulate("simple_pendulum", until=10.0, every=10.0, rtol=r, method=m).stats.steps for r in (1e-6, 1e-10)]
         for m in METHODS
@@ -260,11 +260,11 @@ def test_an_unstable_fixed_step_ends_as_not_finite_where_it_does(method: str) ->
     assert r.outcome.joint in r.scene.joints
     assert "step" in r.outcome.advice
     assert np.isfinite(r.data).all()
-    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # no row before the end is missing
+    assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-12)  # the last row is at the end of the run
 
 
 def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
-    """Friction in a driven joint, whose normal force nearly vanishes twice a turn. This friction does not affect the motion."""
+    """A driven joint with friction. The normal force nearly vanishes twice a turn. The friction does not affect the motion."""
 
     def work(rtol: float) -> np.ndarray:
         r = simulate("crank_slider", until=2.0, every=0.02, rtol=rtol, overrides=PAPER, outputs=["*.work", "energy.dissipated"])
@@ -277,7 +277,7 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])
 def test_the_work_of_a_stiff_damper_is_precise_at_a_loose_tolerance(method: str) -> None:
-    """The damper takes 0.003 J out of 169 J. The run measures this work by itself, not as a difference of the total energy."""
+    """The damper takes 0.003 J out of 169 J. The run integrates this work directly, not as a difference of the total energy."""
     taken = [simulate("governor", until=10.0, rtol=r, method=method)["energy.dissipated"][-1] for r in (1e-5, 1e-9)]
     assert taken[0] == pytest.approx(taken[1], rel=0.05)
 

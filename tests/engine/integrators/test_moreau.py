@@ -1,5 +1,5 @@
-"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. It finds the same
-states of rest and solves the same loops as the other methods, and refuses laws that are stiff near rest."""
+"""Moreau's time stepping is of first order with fixed steps. Under error control its error follows the tolerance. The method finds
+the same states of rest and solves the same loops as the other methods. It refuses laws that are stiff near rest."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def swing(step: float) -> float:
 
 
 def test_the_error_of_fixed_steps_is_first_order_in_the_step() -> None:
-    """The angle at 2 s is 57.500835748° (F1). Ten times smaller steps make about ten times smaller errors."""
+    """The angle at 2 s is 57.500835748° (F1). Steps of a tenth of the length make errors of about a tenth."""
     coarse, fine = (abs(swing(h) - 57.500835748) for h in (1e-2, 1e-3))
     assert fine < 0.01
     assert 5.0 < coarse / fine < 20.0
@@ -58,7 +58,7 @@ def test_loops_stay_closed() -> None:
 
 
 def test_two_component_sliding_follows_the_located_run() -> None:
-    """Example 8.3 travels as far as in the event-driven run, up to an error of the order of the step."""
+    """Example 8.3 travels as far as in a run with event location, up to an error of the order of the step."""
     r = simulate("double_pendulum", until=1.0, every=0.25, method="moreau", step=1e-4, overrides=COULOMB)
     assert r["guide.q[1]"][[1, 2, 4]] == pytest.approx([2.45822543, 4.71556233, 8.32814713], abs=1e-4)
 
@@ -188,7 +188,7 @@ def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
 
 
 def test_tighter_tolerances_take_steps_by_the_order_of_time_stepping() -> None:
-    """h ∝ rtol^(1/order): ten times more steps for a hundred times less error."""
+    """h ∝ rtol^(1/order): a hundred times smaller error needs ten times as many steps."""
     scene, _, until, _ = swinging()
     few, many = (simulate(scene, until=until, rtol=r, method="moreau").stats.steps for r in (1e-4, 1e-8))
     assert math.log10(many / few) == pytest.approx(4 / MOREAU.order, abs=0.1)
@@ -215,8 +215,8 @@ def test_a_block_that_is_held_slips_in_every_period(duty: float) -> None:
 
 @pytest.mark.slow
 def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_continues_sliding() -> None:
-    """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of its sliding is that of the speed at its surface; m/s and
-    rad/s are not directly comparable."""
+    """In a tree of 5 mm the shaft travels at 3 mm/s. The direction of sliding is that of the velocity at the surface; m/s and rad/s
+    are not directly comparable."""
     r = simulate(rubbing("tree", 6).scene, until=0.05, every=0.05, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
 
@@ -224,7 +224,7 @@ def test_a_shaft_whose_turn_is_fast_in_its_unit_and_passes_through_zero_continue
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
 def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> None:
-    """A step may require friction against the rate at its start."""
+    """The direction of sliding may reverse within a step."""
     r = simulate(CASES / "slow_pair_direction_change.yaml", until=1.0, every=1.0, method="moreau", rtol=rtol)
     assert r.outcome.ok, r.outcome
     assert [e.time for e in r.events if (e.kind, e.joint) == ("reversal", "j0")] == pytest.approx([0.7303869], abs=5 * rtol)
@@ -232,7 +232,8 @@ def test_a_pair_of_two_components_that_turns_round_is_no_jam(rtol: float) -> Non
 
 @pytest.mark.parametrize(("name", "until"), [("andrews", 0.002), ("cart_pole", 0.5)])
 def test_the_fast_acceleration_of_a_light_body_is_no_impact(name: str, until: float) -> None:
-    """The engine shortens every step that changes a speed by more than the tolerance, however short the step is."""
+    """The engine shortens every step that changes a speed by more than the tolerance, even the shortest step. Such a change is not
+    an impact."""
     r = simulate(name, until=until, every=until, method="moreau", rtol=1e-3)
     assert r.outcome.ok, r.outcome
 
@@ -240,7 +241,7 @@ def test_the_fast_acceleration_of_a_light_body_is_no_impact(name: str, until: fl
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "until"), [(62, 0.19), (57, 0.28)])
 def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: float) -> None:
-    """The torque makes the cam far faster than its rates at the start. The engine takes a change of speed within a certain time for
+    """The torque makes the cam far faster than its rate at the start. The engine regards a change of speed within a certain time as
     an impact. Here the follower reverses within this time without an impact."""
     impulses, located = (simulate(crossed("cams", seed), until=until, every=until, method=m) for m in ("moreau", "rk5"))
     assert impulses.outcome.ok, impulses.outcome
@@ -250,8 +251,8 @@ def test_a_follower_that_a_fast_cam_turns_round_is_no_jam(seed: int, until: floa
 @pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-7, 2e-9, 3e-9])
 def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rtol: float) -> None:
-    """At the reversal the speed is zero, while other pairs of the loop are held. At the tolerance 2e-9, a step ended at this
-    instant."""
+    """At the reversal of the prescribed motion, the speed is zero, while other pairs of the loop are held. At the tolerance 2e-9, a
+    step ends at this instant."""
     r = simulate(CASES / "universal_at_dead_centre.yaml", until=0.13, every=0.13, method="moreau", rtol=rtol, outputs=["k.q[1]"])
     assert [(e.kind, e.joint) for e in r.events if e.kind != "separation"] == [("reversal", "k")]
 
@@ -259,8 +260,8 @@ def test_a_step_that_ends_where_a_prescribed_motion_turns_round_stops_nobody(rto
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 14 * 1e-10])
 def test_a_joint_of_a_loop_stops_once(rtol: float) -> None:
-    """Over a short step, round-off of rates that were set to zero is a large acceleration. Earlier, the search found no modes at
-    14e-10, and the next decision was compared with the modes that it tried last."""
+    """Rates that are set to zero keep round-off. Over a short step, this round-off is a large acceleration. It must not change the
+    modes that the search finds."""
     scene = worlds("loop_at_rest")["as it is"].scene
     r = simulate(scene, until=0.341, every=0.341, method="moreau", rtol=rtol, outputs=["j0.q[1]"])
     assert sorted(e.joint for e in r.events if e.kind == "stick") == ["j0", "j1", "jc"]
@@ -314,21 +315,21 @@ def driven_jack(seed: int) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
-    """In the middle of a step, redundant rows are consistent only after the loops are closed. Earlier, loops were not closed there,
-    and steps shrank to 1e-6 s."""
+    """In the middle of a step, redundant rows are consistent only after the loops are closed. The method must close the loops
+    there."""
     scene, exact = driven_jack(seed), simulate(driven_jack(seed), rtol=1e-8)
     assert exact.outcome.ok
     for rtol in (1e-3, 1e-4, 1e-6):
         r = simulate(scene, method="moreau", rtol=rtol, max_steps=1000)
         assert r.outcome.ok
-        assert r.stats.steps <= 200  # at a tolerance of 1e-4, the run takes 60 steps
+        assert r.stats.steps <= 200  # at a tolerance of 1e-4, the run needs 60 steps
         for column in ("bearing.q[1]", "pivot.q[1]", "thread.friction.torque[1]", "foot.friction.torque[1]"):
             moves = slice(None) if ".q" in column else r.time < 0.59  # at rest friction is not unique
             assert np.abs(r[column] - exact[column])[moves].max() <= 10.0 * rtol * np.abs(exact[column]).max(), column
 
 
 def lifted_from_dead_centre(seed: int) -> sm.Scene:
-    """A slider-crank whose piston a drive moves from its dead centre, so that the crank could turn either way."""
+    """A slider-crank in its dead centre. A drive moves the piston from there, so that the crank could turn in either direction."""
     crank, rod, swing = np.random.default_rng(seed).uniform((0.02, 0.1, 0.01), (0.08, 0.2, 0.05))
     body, turns = {"mass": 1, "inertia": [1e-3] * 3}, {"type": "revolute", "axis": "z"}
     drive = {"harmonic": {"amplitude": swing, "frequency": 1, "phase": "90 deg", "offset": crank + rod - swing}}
@@ -348,7 +349,7 @@ def lifted_from_dead_centre(seed: int) -> sm.Scene:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_dead_centre_has_its_name_where_no_impulse_satisfies_the_loops(seed: int) -> None:
-    """Earlier, the first steps changed no coordinate, and the loops opened."""
+    """No impulse satisfies the loops at the start, so the run ends at its start."""
     scene = lifted_from_dead_centre(seed)
     for method in ("moreau", "rk5"):
         outcome = simulate(scene, until=1.0, method=method).outcome
@@ -357,8 +358,7 @@ def test_a_dead_centre_has_its_name_where_no_impulse_satisfies_the_loops(seed: i
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-6])
 def test_a_mechanism_that_rests_takes_few_steps(rtol: float) -> None:
-    """Only the full search finds the loads of the stuck pairs. Earlier, only steps below rtol/rate ran this search: 30,000 steps of
-    1e-7 s."""
+    """Only the full search finds the loads of the stuck pairs. The run needs at most 2000 steps."""
     scene = crossed("drives_that_die", 1)
     impulses, located = (simulate(scene, method=m, rtol=rtol, max_steps=2000) for m in ("moreau", "rk8"))
     assert impulses.outcome.ok

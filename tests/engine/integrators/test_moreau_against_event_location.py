@@ -21,7 +21,8 @@ C = 25.0
 
 
 def swinging_ball(seed: int) -> sm.Scene:
-    """A box on a rubbing ball, let go at rest in a world turned at random. It swings in a plane, from which reversals repel it."""
+    """A box on a ball joint with friction, released at rest in a randomly turned world. The box swings in a plane, from which
+    reversals repel it."""
     rng = np.random.default_rng(seed)
     length, mu, w, turn = rng.uniform(0.3, 1.5), rng.uniform(0.2, 0.8), rng.uniform(0.05, 0.3, 2), rng.normal(size=4)
     rotation, tilt = Rotation.from_quat(turn), rng.uniform(0.0, 1.0)
@@ -36,7 +37,7 @@ def swinging_ball(seed: int) -> sm.Scene:
 
 
 def off_located(scene: sm.Scene, until: float, rtol: float) -> float:
-    """Largest distance, m, of the mass centre from its position in a run that locates events."""
+    """Largest distance, m, of the mass centre from its position in a run with event location."""
     (body,) = scene.bodies
     methods, outputs = (("moreau", rtol), ("rk8", 1e-10)), [f"{body}.position*"]
     impulses, located = (simulate(scene, until=until, every=until / 40, rtol=r, method=m, outputs=outputs) for m, r in methods)
@@ -46,8 +47,8 @@ def off_located(scene: sm.Scene, until: float, rtol: float) -> float:
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-6])
 def test_a_swing_that_reversals_repel_from_its_plane_stays_in_it(rtol: float) -> None:
-    """The ball must not turn about its contact. Earlier, round-off of the rates across the plane was divided by a step of 1e-6 s
-    at 6.95 s, and the ball turned."""
+    """The ball must not turn about the normal of its contact. Short steps amplify round-off of the rates across the plane, as at
+    6.95 s."""
     # the measured difference is 12 rtol
     assert off_located(apply(load_scene("spherical_pendulum"), COULOMB), 10.0, rtol) <= C * rtol
 
@@ -68,8 +69,7 @@ def test_random_balls_on_swings_stay_in_their_planes(seed: int) -> None:
     ],
 )  # fmt: skip
 def test_joints_that_slide_on_are_no_jam(family: str, seed: int, until: float) -> None:
-    """Earlier, cut joints slid backwards where a drive begins, releases and stops counted as impacts, and rates reversed while
-    modes did not."""
+    """Where a drive begins, cut joints slide forward. Releases and stops are not impacts. Modes reverse together with rates."""
     rtol = 1e-6 if family == "grippers" else 1e-4
     methods = (("moreau", rtol), ("rk8", 1e-9))
     scene, outputs = crossed(family, seed), ["energy.*"]

@@ -1,4 +1,4 @@
-"""Bounded steps (theory, "Bounded steps"): their work and their accuracy. A run reports everything that exceeds a bound."""
+"""The work and the accuracy of bounded steps (theory, "Bounded steps"). A run reports everything that exceeds a bound."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def rough(kind: str, seed: int) -> sm.Scene:
 @pytest.mark.parametrize("kind", ["tree", "loop"])
 @pytest.mark.parametrize("bounds", [{}, {"evaluations": 12, "iterations": 16}, LEAST], ids=["usual", "tight", "none"])
 def test_no_step_takes_more_than_its_static_bound(kind: str, bounds: dict[str, int]) -> None:
-    """Random mechanisms with friction in every joint. The test counts evaluations and iterations, from which the bound in
-    operations follows."""
+    """Random mechanisms with friction in every joint. The test counts evaluations and iterations. The static bound in operations
+    follows from these numbers."""
     for seed in range(4):
         run = bounded(rough(kind, seed), 1e-3, 0.05, **bounds)
         pairs = len([e for e in run.names if ".friction.state[" in e])
@@ -57,8 +57,8 @@ def test_no_step_takes_more_than_its_static_bound(kind: str, bounds: dict[str, i
 
 
 def test_steps_within_their_bounds_locate_events_as_the_engine_does() -> None:
-    """Example 8.1 has the same events. Its errors fall fast with the step between events. The engine locates events to 1e-7 of the
-    speed unit within a step."""
+    """Example 8.1 has the same events as in the engine's ordinary run. Errors of bounded steps decrease fast with the step between
+    events. The engine locates events within a step to 1e-7 of the speed unit."""
     exact = trunnion.simulate(BALL, until=3.0, rtol=1e-11, method="rk8", every=0.1, kernel="parts")
     for step, far in ((4e-3, 1e-5), (1e-3, 1e-8)):
         run = bounded(BALL, step, 3.0)
@@ -70,8 +70,8 @@ def test_steps_within_their_bounds_locate_events_as_the_engine_does() -> None:
 
 
 def test_the_fallback_converges_with_the_step() -> None:
-    """Iterations of first order make every step. With a quarter of the step, at most 0.4 of the error remains. Friction that
-    reverses inside a step returns at most the energy that friction takes in a step."""
+    """The fallback makes all steps, with iterations of first order. With a quarter of the step, at most 0.4 of the error remains.
+    Friction that reverses inside a step returns at most the energy that friction takes in a step."""
     exact = trunnion.simulate(BALL, until=1.5, rtol=1e-10, every=0.1, kernel="parts")
     errors = []
     for step in (4e-3, 1e-3):
@@ -115,7 +115,7 @@ def test_a_scene_without_bounds_has_no_columns_and_counters_of_bounded_steps() -
 
 
 def test_settings_that_bounded_steps_cannot_obey_are_refused_with_a_remedy() -> None:
-    """One error names them all: a stiff law, a method without bound, another step, rows between steps."""
+    """One error names all conflicts: a stiff law, a method without bound, another step, rows between steps."""
     scene = replace(trunnion.load_scene(BALL), friction=sm.FrictionDefaults(law="regularized", v_eps=1e-4))
     asked = {"simulation.realtime": {"step": 1e-3}}
     with pytest.raises(SceneError) as refused:

@@ -1,4 +1,5 @@
-"""A stiff steady creep by explicit methods, which take steps at their stability limit: its rows, and the note about this limit."""
+"""Explicit methods take steps at their stability limit in a stiff steady creep. The tests check the rows, and the note about this
+limit."""
 
 import math
 
@@ -16,7 +17,7 @@ SETTLED = 3e-5
 def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:
     """A block that creeps down a slope and carries a pendulum at rest.
 
-    Returns the scene, the friction that balances both, N, and the slope of friction over speed, N s/m.
+    Returns the scene, the friction that balances block and pendulum, N, and the slope of friction over speed, N s/m.
     """
     rng = np.random.default_rng(seed)
     block, bob = rng.uniform(0.5, 2.0), rng.uniform(0.3, 1.0)
@@ -44,8 +45,8 @@ def creeping_carrier(seed: int) -> tuple[trunnion.Scene, float, float]:
 @pytest.mark.parametrize("method", ["rk5", "rk8"])
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_a_steady_creep_balance_its_load_within_the_tolerance(seed: int, method: str) -> None:
-    """Forces are within the tolerance of the weight, although friction multiplies errors of the speed by more than 1e4. Errors of
-    states within the tolerance would give rows 40 % off at a tolerance of 1e-4."""
+    """Errors of forces stay within the tolerance times the weight, although friction multiplies errors of the speed by more than
+    1e4. If only the states were within a tolerance of 1e-4, rows would be 40 % off."""
     scene, load, _ = creeping_carrier(seed)
     weight = GRAVITY * sum(body.mass for body in scene.bodies.values())
     implicit = trunnion.simulate(scene, method="rosenbrock", rtol=1e-9, outputs="guide.friction.force")["guide.friction.force"]

@@ -1,4 +1,5 @@
-"""Bands and belts: while they slide, the ratio of tensions is exp(μ φ); at rest it is at most this (theory, "Bands and belts")."""
+"""Bands and belts: while they slide, the ratio of tensions is exp(μ φ). At rest, the ratio is at most exp(μ φ) (theory, "Bands and
+belts")."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def kernel(seed: int) -> str:
 
 @pytest.mark.parametrize("k", [-0.4, 0.05, 0.3])
 def test_the_law_is_that_of_a_band_in_flat_pieces(k: float) -> None:
-    """The tensions agree, and so does the force on the drum, which is the sum of the forces at both ends."""
+    """The tensions agree with a band of flat pieces. The force on the drum agrees, too; it is the sum of the forces at both
+    ends."""
     for wrap in (1.0, 3.0, 8.0):
         end, force = band(k, wrap)
         more = {"wrap_angle": wrap}
@@ -82,7 +84,7 @@ def test_bounds_at_rest_of_a_band_brake_are_the_limits_of_both_senses() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(20))
 def test_bounds_at_rest_of_a_belt_are_its_limits_and_include_the_pull_at_the_bearing(seed: int) -> None:
-    """The outboard pulley is held by the friction of its bearing, which both strands press."""
+    """The friction of its bearing holds the outboard pulley. Both strands press this bearing."""
     d = random_drive(seed)
     needed = 0.3 * d.wrapped.friction(1)
     scene = replace(d, torques=(d.arms[0] * needed, 0.0), rates=(0.0, 0.0)).scene()
@@ -103,7 +105,7 @@ def test_bounds_at_rest_of_a_belt_are_its_limits_and_include_the_pull_at_the_bea
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_belt_slides_and_holds_by_the_closed_form(seed: int) -> None:
-    """Open and crossed belts; the angle of wrap is that of the geometry, or given."""
+    """Open and crossed belts. The angle of wrap follows from the geometry or is given."""
     d = random_drive(seed)
     r = simulate(d.scene(), rtol=1e-10, kernel=kernel(seed))
     one, two, friction = d.states(r.time)
@@ -123,7 +125,7 @@ def test_a_belt_slides_and_holds_by_the_closed_form(seed: int) -> None:
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_belt_slides_just_beyond_the_limit_of_the_capstan_and_hold_agrees(seed: int) -> None:
-    """The outboard pulley is held."""
+    """The outboard pulley is held at rest."""
     d = random_drive(seed)
     for sense in (1, -1):
         for more in (1e-6, -1e-6):
@@ -153,7 +155,7 @@ def belts_in_flight(seed: int, **more: object) -> tuple[sm.Scene, object]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(12))
 def test_each_strand_pulls_both_pulleys_along_the_line_that_touches_them(seed: int) -> None:
-    """The reported force and torque on the inboard pulley are those of both tensions; every part is in balance."""
+    """The reported force and torque on the inboard pulley are those of both tensions. The forces on every part are in balance."""
     scene, f = belts_in_flight(seed, **({} if seed % 2 else {"tension": None, "pretension": 3.0}))
     f = replace(f, scene=scene)
     r = simulate(scene, rtol=1e-10)
@@ -169,7 +171,7 @@ def test_each_strand_pulls_both_pulleys_along_the_line_that_touches_them(seed: i
             e, n, far = unit(away), np.cross(a, unit(away)), np.linalg.norm(away)
             sine = (one.r1 - abs(one.r2) * (1 if one.what == "belt" else -1)) / far
             total, moment = np.zeros(3), np.zeros(3)
-            # If a pulley that turns about a drives, it pulls the tight strand in at +n.
+            # If a pulley that turns about a drives, the tight strand runs onto the pulley at +n.
             for side, tension in ((-1, r[f"m{k}.tension[1]"][i]), (1, r[f"m{k}.tension[2]"][i])):
                 out = sine * e + side * math.sqrt(1 - sine**2) * n  # radius to the point at which the strand leaves the pulley
                 along = math.sqrt(1 - sine**2) * e - side * sine * n
@@ -226,7 +228,7 @@ def test_the_static_coefficient_is_in_the_exponent(law: str) -> None:
 
 
 def test_a_brake_that_is_released_slowly_lets_go_at_the_instant_of_the_closed_form() -> None:
-    """The tension falls from 100 N by 100 N/s; the drum's torque is the limit at 40 N."""
+    """The tension falls from 100 N by 100 N/s. At 40 N the drum's torque equals the limit."""
     d = replace(USUAL, torque=0.4 * USUAL.limit(1), rate=0.0)
     scene = d.scene(tension={"ramp": {"start": "100 N", "end": "0 N", "duration": 1}})
     for method in ("parts", "compiled"):

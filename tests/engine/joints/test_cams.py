@@ -1,5 +1,5 @@
-"""Cams: a follower stays on the curve, and its contact force balances its motion. Complex numbers in the cam's plane and another
-spline give the reference."""
+"""A cam's follower stays on the curve, and the contact force balances the motion of the follower. Complex numbers in the cam's
+plane and another spline give the reference."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RUNS = [*((*c, "parts") for c in CASES), *((*c, "compiled") for c in CASES[::2])
 @dataclass
 class Cam:
     """A cam about the origin, turned by θ, and a follower of one freedom x. along, at: direction of a sliding follower, or pivot of
-    a rocking one. arm, normal: of the follower's point or face at x = 0, relative to the follower."""
+    a rocking one. arm, normal: position of the follower's point or face at x = 0 and its normal, relative to the follower."""
 
     what: str
     guide: str
@@ -69,14 +69,14 @@ class Cam:
         return (self.curve(phi) + 1j * self.curve(phi, 1)) * n, n
 
     def moves(self, x: float, c: complex) -> complex:
-        """Velocity of the follower's part at a place, per unit of the follower's own rate."""
+        """Velocity of the follower's part at a place, for a unit rate of the follower."""
         return self.along if self.guide == "slides" else 1j * (c - self.at)
 
 
 def made(what: str, guide: str, seed: int, mu: float = 0.0) -> tuple[Cam, sm.Scene]:
     rng = np.random.default_rng([3, seed])
     angles = np.sort(np.append(rng.uniform(0, 2 * np.pi, 20), [0.0, 2 * np.pi]))
-    # the spacing of the angles is uneven, but not too uneven
+    # the spacing of the angles is uneven, within limits
     angles = 0.3 + 0.5 * angles + 0.5 * np.linspace(0, 2 * np.pi, len(angles))
     radius = 0.05 + 0.004 * np.cos(angles - 1) + 0.001 * np.sin(2 * angles)
     radius[-1] = radius[0]
@@ -152,7 +152,8 @@ def test_a_follower_that_slides_on_a_cam_is_dragged_by_friction(what: str, guide
 @pytest.mark.parametrize("given", ["", ", start: {q: 0}"])
 @pytest.mark.parametrize("rubs", ["", ", friction: {force: 0.3}"])
 def test_a_follower_whose_frame_lies_on_the_axis_of_its_cam_is_assembled_onto_the_curve(seed: int, given: str, rubs: str) -> None:
-    # On the axis the angle of the follower is undefined; a residual with the cosine of the pressure angle there would be zero.
+    # On the axis the angle of the follower is undefined. A residual with the cosine of the pressure angle would be zero on the
+    # axis.
     rng = np.random.default_rng([5, seed])
     angles = np.linspace(0, 2 * np.pi, 13)
     radius = 0.06 + 0.02 * np.sin(angles + rng.uniform(0, 6))
@@ -229,7 +230,7 @@ def test_a_spline_through_an_eccentric_moves_a_plate_as_the_eccentric_does() -> 
 def test_lifting_off_is_reported_at_its_instant() -> None:
     r = simulate(lifted(", friction: {mu: 1e-9}", ", effort: -3", "drive: {constant: {rate: 20}}"), rtol=1e-10)
     times = [e.time for e in r.events if e.joint == "follow" and 0 < e.time < 1]
-    # The plate lifts off where m E ω² sin ωt = 3 N; beyond this, the cam would have to pull.
+    # The plate lifts off where m E ω² sin ωt = 3 N; after this instant, the cam would have to pull.
     phase = np.arcsin(3 / (0.4 * E * 400))
     turns = 2 * np.pi * np.arange(4)
     wanted = sorted(t for t in np.concatenate([(turns + phase), (turns + np.pi - phase)]) / 20 if t < 1)
@@ -278,8 +279,8 @@ def test_impossible_cams_are_refused_with_the_reason(says: str) -> None:
 
 
 def pushed(seed: int) -> tuple[sm.Scene, float | None]:
-    """A plate on a random cam that turns steadily, under a constant load, and the instant from which the cam would have to pull.
-    The plate's height is the support function h of the curve at the plate's normal, so that its acceleration is ω² h''."""
+    """A plate under a constant load on a random cam that turns steadily. Also returns the instant from which the cam would have to
+    pull. The plate's height is the support function h of the curve at the plate's normal, so that its acceleration is ω² h''."""
     rng = np.random.default_rng([7, seed])
     angles = np.linspace(0, 2 * np.pi, int(rng.integers(30, 60)))
     radius = 0.05 + 0.004 * np.cos(angles - rng.uniform(0, 6)) + 0.001 * np.cos(2 * angles - rng.uniform(0, 6))

@@ -1,4 +1,4 @@
-"""Joints of every type during runs: energy and momentum are conserved, exact motions are reproduced, and friction only takes
+"""Runs with joints of every type: energy and momentum are conserved, exact motions are reproduced, and friction only takes
 energy."""
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ def run(scene: sm.Scene, until: float, **how) -> Result:
 @pytest.mark.default_cases(9)
 @pytest.mark.parametrize("kind", [k for k in ALL_TYPES if REGISTRY[k].nv])
 def test_two_bodies_on_a_joint_keep_their_energy(kind: str) -> None:
-    """Inertias, frames and rates are random. There is no friction and no device, and the joint is described from either side."""
+    """Inertias, frames and rates are random. There is no friction and no device. Either body may be the inboard body of the
+    joint."""
     case = random_tree(5, 2, types=(kind,), friction=0.0, devices=0.0, drives=0.0, loads=False)
     r = run(case.scene, 2.0)
     energy = r["energy.kinetic"] + r["energy.potential"]
@@ -104,7 +105,7 @@ def test_a_screw_falls_as_its_pitch_allows() -> None:
 
 
 def test_a_body_on_a_plane_glides_and_spins() -> None:
-    """Gravity across the plane does not affect the motion along it. Gravity along the plane gives a parabola."""
+    """Gravity across the plane does not affect the motion along the plane. Gravity along the plane gives a parabola."""
     body = sm.Body(box=(0.4, 0.2, 0.1), mass=3.0)
     joint = sm.Joint("planar", "ground", "b", axis="z", start=sm.Start((0.1, 0.2, 0.3), (1.0, -2.0, 4.0)))
     r = run(sm.Scene({"b": body}, {"j": joint}, gravity=(0.0, 3.0, -9.81)), 1.0)
@@ -136,7 +137,7 @@ def test_a_top_keeps_spin_and_vertical_momentum() -> None:
 
 
 def test_angles_of_cut_joints_continue_past_a_turn() -> None:
-    """The four-bar's couplers turn with their cranks, over the top repeatedly. No column jumps by 2π."""
+    """The four-bar's couplers turn with their cranks, over the top repeatedly. Columns of angles never jump by 2π."""
     r = simulate("crank_slider", until=2.0, every=0.005, overrides=PAPER)
     assert r["crank_pivot.q[1]"][-1] == pytest.approx(20.0, abs=1e-12)
     r = simulate("n_four_bar", until=4.0, every=0.005)

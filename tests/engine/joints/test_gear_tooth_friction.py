@@ -1,4 +1,4 @@
-"""Teeth of gears press along their pressure angle and have friction. They release one flank before they load the other."""
+"""Teeth of gears press along their pressure angle and have friction. A flank loses its load before the other flank is loaded."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ RUNS = [*((ROUND, seed, "parts") for seed in range(5)), (ROUND, 0, "compiled"), 
 
 
 def meshing(row: Row, one: Pair) -> tuple[np.ndarray, np.ndarray]:
-    """The axis about which the wheels turn relative to each other where they mesh, and the vector from the inboard wheel to the
-    other."""
+    """The axis about which the wheels turn relative to each other at their mesh, and the vector from the inboard to the outboard
+    wheel."""
     R = row.turned("carrier")
     a, b, between = R @ one.a1, R @ one.a2, R @ (one.p2 - one.p1)
     if one.what == "bevel_gear":
@@ -68,7 +68,7 @@ def test_a_tooth_pushes_wheels_apart_and_rubs_by_what_it_drives(pairs: tuple[str
 
 
 def pair(one: str, two: str, internal: bool = False) -> sm.Scene:
-    """Two wheels of 20 and 40 teeth on the ground; ``one``, ``two``: their loads and devices."""
+    """Two wheels of 20 and 40 teeth on the ground. ``one`` and ``two`` are the loads and devices of the wheels."""
     distance = MODULE * (40 - 20 if internal else 40 + 20) / 2
     return scene_from_text(f"""\
 schema: 1
@@ -131,7 +131,7 @@ simulation: {{until: 0.5 s, every: 0.05 s}}
     r = simulate(scene, rtol=1e-10)
     assert r["on_b.q[1]"] == pytest.approx(R1 * rate * r.time, rel=1e-12, abs=1e-13)
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx(weight * (R1 + (ROLL if lifts else -ROLL)), rel=1e-9)
-    # one of the two components is along the wheel's axis, and zero
+    # one of the two components is along the wheel's axis and is zero
     push = np.abs(r["on_b.reaction.force[3]"][1:]) + np.abs(r["on_b.reaction.force[2]"][1:])
     assert push == pytest.approx(weight * np.tan(ANGLE), rel=1e-9)
 
@@ -192,8 +192,8 @@ def test_wear_of_teeth_is_by_the_way_their_flanks_slide() -> None:
 
 
 def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -> None:
-    """``equilibrium`` finds the range of rest of the spring's wheel. It ends where the load on the other wheel just sinks, and
-    where it just rises."""
+    """``equilibrium`` finds the range of rest of the spring's wheel. At the ends of this range, the load on the other wheel just
+    sinks or just rises."""
     stiffness, load = 20.0, 5.0
     found = equilibrium(pair(f"spring: {{stiffness: {stiffness}}}, damping: 0.5", f"effort: {load}"))
     bands = {b.coordinate: sorted((abs(b.low), abs(b.high))) for b in found.bands}
@@ -203,8 +203,8 @@ def test_the_band_of_rest_of_a_geared_spring_is_that_of_raising_and_lowering() -
 
 
 def idle_train(rng: np.random.Generator) -> tuple[dict[str, Any], str, float]:
-    """Wheels in a row that coast to rest; one shaft has friction and an effort below this friction. Also returns the shaft's name
-    and effort."""
+    """Wheels in a row that coast to rest. One shaft has friction and an effort that is smaller than this friction. Also returns
+    this shaft's name and effort."""
     count, module, place = int(rng.integers(2, 6)), 0.004, 0.0
     teeth, holds = rng.integers(14, 40, count).tolist(), int(rng.integers(0, count))
     torque = rng.uniform(0.02, 0.1)
@@ -227,7 +227,8 @@ def idle_train(rng: np.random.Generator) -> tuple[dict[str, Any], str, float]:
 @pytest.mark.parametrize("method", ["auto", "moreau", "rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("seed", [1, 0, *range(2, 8)])
 def test_teeth_carry_nothing_where_one_shaft_holds_a_train_at_rest(seed: int, method: str) -> None:
-    """Coasting takes (Σ J i²) ω/(friction ∓ effort) seconds. From then on the shaft's friction balances only its effort."""
+    """Coasting takes (Σ J i²) ω/(friction ∓ effort) seconds. Afterwards the friction of the shaft balances only the effort of this
+    shaft."""
     scene, shaft, effort = idle_train(np.random.default_rng(seed))
     columns = [f"{shaft}.qd[1]", f"{shaft}.friction.torque[1]", "g*.contact[1].normal_force"]
     run = simulate(scene_from_dict(scene), until=30.0, every=1.0, method=method, outputs=columns, rtol=1e-6)

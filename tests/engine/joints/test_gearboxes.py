@@ -1,5 +1,5 @@
-"""Gearboxes: in motion, the catalogue's efficiencies give the ratio of the shafts' torques. At rest, the ratio is between the
-values for both directions of power."""
+"""Gearboxes: in motion, the catalogue's efficiencies give the ratio of the shafts' torques. At rest, the ratio lies between the
+ratios for the two directions of power."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LIFTING = Hoist(20.0, 0.001, 0.5, 1.1, -15.0, 0.9, 0.6, 0.02)
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_hoist_lifts_holds_lowers_and_reverses_by_its_efficiencies(seed: int) -> None:
-    """Efficiencies of 0.9, 0.6 and, backward, 0, compared with the closed form; the kernels alternate."""
+    """Efficiencies of 0.9, 0.6 and, backward, 0, compared with the closed form. The cases alternate between the kernels."""
     h = random_hoist(seed)
     r = simulate(h.scene(), rtol=1e-10, outputs=[ANGLE], kernel=("compiled" if seed % 40 == 2 else "parts"))
     assert r.outcome.name == "done"
@@ -69,8 +69,8 @@ def test_a_self_locking_gear_unit_holds_its_load_without_a_motor_and_lowers_it_w
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(20))
 def test_a_gearbox_is_a_pair_of_torques_at_the_joints_of_its_shafts(seed: int) -> None:
-    """Shafts about any two axes, out of balance, in a housing in free flight. Efforts at the joints
-    of the shafts, equal to the two torques of the gearbox, give the same accelerations in its place."""
+    """Shafts about any two axes, out of balance, in a housing in free flight. If efforts equal to the gearbox's two torques at the
+    joints of the shafts replace the gearbox, the accelerations are the same."""
     f, rng = flying(seed, ("gear",)), np.random.default_rng(seed)
     ratio, efficiency, backward = float(rng.uniform(-9, 9)), 0.8, float(rng.choice([0.7, 0.0]))
     rubs = sm.Friction(efficiency=efficiency, efficiency_backward=backward)
@@ -128,7 +128,7 @@ def test_the_default_backward_efficiency_is_that_of_equal_friction_both_ways() -
 
 @pytest.mark.parametrize(("over", "unit"), [("torque", 5.0), ("speed", 1.0)])
 def test_a_table_gives_the_efficiency_at_the_torque_or_speed_of_the_output_shaft(over: str, unit: float) -> None:
-    """At the torques or speeds of the table, the efficiency is that of the table."""
+    """At the points of the table, the gearbox has the efficiency of the table."""
     at, value = [unit * k for k in range(1, 6)], [0.5, 0.7, 0.8, 0.85, 0.87]
     for x, efficiency in zip(at, value, strict=True):
         load, rate = (x, 2.0) if over == "torque" else (7.0, x)

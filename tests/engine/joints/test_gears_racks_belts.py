@@ -1,4 +1,4 @@
-"""Gears, racks and belts: rolling surfaces do not slide, and tooth and strand forces balance every part."""
+"""Gears, racks and belts: rolling surfaces do not slide. Forces of teeth and strands balance every part."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def test_teeth_push_along_their_way_where_they_touch(seed: int) -> None:
             force, torque, at = row.reported(f"m{k}")
             place, way = row.touch(one)
             if one.what in ("belt", "crossed"):
-                # each pulley's torque is the difference of both strands' forces, which acts at the pulleys' surfaces
+                # the torque on each pulley is the difference of the strands' forces, which act at the pulley's surface, times the
+                # radius
                 R = row.turned("carrier")
                 turning = torque @ (R @ one.a1) / one.r1
                 gap = np.linalg.norm(np.cross(one.p2 - one.p1, one.a1))
@@ -91,8 +92,8 @@ def test_a_flying_gear_unit_keeps_its_momentum_and_energy(seed: int) -> None:
 
 
 def planetary() -> sm.Scene:
-    """A sun (24 teeth), three planets (24) on an arm, and a ring (72) on the ground. A drive turns the sun, and the arm is
-    loaded."""
+    """A sun (24 teeth), three planets (24) on an arm, and a ring (72) on the ground. A drive turns the sun, and a load acts on the
+    arm."""
     arm, gears = {}, {}
     for k in range(3):
         x, y = 0.048 * np.cos(2 * np.pi * k / 3), 0.048 * np.sin(2 * np.pi * k / 3)
@@ -122,7 +123,7 @@ def test_a_planetary_train_turns_and_loads_by_its_numbers_of_teeth(kernel: str) 
 
 
 def made(joints: str, more: str = "", bodies: str = "ab") -> sm.Scene:
-    """Bodies on joints of the ground, and one pair."""
+    """Bodies on joints of the ground, and one pair of gears, rack or belt."""
     each = "".join(f"  {b}: {{mass: 1, inertia: [0.01, 0.01, 0.02]}}\n" for b in bodies)
     text = f"schema: 1\ngravity: [0, 0, 0]\nbodies:\n{each}joints:\n{joints}\n{more}simulation: {{until: 1 s, every: 0.1 s}}\n"
     return scene_from_text(text)
@@ -165,7 +166,7 @@ def test_a_belt_turns_its_pulleys_by_their_radii_and_pulls_them_together_by_none
     mesh = f"  m: {{type: belt, axis: z, inboard: a, outboard: b, radii: [10 mm, 25 mm], crossed: {str(crossed).lower()}}}\n"
     r = simulate(made(ON_A + ON_B + mesh))
     assert r["on_b.q[1]"] == pytest.approx(sign * 10 / 25 * r["on_a.q[1]"], rel=1e-12, abs=1e-12)
-    # the forces of the two strands cancel along the line of centres, and add up across it
+    # the forces of the two strands cancel along the line of centres and add across this line
     assert r["on_a.reaction.force[2]"] == pytest.approx(0, abs=1e-12)
     tooth = 0.02 * r["on_b.qdd[1]"] / 0.025
     assert np.abs(r["on_a.reaction.force[3]"]) == pytest.approx(np.abs(tooth) * (0.025 - sign * 0.010) / 0.06, rel=1e-9)

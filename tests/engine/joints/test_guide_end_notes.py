@@ -1,4 +1,5 @@
-"""A note tells when a contact of a sliding part leaves its guide. The instant is compared with motion at constant acceleration."""
+"""A note reports when a contact of a sliding part leaves its guide. The test compares this instant with motion at constant
+acceleration."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from trunnion.simulation.run import simulate
 
 
 def made(seed: int) -> tuple[sm.Scene, float | None]:
-    """A block without weight, so that its friction is 0, which a constant force drives along a rail. The contacts are at the ends
-    of the short part. Also the first instant at which a contact is beyond the long part, by the quadratic equation."""
+    """A constant force drives a block without weight along a rail; the friction is 0. The contacts are at the ends of the short
+    part. Also returns the first instant at which a contact is beyond the long part, from the quadratic equation."""
     rng = np.random.default_rng(seed)
     half, length, travel = rng.uniform(0.02, 0.05), rng.uniform(0.3, 0.5), rng.uniform(0.2, 0.6)
     short_moves, rail_on = bool(rng.random() < 0.5), rng.uniform(-0.05, 0.05, 2)

@@ -1,5 +1,5 @@
-"""A joint type with contradictory declarations cannot be registered, and therefore not imported. A consistent one is known
-everywhere."""
+"""A joint type with contradictory declarations cannot be registered, so its module cannot be imported. All parts of the program
+know a joint type with consistent declarations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Joints whose friction grows with what they transmit (robots): constants by the sense of motion, coefficients by the direction of
-power."""
+"""Friction of robot joints grows with the transmitted load. Constants depend on the sense of motion, coefficients on the direction
+of power."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ ROBOT = Hinge(1.2, 0.4, 9.0, -5.0, 0.8, 0.6, 0.15, 0.25, 0.0)
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_loaded_joint_moves_reverses_and_rests_as_the_closed_form(seed: int) -> None:
-    """Hinges and guides, with and without rotor, with the pin on either part. The friction shares at rest and the bounds are exact,
-    too."""
+    """Hinges and guides, with and without rotor, with the pin on either part. The friction shares at rest and the bounds are also
+    exact."""
     h = random_hinge(seed)
     r = simulate(h.scene(), rtol=1e-10, outputs=[PLACE], kernel="compiled" if seed % 40 == 5 else "parts")
     assert r.outcome.name == "done"
@@ -65,7 +65,7 @@ def test_a_driven_joint_needs_the_torque_of_its_arm_and_of_the_friction_that_thi
     arm = {"mass": 10, "center": [0.4, 0, 0], "inertia": [1, 1, 1]}
     scene = scene_from_dict({"gravity": [0, 0, -9.81], "bodies": {"arm": arm}, "joints": {"elbow": joint}})
     r = simulate(scene, until=6.0, every=0.1)
-    torque = -10 * 9.81 * 0.4 * np.cos(r.time)  # at first the weight acts in the sense of the motion (+y): the arm drives the joint
+    torque = -10 * 9.81 * 0.4 * np.cos(r.time)  # the weight first acts in the sense of the motion (+y): the arm drives the joint
     rubs = 2.0 + np.where(torque > 0, 0.1, 0.2) * np.abs(torque)
     assert r["elbow.drive.effort[1]"] == pytest.approx(torque + rubs, rel=1e-9)
 

@@ -1,4 +1,4 @@
-"""Joints that follow others keep their ratio by a pair of efforts along both freedoms."""
+"""A joint that follows another joint keeps its ratio by a pair of efforts along both freedoms."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ RUNS = [*((*w, "parts") for w in WAYS), (3, 0, 0, "compiled"), (3, 2, 0, "compil
 
 
 def scene(ties: int, rubs: int, seed: int) -> sm.Scene:
-    """A random tree of nine bodies, each on a joint of one freedom. The first ``rubs`` joints have friction; ``ties`` follow
-    others."""
+    """A random tree of nine bodies, each on a joint of one freedom. The first ``rubs`` joints have friction; ``ties`` joints follow
+    other joints."""
     rng = np.random.default_rng([8, seed, ties, rubs])
     bodies, joints = {}, {}
     names = [f"b{k}" for k in range(9)]
@@ -99,7 +99,7 @@ def test_a_chain_of_mimic_joints_takes_all_its_power_from_its_drive() -> None:
     r = simulate(scene_from_text(even), rtol=1e-10)
     assert r["far.q[1]"] == pytest.approx(0.7 * 2 * r.time + np.radians(10), rel=1e-12)
     assert r["slide.q[1]"] == pytest.approx(0.02 * (1.4 * r.time + np.radians(10)), rel=1e-12)
-    # the second part turns about its own centre, so that all rates are constant: only the damper takes power
+    # the second part turns about its mass centre, so all rates are constant: only the damper takes power
     assert r["near.drive.power[1]"] == pytest.approx(5 * (0.02 * 1.4) ** 2, rel=1e-9)
     assert r["slide.mimic.effort[1]"] == pytest.approx(5 * 0.02 * 1.4, rel=1e-9)
 

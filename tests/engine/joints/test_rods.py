@@ -1,4 +1,4 @@
-"""Rods: the distance of two points stays the rod's length, and the rod's force acts along the line between them."""
+"""Rods: the distance of two points equals the rod's length, and the rod's force acts along the line between the points."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_tension_of_a_pendulum_is_its_weight_along_the_rod_and_what_turns_it
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(12))
 def test_two_masses_on_two_rods_are_the_double_pendulum(seed: int) -> None:
-    """Lagrange's equations in the two angles; tensions by the balance of each mass."""
+    """The reference consists of Lagrange's equations in the two angles. Tensions follow from the balance of each mass."""
     rng = np.random.default_rng(seed)
     (m1, m2), (l1, l2), (a, b), (v, w) = (rng.uniform(*x, 2) for x in ((0.5, 3), (0.3, 1), (-2, 2), (-4, 4)))
     r = simulate(hung([m1, m2], [l1, l2], [a, b], [v, w]), until=0.3, every=0.1, rtol=1e-9)
@@ -99,7 +99,7 @@ def test_mechanisms_with_rods_move_and_press_as_one_dense_solve_says(seed: int) 
 
 
 def as_bodies(case: Case) -> Scene:
-    """The case with a body without mass in place of each rod, between a universal joint and a ball. (Between two balls, it could
+    """The case with a massless body in place of each rod, between a universal joint and a ball. (Between two balls, the body could
     spin about its own line.)"""
     scene, state = case.scene, case.state()
     bodies, joints = dict(scene.bodies), {}
@@ -157,7 +157,7 @@ def test_friction_of_a_guide_feels_the_force_of_a_rod(kernel: str, placed: bool)
 
 @pytest.mark.parametrize(("mu", "stiff"), [(0.0, 1.0), (0.3, 1.0), (0.3, 3.0)])
 def test_two_rods_side_by_side_share_their_force_by_their_stiffness(mu: float, stiff: float) -> None:
-    """The motion is that of one rod; the result says that the single forces are not unique."""
+    """The motion is that of one rod. The result states that the single forces are not unique."""
     scene = ladder(mu, rods=2)
     joints = scene.joints | {"r0": replace(scene.joints["r0"], stiffness=stiff * 1e8)}
     r = simulate(replace(scene, joints=joints), rtol=1e-10)
@@ -185,7 +185,7 @@ def test_a_sweep_over_the_length_of_a_rod_is_its_closed_form() -> None:
 
 @pytest.mark.parametrize(("mu", "holds"), [(0.31, True), (0.29, False)])
 def test_a_ladder_holds_by_the_friction_of_its_foot(mu: float, holds: bool) -> None:
-    """A mass m slides down a wall and leans by a rod on a foot of mass M on a rough floor: m cot φ = μ (m + M) at the limit."""
+    """A mass m slides down a wall. A rod leans the mass on a foot of mass M on a rough floor: m cot φ = μ (m + M) at the limit."""
     scene = ladder(mu)
     joints = dict(scene.joints)
     x, y = LENGTH * math.cos(0.9), LENGTH * math.sin(0.9)
@@ -240,7 +240,7 @@ def test_the_ladder_of_the_guide_agrees_with_hand_calculation() -> None:
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("as_rod", [True, False])
 def test_a_rubbing_loop_jams_by_every_kernel_with_a_rod_or_a_body(as_rod: bool, kernel: str) -> None:
-    """A pair at rest holds the freedom of the pair that jams, and drives move the rest."""
+    """A pair at rest holds the freedom of the pair that jams. Drives move the other joints."""
     case = random_loop("long7", loops=2, t=0.0, closing=("rod",), friction=0.9, laws=("coulomb",), adams=0.0, drives=0.3)
     r = simulate(case.scene if as_rod else as_bodies(case), until=0.5, rtol=1e-7, kernel=kernel, max_steps=300)
     assert (r.outcome.name, r.outcome.joint) == ("jammed", "j3")

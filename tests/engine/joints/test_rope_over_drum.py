@@ -1,4 +1,5 @@
-"""A rope over a fixed drum between two moving bodies, as two halves of a drum and a gearbox whose efficiencies are exp(−μ φ)."""
+"""A rope over a fixed drum between two moving bodies. The scene consists of two halves of a drum and a gearbox whose efficiencies
+are exp(−μ φ)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Rotor inertia of a joint: an inertia that only the motion of this joint turns, in addition to the bodies. Results are compared
-with one dense solve and with closed forms."""
+"""Rotor inertia of a joint: an inertia, in addition to the bodies, that turns only with the motion of this joint. Results are
+compared with one dense solve and with closed forms."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def compared(case: Case, kernel: str) -> None:
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("seed", TREES)
 def test_rotors_of_trees_are_those_of_the_dense_solve(seed: int, kernel: str) -> None:
-    """Accelerations, reactions, friction, efforts of drives and energy."""
+    """The test compares accelerations, reactions, friction, efforts of drives and energy."""
     case = random_tree(seed, t=TIME, devices=0.5, drives=0.4)
     compared(spun(case, set(case.scene.joints)), kernel)
 
@@ -105,8 +105,8 @@ def test_long_chains_with_rotors_agree_in_both_kernels(rub: bool, kernel: str) -
 
 
 def test_a_rotor_holds_a_joint_at_rest_no_more_than_it_did() -> None:
-    """Static friction does not depend on the rotor. At the threshold both joints stay at rest, a part in a million above it both
-    slip."""
+    """Static friction does not depend on the rotor. At the threshold both joints stay at rest. At one part in a million above the
+    threshold, both joints slip."""
     for load, moves in ((1 - 1e-6, False), (1 + 1e-6, True)):
         for rotor in (0.0, 5.0):
             scene = scene_from_dict({
@@ -120,7 +120,7 @@ def test_a_rotor_holds_a_joint_at_rest_no_more_than_it_did() -> None:
 
 
 def test_energy_of_a_run_counts_rotors() -> None:
-    """The inertia of the rotor adds to that of the wheel in the pendulum's period and energy."""
+    """The rotor adds to the inertia of the wheel in the pendulum's period and energy."""
     own = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": {"body": "bob", "point": [0, 0, 0.5]}}
     own |= {"start": {"q": 1.0}}
     with_rotor = {"bodies": {"bob": {"mass": 2, "inertia": [0.3, 0.1, 0.3]}}, "joints": {"pivot": own | {"rotor_inertia": 0.3}}}
@@ -144,7 +144,8 @@ def test_derivatives_follow_rotors() -> None:
 
 
 def test_an_impossible_rotor_inertia_is_reported() -> None:
-    """A loop of rotors alone cannot be cut; turns of a ball have one inertia; a negative inertia is refused."""
+    """Impossible cases: a loop of rotors alone, which cannot be cut; different inertias for the turns of a ball; a negative
+    inertia."""
     scene = {
         "schema": 1, "bodies": {n: {"mass": 1, "inertia": [1, 1, 1]} for n in ("a", "b")},
         "joints": {
@@ -169,7 +170,7 @@ def pendulum(rotor: float, **more: object) -> sm.Scene:
 
 
 def test_modes_and_inverse_dynamics_include_rotors() -> None:
-    """Small oscillations have the frequency √(m g l/(I + J)), and the effort of a motion is (I + J) q̈ + m g l sin q."""
+    """Small oscillations have the frequency √(m g l/(I + J)). The effort of a motion is (I + J) q̈ + m g l sin q."""
     swing = trunnion.modes(pendulum(0.4)).modes[0]
     assert 2 * np.pi * swing.frequency == pytest.approx(np.sqrt(2 * 9.81 * 0.5 / (2 / 3 + 0.4)), rel=1e-8)
     t = np.linspace(0, 1, 5)
@@ -179,7 +180,7 @@ def test_modes_and_inverse_dynamics_include_rotors() -> None:
 
 
 def test_every_method_steps_rotors() -> None:
-    """All methods give the same swing, with friction that stops it for a time."""
+    """All methods give the same swing. Friction stops the swing for a time."""
     scene = pendulum(0.4, start={"q": 1.0}, friction={"torque": 0.5})
     runs = {m: trunnion.simulate(scene, 2.0, 2.0, rtol=1e-8, overrides={"simulation.method": m})["hinge.q[1]"][-1]
             for m in ("rk5", "rk8", "rosenbrock", "moreau")}  # fmt: skip

@@ -1,4 +1,4 @@
-"""Friction of a screw's thread: raising, lowering, holding and self-locking by the closed forms of a lead screw."""
+"""Raising, lowering, holding and self-locking of a screw with friction agree with the closed forms of a lead screw."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_a_screw_with_friction_accelerates_by_its_closed_form(pitch: float, sens
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_screw_is_self_locking_where_its_lead_is_flatter_than_friction_over_the_flank(side: int) -> None:
-    """tan λ compared with μ/cos β, at 1e-6 on both sides."""
+    """tan λ is 1e-6 below and above μ/cos β."""
     pitch = 0.01
     edge = lead(pitch) * math.cos(FLANK)
     r = simulate(jack(pitch, 0.0, mu=edge * (1 + side * 1e-6)), until=1.0)
@@ -138,7 +138,8 @@ def test_a_preload_drags_at_the_radius_of_the_thread_whatever_the_load_is() -> N
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_where_friction_of_a_preload_carries_more_than_the_load_the_other_flank_presses(sense: int) -> None:
-    """Along the axis, as vectors, n_1 f cos β cos λ of the flanks plus k (f + P) sin λ of their friction equals the load."""
+    """Along the axis, as vectors: the normal forces n_1 f cos β cos λ of the flanks plus their friction k (f + P) sin λ equal the
+    load."""
     pitch, press = 0.03, 20000.0
     body = sm.Body(mass=MASS, inertia=(SPIN, SPIN, SPIN))
     rub = sm.Friction(mu=MU, radius=RADIUS, flank_angle=FLANK, preload=press)

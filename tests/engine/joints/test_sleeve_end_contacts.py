@@ -1,4 +1,5 @@
-"""Either part of a sliding joint may have the ends at which its contacts are, whichever part is inside."""
+"""Either part of a sliding joint may have the ends at which the contacts are. The choice does not depend on which part is
+inside."""
 
 from __future__ import annotations
 
@@ -55,7 +56,7 @@ def test_the_part_with_the_ends_does_not_matter_without_travel() -> None:
 
 
 def slid(kind: str, pin: str, ends: str | None, kernel: str, **lengths: float) -> Result:
-    """A short sleeve that slides down a long inclined rod of the ground, with its mass centre in its middle."""
+    """A short sleeve slides down a long inclined rod of the ground. The mass centre is in the middle of the sleeve."""
     size = {"half_width": 0.01, "half_height": 0.01} if kind == "prismatic" else {"radius": 0.01}
     rub = sm.Friction(mu=MU, **(lengths or {"half_length": HALF}), **size)
     down = (float(np.cos(SLOPE)), 0.0, -float(np.sin(SLOPE)))
@@ -106,8 +107,8 @@ def test_contacts_within_a_long_part_are_at_the_ends_of_the_short_part(kind: str
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_two_parts_that_slide_apart_press_at_the_ends_of_what_is_left(kernel: str) -> None:
-    """A drawer is pulled out against its weight. Forces follow from the lever of the remaining overlap; then the run ends, by name,
-    because the drawer has slid out."""
+    """A drawer is pulled out against its weight. Forces follow from the lever of the remaining overlap. The run ends with a named
+    outcome when the drawer has slid out."""
     drawer = sm.Body(box=(0.4, 0.3, 0.1), mass=2.0)
     rub = sm.Friction(mu=0.0, half_width=0.01, half_height=0.01, inboard_length=0.5, outboard_length=0.4)
     rail = sm.Joint("prismatic", "ground", "drawer", axis="x", ends=OVERLAP, friction=rub, start=sm.Start(qd=0.2))
@@ -125,7 +126,7 @@ def test_two_parts_that_slide_apart_press_at_the_ends_of_what_is_left(kernel: st
 
 
 def overlapping(case: Case, seed: int) -> Case:
-    """The case with parts of finite length in every sliding joint, which overlap."""
+    """The case in which the parts of every sliding joint have finite lengths and overlap."""
     rng, joints = np.random.default_rng(seed), {}
     for n, j in case.scene.joints.items():
         if j.type in SLIDING and j.friction is not None:

@@ -1,5 +1,5 @@
-"""Points on curves, pins in slots: a point stays on SciPy's spline, and its contact and friction forces balance in the curve's
-plane. Complex numbers give the derivatives of the reference."""
+"""Points on curves and pins in slots: a point stays on SciPy's spline, and the forces of contact and friction balance in the
+curve's plane. Complex numbers give the derivatives of the reference."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Slot:
         return (complex(self.spline(end)) + (u - end) * self.at(end, 1), complex(self.spline(end, 1)), 0j)[order]
 
     def foot(self, p: complex) -> float:
-        """The parameter of the nearest place."""
+        """The parameter of the nearest place on the curve."""
         tries = np.linspace(-0.5, self.u[-1] + 0.5, 4001) if not self.closed else np.linspace(0, self.u[-1], 4001)
         end = np.clip(tries, 0.0, self.u[-1])
         near = tries[np.argmin(abs(p - self.spline(end) - (tries - end) * self.spline(end, 1)))]
@@ -57,7 +57,7 @@ class Slot:
         return brentq(off, near - step, near + step, xtol=1e-15, rtol=1e-15)
 
     def way(self, u: float) -> float:
-        """The distance of this place from the curve's first point, along the curve."""
+        """The distance of the nearest place from the curve's first point, along the curve."""
         knots = [0.0, *[k for k in self.u[1:] if k < u], u]
         size = lambda x: abs(self.at(x, 1))  # noqa: E731
         return sum(quad(size, a, b, epsabs=1e-14, epsrel=1e-13)[0] for a, b in pairwise(knots))
@@ -92,9 +92,9 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. They are the acceleration
+    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. Returns the acceleration
     (2) and angular acceleration of the body, the normal force (positive to the right of the tangent), and the wrench of the curve
-    on the body in the world. The equations of balance and the constraint determine all of them together."""
+    on the body in the world. One system of equations, the balance and the constraint, gives all of them."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
     way = s.at(u, 1) / abs(s.at(u, 1))
@@ -181,11 +181,12 @@ def test_a_pin_meets_the_end_of_its_slot_in_time_and_comes_back(kernel: str) -> 
     most = 0.4 * pull / stiff + np.sqrt((0.4 * pull / stiff) ** 2 + 2 * 0.4 * pull * 0.1 / stiff)
     assert deepest <= most
     assert np.abs(r["energy.residual"]).max() < 1e-8
-    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end onto which the pin falls returns all energy
+    assert r["slot.q[1]"].min() == pytest.approx(0.1, abs=1e-6)  # the end stop onto which the pin falls returns all energy
 
 
 def yoke(mu: float, drive: str, extra: str = "") -> sm.Scene:
-    """A Scotch yoke: a crank's pin in a slot across the direction of a slide. It is a loop of a hinge, a guide and one row."""
+    """A Scotch yoke: the pin of a crank moves in a slot across the direction of a slide. The loop consists of a hinge, a guide and
+    one constraint equation."""
     return scene_from_text(f"""
 schema: 1
 gravity: [0, 0, 0]

@@ -1,4 +1,4 @@
-"""Worms drive, are driven and lock by the textbooks' formulas, and their forces act in space at the pitch point."""
+"""Worms drive, are driven and lock according to textbook formulas. Their forces act at the pitch point, in space."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ USUAL = Worm(2, 40, 0.004, math.radians(8), math.radians(20), 0.05)
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_worm_drives_and_is_driven_by_the_standard_formulas(seed: int) -> None:
-    """Torques and the three components of the tooth force to 1e-12."""
+    """The test compares torques and the three components of the tooth force to 1e-12."""
     w, load = random_worm(seed), float(np.random.default_rng(seed).uniform(1, 50))
     for drives in (True, False):
         rate = (1 if drives else -1) * math.copysign(10.0, w.turns)  # rate of the worm; the load turns the wheel backward
@@ -44,7 +44,7 @@ def test_a_worm_drives_and_is_driven_by_the_standard_formulas(seed: int) -> None
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(20))
 def test_a_worm_locks_itself_where_its_lead_is_below_the_angle_of_friction(seed: int) -> None:
-    """Without a torque on the worm, tan γ cos α = μ is the limit; ``hold`` agrees."""
+    """Without a torque on the worm, the limit is tan γ cos α = μ. ``hold`` agrees."""
     w = random_worm(seed)
     limit = math.tan(abs(w.lead)) * math.cos(w.pressure)
     for more in (1e-6, -1e-6):
@@ -55,8 +55,8 @@ def test_a_worm_locks_itself_where_its_lead_is_below_the_angle_of_friction(seed:
 
 
 def test_a_worm_at_rest_is_at_rest_in_millimetres_and_grams() -> None:
-    """Neither body has a size, so that the radius of gyration is the scale. With 1 m as the scale, the round-off of the load's work
-    over 20 s was an error of energy."""
+    """Neither body has a size, so the radius of gyration is the scale. (With 1 m as the scale, the round-off of the load's work
+    over 20 s counts as an error of energy.)"""
     w = random_worm(0)
     still = replace(w, mu=1.5 * math.tan(abs(w.lead)) * math.cos(w.pressure)).scene({}, {"effort": -5.0})
     shafts = dict.fromkeys(("worm_shaft", "wheel_shaft"), np.zeros(1))
@@ -67,8 +67,8 @@ def test_a_worm_at_rest_is_at_rest_in_millimetres_and_grams() -> None:
 
 
 def in_flight(seed: int, friction: sm.Friction | None) -> tuple[Scene, dict[str, np.ndarray]]:
-    """A worm and its wheel, out of balance, on a carrier in free flight. Also returns the vectors of the pair in the carrier's
-    axes."""
+    """A worm and its wheel, out of balance, on a carrier in free flight. Also returns the vectors of the pair in the axes of the
+    carrier."""
     f, rng, w = flying(seed, ("gear",)), np.random.default_rng([3, seed]), random_worm(seed)
     a, at = unit(rng.normal(size=3)), 0.3 * rng.normal(size=3)
     u = unit(np.cross(a, rng.normal(size=3)))
@@ -89,7 +89,7 @@ def in_flight(seed: int, friction: sm.Friction | None) -> tuple[Scene, dict[str,
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(20))
 def test_the_force_of_a_worm_acts_at_the_pitch_point_of_both_wheels(seed: int) -> None:
-    """Without the pair, the reported force, applied to both wheels at the pitch point, gives the same accelerations."""
+    """If the reported force, applied to both wheels at the pitch point, replaces the pair, the accelerations are the same."""
     scene, at = in_flight(seed, sm.Friction(mu=0.08, pressure_angle=0.35))
     r = simulate(scene, until=1e-3, every=1e-3)
     R = matrix_from_quaternion(np.array([r[f"carrier.orientation[{k}]"][0] for k in (1, 2, 3, 4)]))

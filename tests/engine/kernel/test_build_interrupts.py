@@ -1,6 +1,6 @@
 """Ctrl-C works while a kernel is derived and compiled: the program does not wait for a compiler, and no partial result remains.
 
-Each test interrupts itself at a place in the work, not at a time."""
+Each test interrupts itself at a fixed place in the work."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GROUPS = pytest.mark.skipif(not hasattr(os, "killpg"), reason="programs have no 
 
 @pytest.fixture
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty kernel cache, after the runtime and the digest of the sources were found in the usual one."""
+    """An empty kernel cache. The runtime and the digest of the sources are found in the usual cache first."""
     shared_libraries.runtime(), shared_libraries.sources_key()
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     return tmp_path
@@ -45,8 +45,8 @@ def interrupted(work: Callable[[], object]) -> None:
 
 
 def left(folder: Path) -> list[str]:
-    """What remains in a cache besides the compiler's own files. A thread that was being started when Ctrl-C came is unknown to the
-    program; the thread removes its own files."""
+    """Files in a cache other than the compiler's own files. If Ctrl-C comes while a thread is being started, the program does not
+    know this thread. The thread then removes its own files."""
     names = ["?"]
     for _ in range(1000):
         names = [p.name for p in folder.iterdir() if not p.name.startswith("zig")]
@@ -58,7 +58,7 @@ def left(folder: Path) -> list[str]:
 
 @GROUPS
 def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A compiler takes ten minutes. The build ends the compiler as soon as it has started."""
+    """The compiler of this test takes ten minutes. The build ends it as soon as it has started."""
     started: list[Any] = []
     popen = subprocess.Popen
 
@@ -76,7 +76,7 @@ def test_no_compiler_is_waited_for(own_cache: Path, monkeypatch: pytest.MonkeyPa
 
 @GROUPS
 def test_a_second_ctrl_c_does_not_disturb_the_ending_of_compilers(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C may be pressed again while the programs are being ended, once for each. All of them end nevertheless."""
+    """While the programs are being ended, Ctrl-C is pressed again, once for each program. All programs end nevertheless."""
     started: list[Any] = []
     popen, kill = subprocess.Popen, compiler_processes._kill
 
@@ -100,7 +100,7 @@ def test_a_second_ctrl_c_does_not_disturb_the_ending_of_compilers(own_cache: Pat
 def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
     swallowed: bool, own_cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The symbolic library's wrappers catch every exception raised in them, or replace it by an error of their own."""
+    """The wrappers of the symbolic library catch every exception inside them, or replace it by their own error."""
     leaves = shared_libraries.library_cache.entry
 
     def entry(name: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
@@ -119,7 +119,7 @@ def test_an_interrupt_that_a_library_keeps_to_itself_is_heard_all_the_same(
 
 @GROUPS
 def test_a_failure_beside_running_programs_ends_them() -> None:
-    """Work that has not started does not start afterwards."""
+    """Work that has not started does not start after the failure."""
     group: list[CompilerProcesses] = []
     work: list[Future[Any]] = []
 
@@ -141,7 +141,7 @@ def test_a_failure_beside_running_programs_ends_them() -> None:
 
 
 def test_a_delay_of_interrupts_applies_within_code_that_admits_them() -> None:
-    """The command line lets Ctrl-C through to its commands; a run within a command delays it until its rows are safe."""
+    """The command line lets Ctrl-C through to its commands. A run within a command delays Ctrl-C until its rows are safe."""
 
     def work() -> None:
         with held() as outer, outer.open():

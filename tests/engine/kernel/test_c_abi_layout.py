@@ -1,4 +1,4 @@
-"""Each number and layout that C and Python share is stated only once. C lays out data as Python reads them, and no other code
+"""Each number and layout that C and Python share is stated only once. C lays out data as Python reads the data, and no other code
 repeats the numbers."""
 
 from __future__ import annotations

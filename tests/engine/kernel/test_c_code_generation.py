@@ -64,7 +64,7 @@ BINARY = {
 
 
 def random_outputs(seed: int, inputs: list[SX], length: int = 160) -> list[SX]:
-    """Expressions over the inputs: each operation occurs once in a round, with random operands; sizes stay near 1."""
+    """Expressions over the inputs. In each round, each operation occurs once with random operands. Sizes of values stay near 1."""
     rng = np.random.default_rng([seed, sum(i.numel() for i in inputs)])
     values = [x[i] for x in inputs for i in range(x.numel())] + [SX(float(c)) for c in (0.3, -1.7, 0.0, -2.0)]
     operations = [*UNARY.values(), *BINARY.values()]
@@ -152,7 +152,7 @@ def test_code_cut_into_small_pieces_has_many_functions(cases) -> None:
 
 
 def test_every_operation_is_tried(cases) -> None:
-    """The random outputs use every operation of both tables but assignment, which CasADi adds by itself."""
+    """The random outputs use every operation of both tables except assignment, which CasADi adds itself."""
     seen = {f.instruction_id(k) for _, f, *_ in cases.values() for k in range(f.n_instructions())}
     assert set(code_generator.UNARY) | set(code_generator.BINARY) <= seen | {ca.OP_ASSIGN}
 
@@ -171,7 +171,7 @@ def test_terms_of_parameters_alone_are_computed_in_the_first_stage() -> None:
 @pytest.mark.parametrize("value", [0.1, -0.1, 1e-300, 5e-324, -1.7976931348623157e308, 3.0, 2.0**-1074 * 3])
 def test_literals_read_back_exactly(value: float) -> None:
     assert float(code_generator.literal(value).strip("()")) == value
-    # parentheses, because a minus sign before a negative literal would make a decrement
+    # parentheses, because a minus sign before a negative literal would be a decrement
     assert code_generator.literal(value).startswith("(") == (value < 0)
 
 
@@ -186,12 +186,12 @@ def test_the_compilers_own_flags_change_only_the_last_digits() -> None:
 
 
 def alike(found: Iterable[casadi_instructions.Instruction]) -> list[casadi_instructions.Instruction]:
-    """The instructions, with powers of a constant exponent as general powers; both are printed alike."""
+    """The instructions, in which powers with a constant exponent are written as general powers, because both are printed alike."""
     return [(ca.OP_POW if op == ca.OP_CONSTPOW else op, value, operands) for op, value, operands in found]
 
 
 def asked(f: ca.Function) -> list[casadi_instructions.Instruction]:
-    """All instructions, each requested by itself."""
+    """All instructions, in a text that requests each instruction separately."""
     return alike(casadi_instructions._asked(f, k) for k in range(f.n_instructions()))
 
 

@@ -54,12 +54,12 @@ def states(case: Case) -> int:
 
 
 def small(case: Case) -> bool:
-    """Whether the case's Jacobian is written as a matrix, and is a small one."""
+    """True if the case's Jacobian is written as a matrix and is small."""
     return states(case) <= SMALL
 
 
 def large(case: Case) -> bool:
-    """Whether the case's Jacobian is written direction by direction, as that of large systems is."""
+    """True if the case's Jacobian is written direction by direction, as for large systems."""
     return states(case) > jacobian_unit.DENSE_STATES
 
 
@@ -73,7 +73,7 @@ def case_of(which: str) -> Case:
 
 
 def check(block: Block) -> None:
-    """The claim that the Jacobian's columns for the state and for time equal differences, row by row."""
+    """Check that the Jacobian's columns for the state and for time equal differences, row by row."""
     exact = block.derivatives()
     t = block.time
     for numeric, part in ((differences(block), exact[:, :-1]), (time_differences(block, t)[:, None], exact[:, -1:])):
@@ -97,8 +97,8 @@ def test_derivatives_of_random_scenes_are_those_of_their_right_hand_side(which: 
 @pytest.mark.parametrize("law", ["stribeck", "lugre"])
 @pytest.mark.parametrize("kind", RUBBING_TYPES)
 def test_derivatives_of_every_joint_type_under_laws_that_depend_on_speed_and_state(law: str, kind: str) -> None:
-    """One joint of the type. Each law and each type is tested with exact contacts and with Adams' normal force; the random scenes
-    contain joints that affect each other."""
+    """Each scene has one joint of the type. The test runs each law and each type with exact contacts and with Adams' normal force.
+    The random scenes contain joints that affect each other."""
     adams = (RUBBING_TYPES.index(kind) + (law == "lugre")) % 2
     how = {"types": (kind,), "friction": 1.0, "drives": 0.0, "laws": (law,), "adams": float(adams)}
     case = random_tree(3, 1, t=0.3, **how)
@@ -121,7 +121,7 @@ def test_the_random_scenes_change_with_time_and_rub_on_loops() -> None:
 
 
 def test_the_stiff_method_keeps_its_order_with_friction_that_depends_on_open_reactions() -> None:
-    """The number of steps grows as the fifth root of the tolerance. With a Jacobian that misses a part it grows as the square root:
+    """The number of steps grows as the fifth root of the tolerance. With an incomplete Jacobian, it would grow as the square root:
     77 and 6435 steps."""
     loose, tight = (simulate(four_bar(), until=1.0, rtol=r, method="rosenbrock").stats.steps for r in (1e-6, 1e-10))
     assert tight <= 10 * loose
@@ -146,4 +146,4 @@ def test_dense_and_directional_code_agree(which: str, monkeypatch: pytest.Monkey
     other.kernel.libraries["jacobian"] = ctypes.CDLL(str(library))
     got = other.derivatives()
     size = np.maximum(np.abs(expected).max(axis=1, keepdims=True), 1.0)
-    assert np.all(np.abs(got - expected) <= 1e-12 * size)  # the sums are made in another order
+    assert np.all(np.abs(got - expected) <= 1e-12 * size)  # the sums are computed in a different order

@@ -36,8 +36,8 @@ def stepping() -> Path:
 
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache of this test's own. It shares only the compiler's intermediate files, which take seconds to make, and this
-    process has loaded the runtime from elsewhere."""
+    """An empty cache of this test. It shares only the compiler's intermediate files, which take seconds to make. This process has
+    already loaded the runtime from another cache."""
     runtime()
     shared = c_compiler.shared_cache(library_cache.cache_folder())
     shared.mkdir(exist_ok=True)
@@ -100,8 +100,8 @@ def test_a_half_written_entry_is_made_again(home: Path) -> None:
 
 @pytest.mark.slow
 def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: Path) -> None:
-    """Both processes wait for a signal inside their build. Both get the result, and one copy stays in the cache. The runtime is
-    already there; it is an entry like any other, whose build takes seconds in each process."""
+    """Both processes wait for a signal inside their build. Both get the result, and one copy stays in the cache. The runtime, an
+    entry whose build takes seconds, is already there."""
     (home / stepping.name).symlink_to(stepping)
     script = (
         "import sys, time, pathlib\n"
@@ -133,7 +133,7 @@ def test_two_processes_may_build_the_same_kernel_at_once(stepping: Path, home: P
     assert texts[0][0] == "True"  # neither process found the kernel in the cache
     here = simulate("crank_slider_free", until=0.1, every=0.1, kernel="compiled")
     assert float(texts[0][1]) == pytest.approx(here["guide.q[1]"][-1], abs=1e-12)
-    # one entry is that of the two processes, the other that of the run with all columns above
+    # one entry is from the two processes, the other from the run with all columns above
     assert len(list(home.glob("kernel-*/complete"))) == 2
     assert not [p for p in home.iterdir() if p.name.startswith(".")]
 
@@ -149,7 +149,7 @@ def test_pruning_respects_the_bound_and_takes_the_longest_unused_first(home: Pat
     old, older, new = filled(home, "a", 1000, 500.0), filled(home, "b", 1000, 900.0), filled(home, "c", 1000, 0.0)
     library_cache.prune(home, max_bytes=2500)
     assert [f.exists() for f in (older, old, new)] == [False, True, True]
-    library_cache.entry("a", lambda f: None)  # using it again makes it the second youngest
+    library_cache.entry("a", lambda f: None)  # this use makes "a" the second youngest entry
     os.utime(new, (time.time() - 700.0,) * 2)
     library_cache.prune(home, max_bytes=1500)
     assert [f.exists() for f in (old, new)] == [True, False]
@@ -212,12 +212,13 @@ def test_builds_do_not_make_the_compilers_cache_grow(tmp_path: Path) -> None:
 
 
 def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
-    """The tables would be most of a library's size, and would take a third of its compilation time."""
+    """Debugging tables would be most of a library's size, and take a third of the compilation time."""
     assert b".debug_" not in compile_one(tmp_path, 1).read_bytes()
 
 
 def test_a_build_that_loses_the_compilers_cache_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another process may prune the compiler's cache after the build has begun; here a file stands in its place."""
+    """Another process may prune the compiler's cache after the build has begun. In this test, a file replaces the folder of this
+    cache."""
     compile_one(tmp_path, 1)
     run, shared = c_compiler._zig, c_compiler.shared_cache(tmp_path)
     tries: list[Path] = []
@@ -226,7 +227,7 @@ def test_a_build_that_loses_the_compilers_cache_continues(tmp_path: Path, monkey
         tries.append(folder)
         if len(tries) == 1:
             library_cache._remove(shared)
-            shared.write_text("")  # a file in place of the folder prevents that the folder is made again
+            shared.write_text("")  # because of this file, the folder cannot be made again
         return run(arguments, folder, own)
 
     monkeypatch.setattr(c_compiler, "_zig", pruned_meanwhile)
@@ -285,7 +286,7 @@ def test_other_columns_are_another_kernel_and_the_order_of_the_file_is_not() -> 
 
 
 def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With other columns, the stepping unit is unchanged. With other names, all units are unchanged."""
+    """Other columns leave the stepping unit unchanged. Other names leave all units unchanged."""
     compiled: list[str] = []
     build_library = c_compiler.build_library
 
@@ -296,7 +297,7 @@ def test_equal_code_is_compiled_once(home: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(c_compiler, "build_library", watched)
     scene = load_scene("simple_pendulum")
     first = key(scene)
-    assert {"kernel", "outputs"} <= set(compiled)  # the runtime is compiled, too, once in each process
+    assert {"kernel", "outputs"} <= set(compiled)  # each process also compiles the runtime once
     compiled.clear()
     assert key(scene, ("pivot.q*",)) != first
     assert compiled == ["outputs"]
@@ -318,7 +319,7 @@ def test_a_warm_start_needs_neither_the_symbolic_library_nor_the_compiler() -> N
 
 
 def sources_of(arguments: Sequence[str]) -> set[Path]:
-    """The C files that a call of the compiler reads: those it names, and those that they include."""
+    """The C files that a call of the compiler reads: named files and included files."""
     folders = [Path(a[2:]) for a in arguments if a.startswith("-I")]
     found, waiting = set(), [Path(a) for a in arguments if a.endswith(".c")]
     while waiting:
@@ -368,7 +369,7 @@ def test_a_folder_is_made_for_the_user_alone(tmp_path: Path, monkeypatch: pytest
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the folders of this platform")
 def test_the_cache_is_where_the_platform_keeps_caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On Linux XDG's variable names the place; another platform's variable has no effect."""
+    """On Linux, XDG's variable determines the place. The variables of other platforms have no effect."""
     monkeypatch.delenv("TRUNNION_CACHE", raising=False)
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "elsewhere"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -74,8 +74,8 @@ def test_rates_that_do_not_agree_are_reported_as_rates() -> None:
 
 @pytest.mark.parametrize("digits", [6, 15])
 def test_a_linkage_that_moves_only_if_its_dimensions_agree_asks_for_more_digits(digits: int) -> None:
-    """In Bennett's linkage opposite links are equal, and sin(twist)/length is the same for all. Six digits are not enough for
-    this."""
+    """In Bennett's linkage, opposite links are equal, and sin(twist)/length is the same for all links. Six digits are too few for
+    this condition."""
     twist, length = np.radians([40.0, 75.0]), np.array([0.2, 0.2 * np.sin(np.radians(75.0)) / np.sin(np.radians(40.0))])
     first = 1.1
     last = 2.0 * np.arctan(np.sin((twist[1] + twist[0]) / 2) / np.sin((twist[1] - twist[0]) / 2) / np.tan(first / 2))

@@ -1,6 +1,6 @@
 """Loops with bodies that are much lighter than others, or without mass. As the mass falls, the motion converges in first order to
-that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose the digits of the mass
-ratio."""
+that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose as many digits as the mass
+ratio has."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_the_motion_converges_in_first_order_and_in_the_same_steps(seed: int) ->
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("family", "body"), [("drives_that_die", "l2"), ("belts", "p2")])
 def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass(family: str, body: str) -> None:
-    """The wheel does not change the inertia of the body that carries it."""
+    """The heavy wheel does not change the inertia of the body that carries the wheel."""
     scene = crossed(family, 0)
     runs = [simulate(heavy_parts(scene, body, x), rtol=1e-8) for x in (1e-5, 1e-9, 0.0)]
     assert [r.outcome.name for r in runs] == ["done"] * 3
@@ -111,8 +111,8 @@ def test_a_light_body_with_a_heavy_wheel_on_its_axis_moves_like_one_without_mass
     ("bevel_differentials", 103, "p1"),
 ])  # fmt: skip
 def test_loads_that_redundant_loops_share_do_not_jump_where_a_mass_reaches_0(family: str, seed: int, body: str) -> None:
-    """Joints without friction have contacts by geometry. Earlier, their size followed from the inertia, and motions differed by
-    1e-6 to 2e-3."""
+    """Joints without friction have contacts by geometry. Otherwise, the size of these contacts would follow from the inertia, and
+    motions would differ by 1e-6 to 2e-3."""
     scene = crossed(family, seed)
     runs = [simulate(heavy_parts(scene, body, x), until=0.4, every=0.1, rtol=1e-9, outputs="*.position*") for x in (1e-9, 0.0)]
     assert [r.outcome.name for r in runs] == ["done"] * 2
@@ -133,8 +133,8 @@ LIGHT = (1e-3, 1e-7, 1e-9, 1e-12, 0.0)
 @pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_scenes_of_interacting_devices_converge_as_a_body_gets_lighter(family: str) -> None:
-    """Lists allowed ends by name (``-rP``). An end is allowed if a mass of 1e-3 has it, too. It is allowed if mass 0 has it at the
-    time to which lighter bodies converge. It is allowed if nothing determines the motion of a body at mass 0."""
+    """The test lists allowed ends by name (``-rP``). An end is allowed in three cases: a run with a mass of 1e-3 has it, too; the
+    run with mass 0 has it at the time to which lighter bodies converge; nothing determines the motion of a body at mass 0."""
     named, wrong = [], []
     for seed in range(12):
         scene = crossed(family, seed)
@@ -168,7 +168,7 @@ def test_scenes_of_interacting_devices_converge_as_a_body_gets_lighter(family: s
 
 def crank_slider(inertia: float) -> Scene:
     """A crank without mass, but with this inertia (kg m²), a rod, and a slider that pushes the crank towards its dead centre. Only
-    the crank's pin rubs."""
+    the crank's pin has friction."""
     x = ARM * math.cos(1.0) + math.sqrt(ROD**2 - (ARM * math.sin(1.0)) ** 2)
     slide = {"mass": SLIDER, "inertia": [1e-3] * 3, "position": [x, 0, 0]}
     bodies = {"crank": {"mass": 0, "inertia": [inertia] * 3}, "slide": slide}
@@ -199,7 +199,7 @@ def reflected_inertia(inertia: float, angle: float) -> float:
 @pytest.mark.parametrize("method", sampled(("auto", "rk5", "rk8", "rosenbrock"), 1))
 @pytest.mark.parametrize("share", sampled((0.0, 1e-6, 1e-3, 0.1, 0.5), (0.0, 0.1)))
 def test_a_light_crank_jams_inside_its_friction_circle(method: str, share: float) -> None:
-    """The root of friction is lost where the factor of the crank's acceleration is 0. At mass 0 this is the friction circle."""
+    """Where the factor of the crank's acceleration is 0, friction has no solution. At mass 0 this is the friction circle."""
     inertia = share * SLIDER * CIRCLE**2 / 4
     r = simulate(crank_slider(inertia), method=method, rtol=1e-9, every=0, outputs="pin.q*", kernel="parts")
     assert r.outcome.name == "jammed"
@@ -219,7 +219,7 @@ def test_a_crank_of_more_inertia_than_its_friction_circle_takes_passes_the_dead_
 
 
 def test_a_crank_without_mass_ends_by_name_at_its_dead_centre() -> None:
-    """Without friction, the crank's inertia about its pin is 0 there, and its speed grows without limit."""
+    """Without friction, the crank's inertia about its pin is 0 at the dead centre, and its speed grows without limit."""
     scene = crank_slider(0.0)
     pin = replace(scene.joints["pin"], friction=None)
     r = simulate(replace(scene, joints=scene.joints | {"pin": pin}), rtol=1e-9, every=0, outputs="pin.q*", kernel="parts")
@@ -235,7 +235,7 @@ def test_a_crank_without_mass_ends_by_name_at_its_dead_centre() -> None:
 def test_a_bar_without_mass_that_carries_a_heavy_body_moves_like_a_light_one(
     family: str, seed: int, body: str, until: float
 ) -> None:
-    """The bar is the only body on its loops. Earlier, such scenes jammed at their start."""
+    """The bar is the only body on its loops. The scene must not jam at its start."""
     scene = crossed(family, seed)
     light = [heavy_parts(scene, body, x) for x in (1e-7, 0.0)]
     runs = [simulate(s, until=until, rtol=1e-8, outputs="*.position*", kernel="parts") for s in light]
@@ -247,7 +247,7 @@ def test_a_bar_without_mass_that_carries_a_heavy_body_moves_like_a_light_one(
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "until"), [(3, 0.25), (2, 0.1), (9, 0.3)])
 def test_a_light_wheel_between_two_pairs_jams_no_dead_centre_of_the_link_that_drives_it(seed: int, until: float) -> None:
-    """The link reverses; the wheel's bearing and its freewheel share one freedom there, but not one motion."""
+    """The link reverses. The wheel's bearing and its freewheel share one freedom at the dead centre, but not one motion."""
     scenes = [heavy_parts(crossed("ratchets_in_loops", seed), "wheel", x) for x in (1e-5, 1e-7)]
     runs = [simulate(s, until=until, rtol=1e-8, outputs="*.q[1]", kernel="parts") for s in scenes]
     assert [r.outcome.name for r in runs] == ["done"] * 2
@@ -261,7 +261,7 @@ error."""
 
 
 def four_bar(mass: float, inertia: float, cut: str, rubs: bool) -> Scene:
-    """A crank and a rocker of kilograms, and a coupler of this mass and inertia; the loop is cut at one of its joints."""
+    """A crank and a rocker of kilograms, and a coupler of this mass and inertia. The loop is cut at one of the joints."""
     friction = {"friction": {"mu": 0.2, "radius": 0.01, "half_length": 0.03}} if rubs else {}
     lengths = {"crank": 0.1, "coupler": 0.35, "rocker": 0.25}
 

@@ -60,7 +60,7 @@ def runs(scene: dict[str, Any], **how: Any) -> dict[str, Result]:
 
 
 def assert_alike(found: dict[str, Result], close: float) -> None:
-    """Angle and work at the end agree, relative to their size. Starts and ends of sliding agree, too."""
+    """Check that angle and work at the end agree, relative to their size, and that starts and ends of sliding agree."""
     assert {r.outcome.name for r in found.values()} == {"done"}
     for column in ("main.q[1]", "energy.dissipated"):
         last = [r[column][-1] for r in found.values()]
@@ -77,8 +77,8 @@ GUIDES = [{"force": 2.0}, {"mu": 0.2, "half_length": 0.05, "half_width": 0.02, "
 def test_a_crank_that_passes_its_dead_centres_moves_alike_wherever_its_loop_is_cut(
     seed: int, guide: dict[str, float], pins: bool
 ) -> None:
-    """Earlier, stopping the guide at its reversal took the crank's speed. An error of 1e-8 in a step grows tenfold with the crank's
-    turns."""
+    """When the guide stops at its reversal, the crank must keep its speed. An error of 1e-8 in a step grows tenfold with the
+    crank's turns."""
     assert_alike(runs(slider_crank(np.random.default_rng(seed), guide, pins), rtol=1e-9), 1e-6)
 
 
@@ -100,7 +100,7 @@ def test_springs_and_stops_act_beyond_half_a_turn_wherever_the_loop_is_cut(seed:
 @pytest.mark.parametrize("given", CUTS)
 @pytest.mark.parametrize("seed", range(3))
 def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> None:
-    """One joint has a start rate. The other joints have only start positions, which leave no choice between two poses."""
+    """One joint has a start rate. The other joints have only start positions, which exclude the second pose."""
     scene = slider_crank(np.random.default_rng(200 + seed), {"force": 0.5}, False)
     rate = scene["joints"][given]["start"]["qd"]
     for n in set(CUTS) - {given}:
@@ -163,7 +163,7 @@ def run_loop(scene: sm.Scene, rtol: float) -> Result:
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-9])
 def test_a_joint_that_its_loop_locks_never_slides(rtol: float) -> None:
-    """A prismatic joint that its loop holds. Earlier, errors inside steps released it, and its friction braced the loop."""
+    """A loop holds a prismatic joint. Errors inside steps must not release this joint."""
     found = {n: run_loop(s, rtol) for n, s in cut_everywhere(rubbing_loop(15)).items()}
     assert set(found) == {"j2", "loop1"}
     assert not [e for r in found.values() for e in r.events if e.joint == "loop1" and e.kind in ("slip", "stick")]
@@ -172,8 +172,7 @@ def test_a_joint_that_its_loop_locks_never_slides(rtol: float) -> None:
 
 
 def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() -> None:
-    """Round-off of the locked joint's acceleration is no motion. Earlier, the joint slipped in either direction, and the motion
-    differed by 3e-6 between cuts."""
+    """Round-off of the locked joint's acceleration is not motion."""
     cuts = cut_everywhere(rubbing_loop(693))
     found = [run_loop(cuts[n], 1e-9) for n in ("j5", "j6")]
     assert not [e for r in found for e in r.events if e.joint == "loop1" and e.kind == "slip"]
@@ -184,10 +183,9 @@ def test_a_locked_joint_does_not_slip_where_another_pair_of_its_loop_reverses() 
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("cut", "rtol"), crossed(["j1", "j4", "loop1"], [1e-7, 1e-8, 1e-9]))
 def test_a_run_ends_where_a_root_of_friction_ends_wherever_the_loop_is_cut(cut: str, rtol: float) -> None:
-    """The time of this end converges to 0.49815015 s for every cut; its error is up to 23 s × rtol. At 1e-6, ends differ by 7 µs
-    between cuts, and in some builds a run passes folds and ends 0.1 ms later. Earlier, 20,000 steps of length 0 ended this run as
-    no_progress, or friction jumped to roots that ended 5 to 24 µs later. In some builds, the root ends, returns at once, and ends
-    5 µs later."""
+    """The time of this end converges to 0.49815015 s for every cut, with an error of up to 23 s × rtol. At 1e-6, ends differ by 7
+    µs between cuts. In some builds, a run passes folds and ends 0.1 ms later. In some builds, the root ends, returns at once, and
+    ends 5 µs later."""
     r = run_loop(cut_everywhere(rubbing_loop(134))[cut], rtol)
     assert r.outcome.name == "jammed"
     assert r.outcome.time == pytest.approx(0.498152, abs=4e-6 + 30 * rtol)
@@ -197,8 +195,8 @@ def test_a_run_ends_where_a_root_of_friction_ends_wherever_the_loop_is_cut(cut: 
 
 @pytest.mark.slow
 def test_many_random_loops_move_alike_wherever_they_are_cut() -> None:
-    """Motion and work within 1e-7, and the same events. Lists the loops that differ (``-rP``). Runs are repeated at a tighter
-    tolerance if they differ, because some loops amplify its error."""
+    """Motion and work agree within 1e-7, and events are equal. The test lists the loops that differ (``-rP``). Different runs are
+    repeated at a tighter tolerance, because some loops amplify the error."""
     different = []
     for seed in range(300):
         scene = rubbing_loop(seed)
@@ -215,7 +213,7 @@ def test_many_random_loops_move_alike_wherever_they_are_cut() -> None:
 
 
 def _unlike(r: Result, other: Result) -> str:
-    """The first difference between two runs of a loop; "" without one. A run that ends at its start has no row."""
+    """The first difference between two runs of a loop, or "". A run that ends at its start has no row."""
     if r.outcome.name != other.outcome.name:
         return f"{r.outcome.name}, not {other.outcome.name}"
     names = [c.name for c in r.columns if ".position" in c.name or c.name == "energy.dissipated"]

@@ -1,4 +1,4 @@
-"""Angles of the joints at which a loop is cut. Their columns count whole turns at any spacing of rows."""
+"""Angles of joints at which a loop is cut. The columns of these angles count whole turns at any spacing of rows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ PINS = ("main", "crankpin", "gudgeon")
 
 
 def slider_crank(seed: int, driven: bool) -> sm.Scene:
-    """A slider-crank that turns several times a second: by a drive at constant rate, or thrown, with friction at its guide."""
+    """A slider-crank that turns several times a second. A drive turns it at constant rate, or it is thrown, with friction at the
+    guide."""
     rng = np.random.default_rng(seed)
     crank, rod = rng.uniform(0.05, 0.15), rng.uniform(0.3, 0.6)
     rate = float(rng.choice([-1, 1]) * rng.uniform(15.0, 40.0))
@@ -40,8 +41,7 @@ def cut_at(scene: sm.Scene, pin: str) -> sm.Scene:
 @pytest.mark.parametrize("driven", [True, False])
 @pytest.mark.parametrize("seed", range(3))
 def test_turns_are_counted_between_rows_and_are_those_of_other_cuts(seed: int, driven: bool) -> None:
-    """Earlier, columns of a cut joint were unwrapped from row to row. With rows half a turn apart or more, whole turns were
-    lost."""
+    """Rows are half a turn apart or more, so that turns cannot be counted from row to row."""
     scene = slider_crank(seed, driven)
     cuts = PINS[1:] if driven else PINS
     ends = {}

@@ -1,5 +1,5 @@
-"""Loops at the end of their reach, and orientations that become singular. The tests check where a run ends for this reason, under
-what name, and where it does not end."""
+"""Loops at the end of their reach, and orientations that become singular. The tests check where a run ends for this reason, with
+which outcome, and where the run continues."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def short_rod(rubs: bool = False) -> sm.Scene:
 
 
 def rings(other: float, short: float = 0.0) -> sm.Scene:
-    """A platform in three rings (outer ring about x, cross about z and y) with prescribed motion. Pan to 90° (less ``short``)
+    """A platform in three rings (outer ring about x, cross about z and y) with prescribed motion. A pan to 90° (less ``short``)
     within a second brings the rings' axes into one plane. The following tilt is about the lost axis."""
     box = sm.Body(box=(0.2, 0.15, 0.1), density=1000.0)
     pan = sm.Drive(ramp=sm.Ramp(np.pi - 2 * short, 0.0, duration=1.0))
@@ -88,15 +88,15 @@ def test_a_fixed_step_across_the_end_of_reach_ends_as_an_open_loop() -> None:
 
 
 def test_a_pin_that_locks_before_the_end_of_reach_has_jammed() -> None:
-    """At the distance μ r/√(1+μ²) of the rod from the end of reach, the pin's friction circle takes the force. A toggle jams at
-    this distance, whatever follows."""
+    """At the distance μ r/√(1+μ²) of the rod from the end of reach, the line of force touches the pin's friction circle. At this
+    distance, a toggle jams for any later motion."""
     r = simulate(short_rod(rubs=True))
     assert (r.outcome.name, r.outcome.joint) == ("jammed", "slider_pin")
     assert REACH - 1e-4 < r.outcome.time < REACH - 1e-6
 
 
 def test_a_loop_that_only_touches_the_end_of_its_reach_continues() -> None:
-    """The rod is a micrometre longer than the crank. It is nearly upright twice a turn, and the motion continues."""
+    """The rod is a micrometre longer than the crank. The rod is nearly upright twice a turn, and the motion continues."""
     scene = short_rod()
     length = 0.5 + 1e-6
     bodies = scene.bodies | {"rod": replace(scene.bodies["rod"], points={"end": (length, 0.0, 0.0)})}
@@ -119,15 +119,15 @@ def test_rings_whose_axes_lie_in_one_plane_cannot_turn_across_it(method: str, te
 
 @pytest.mark.parametrize(("other", "short"), [(0.0, 0.0), (1.0, 0.2), (1.0, 1e-3)])
 def test_rings_may_come_into_one_plane_and_pass_it_by(other: float, short: float) -> None:
-    """A run continues if there is no motion across the plane. It also continues at a distance of a thousandth of a radian from the
-    plane, at any speed of the rings."""
+    """A run continues through the plane if there is no motion across it. A run also passes the plane at a distance of 0.001 rad, at
+    any speed of the rings."""
     r = simulate(rings(other, short))
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= 1e-9
 
 
 def test_a_spherical_linkage_at_the_end_of_its_reach_is_a_gimbal() -> None:
-    """The axes of coupler and rocker, which are free there, are then in one plane."""
+    """At the end of reach, the axes of coupler and rocker, which turn freely, are in one plane."""
     r = simulate(spherical_four_bar(), every=0.01)
     assert (r.outcome.name, r.outcome.ok) == ("gimbal_lock", False)
     ground, crank, stretched = np.radians([70.0, 40.0, 85.0])
@@ -160,7 +160,7 @@ def test_the_freedoms_of_a_joint_are_independent_whatever_its_coordinates(kind: 
 
 @pytest.mark.parametrize("kind", [k for k, j in REGISTRY.items() if j.cuttable and j.rows_r])
 def test_the_rows_of_a_closed_cut_joint_are_independent_whatever_its_coordinates(kind: str) -> None:
-    """G of (47) with respect to one part's rotation: h_in × h_out. Both are unit vectors, and they are perpendicular where the
+    """G of (47) with respect to one part's rotation is h_in × h_out. Both vectors are unit vectors, and are perpendicular where the
     joint is closed."""
     rng, joint = np.random.default_rng(7), REGISTRY[kind]
     for _ in range(200):
@@ -171,7 +171,7 @@ def test_the_rows_of_a_closed_cut_joint_are_independent_whatever_its_coordinates
 
 @pytest.mark.parametrize("angle", [0.0, np.pi / 2, np.pi, 2.0])
 def test_angles_of_a_cut_universal_joint_are_found_at_any_bend(angle: float) -> None:
-    """At a right angle a Cardan joint transmits no torque, but its angles are determined as precisely as anywhere."""
+    """At a right angle a Cardan joint transmits no torque, but its angles are as precise as at any other angle."""
     for first in (0.3, np.pi / 2, -3.0):
         R = rotation_about(0, first) @ rotation_about(1, angle)
         ops = type("ops", (), {"atan2": staticmethod(np.arctan2)})
@@ -180,8 +180,8 @@ def test_angles_of_a_cut_universal_joint_are_found_at_any_bend(angle: float) -> 
 
 
 def driven_piston(phase: float, amplitude: float) -> dict[str, Any]:
-    """A crank and a rod that a prescribed motion of their piston moves, x = 0.15 m + amplitude·sin(2π t + phase). The dead centres
-    are at 0.1 and 0.2 m."""
+    """A prescribed motion of the piston moves crank and rod, x = 0.15 m + amplitude·sin(2π t + phase). The dead centres are at 0.1
+    and 0.2 m."""
     x = 0.15 + amplitude * math.sin(phase)
     angle = math.acos(max(-1.0, min(1.0, (x * x + 0.05**2 - 0.15**2) / (2 * x * 0.05))))
     link = {"mass": 1, "inertia": [1e-3, 1e-3, 2e-3]}

@@ -37,8 +37,8 @@ def test_loops_stay_closed(name: str, until: float) -> None:
 
 @pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4])
 def test_redundant_rows_cost_no_steps_at_loose_tolerance(rtol: float) -> None:
-    """Inside a step the loop is open by the step's error, and the redundant row looks independent. If it were treated as
-    independent, it would cost thousands of steps."""
+    """Inside a step the loop is open by the step's error, and the redundant row looks independent. If the solver treated the row as
+    independent, the run would take thousands of additional steps."""
     r = simulate("bricard", until=10.0, every=0.1, rtol=rtol)
     assert r.outcome.ok
     assert r.stats.steps < 150
@@ -46,7 +46,8 @@ def test_redundant_rows_cost_no_steps_at_loose_tolerance(rtol: float) -> None:
 
 
 def test_the_closure_reported_is_the_gap_in_the_loop() -> None:
-    """The test recomputes the gap from the positions of the bodies: rod end on the slider, and both on the guide."""
+    """The test recomputes the gap from the positions of the bodies: the rod's end must be on the slider, and both must be on the
+    guide."""
     r = simulate("crank_slider", until=3.0, every=0.05, overrides=PAPER)
     gap = [r[f"rod.end.position[{k}]"] - r[f"slider.position[{k}]"] for k in (1, 2, 3)]
     pin = [r[f"crank.pin.position[{k}]"] + r[f"rod.end.position[{k}]"] - 2 * r[f"rod.position[{k}]"] for k in (1, 2, 3)]
@@ -62,7 +63,7 @@ def started(scene: Scene, **starts: sm.Start | None) -> Scene:
 
 
 def free_crank(**starts: sm.Start | None) -> Scene:
-    """The undriven crank-slider; joints not named have no start values."""
+    """The undriven crank-slider. Joints that are not named have no start values."""
     none = dict.fromkeys(("crank_pivot", "slider_pin", "guide"))
     return started(load_scene("crank_slider_free"), **{**none, **starts})
 
@@ -117,8 +118,8 @@ def test_right_start_values_are_not_touched() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", [6, 26, 116, 297])
 def test_a_start_that_can_be_kept_is_kept_whatever_is_left_open(seed: int) -> None:
-    """All joints of a loop but the last have start values that close it. The last joint has none, and its angle may have any
-    size."""
+    """All joints of a loop except the last have start values that close the loop. The last joint has no start value, and its angle
+    may have any size."""
     case = rubbing("loop", seed)
     (open_joint,) = [n for n, j in case.scene.joints.items() if j.start is None]
     r = simulate(case.scene, until=1e-9, every=1e-9, outputs=["*.q[*]"])
@@ -149,7 +150,7 @@ def test_loops_that_cannot_close_give_an_outcome(start: float) -> None:
 
 
 def test_rates_that_contradict_each_other_give_an_outcome() -> None:
-    """At the dead centre the slider cannot move, but its drive prescribes a rate."""
+    """At the dead centre the slider cannot move, but the slider's drive prescribes a rate."""
     scene = load_scene("crank_slider")
     drive = sm.Drive(constant=sm.Constant(rate=1.0, start=1.5))
     r = simulate(
@@ -192,7 +193,7 @@ def test_loops_stay_closed_for_long(name: str, until: float) -> None:
 
 @pytest.mark.parametrize("gap", [1e-3, 0.1, 0.5])
 def test_links_that_start_exactly_in_line_close_to_a_side(gap: float) -> None:
-    """Two bars of 1 m between pivots 2 m − gap apart. From the straight line no first-order change closes the gap."""
+    """Two bars of 1 m between pivots that are 2 m − gap apart. From the straight line, no first-order change closes the gap."""
     bar = sm.Body(box=(1.0, 0.05, 0.05), density=2700.0, points={"a": (-0.5, 0.0, 0.0), "b": (0.5, 0.0, 0.0)})
     joints = {
         "p": sm.Joint("revolute", "ground", "crank.a", axis="z"),

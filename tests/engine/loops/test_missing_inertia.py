@@ -1,4 +1,4 @@
-"""A motion that the joints allow and that moves no inertia is refused at the start, with the freedom's name."""
+"""If the joints allow a motion that moves no inertia, the start is refused, and the error names the freedom."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NOTHING = 1e-9
 
 
 def lightened(case: Case, seed: int) -> Case:
-    """The case in which about a third of the bodies are point masses, and a third have no mass."""
+    """The case in which about a third of the bodies are point masses, and another third have no mass."""
     rng = np.random.default_rng([11, seed])
     bodies = {}
     for name, b in case.scene.bodies.items():
@@ -84,7 +84,8 @@ def test_check_names_the_spins_of_a_point_mass_and_of_a_body_without_mass_betwee
 
 @pytest.mark.parametrize("kernel", [slow("lanes"), "parts"])
 def test_cases_of_a_sweep_end_with_missing_inertia(kernel: str) -> None:
-    """The recursion leaves a link without mass a remainder of inertia. Without the examination, its spin would be noise."""
+    """For a link without mass, the recursion leaves a remainder of inertia. Without the examination of inertia, the spin of the
+    link would be noise."""
     height = ["final:m.position[2]"]
     for scene in (pendulum(0.0, link=False), pendulum(0.1, link=True)):
         s = sweep(scene, {"bodies.m.mass": [1.0, 2.0]}, reductions=height, kernel=kernel)
@@ -95,7 +96,7 @@ def test_cases_of_a_sweep_end_with_missing_inertia(kernel: str) -> None:
 
 @pytest.mark.parametrize(("what", "outcome"), [("", "no_inertia"), ("rotor", "ready"), ("inertia", "ready")])
 def test_links_without_mass_have_one_freedom_too_many_unless_something_turns_with_them(what: str, outcome: str) -> None:
-    """Three links between a pivot and a block on a guide: the block moves with one of two freedoms."""
+    """Three links between a pivot and a block on a guide. They have two freedoms, and the block moves with only one of them."""
     bodies: dict[str, Any] = {"block": {"mass": 1, "inertia": [0.1] * 3}}
     bodies |= {f"l{k}": {"mass": 0, "inertia": [0, 0, 0], "points": {"end": [0.3, 0, 0]}} for k in range(3)}
     joints: dict[str, Any] = {"guide": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block"}}

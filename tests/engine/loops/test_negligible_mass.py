@@ -75,8 +75,8 @@ def test_wheels_on_a_nut_without_weight_turn_as_in_mesh(nut: float) -> None:
 
 @pytest.mark.parametrize("point", [False, True])
 def test_a_coupler_without_weight_only_ties_the_others(point: bool) -> None:
-    """A coupler of 1 mg changes the motion by a millionth, which is its mass relative to the other masses. Lighter couplers cause
-    no change."""
+    """A coupler of 1 mg changes the motion by 1e-6, which is its mass relative to the other masses. Lighter couplers cause no
+    change."""
     runs = [simulate(four_bar(m, point), rtol=1e-8, outputs=["*.q[1]", "energy.*"]) for m in MASSES]
     for m, r in zip(MASSES, runs, strict=True):
         assert r.outcome.ok

@@ -1,5 +1,5 @@
-"""Loops with redundant constraints. Reported reactions are the smallest in the bodies' own metric; with friction they are the limit
-of stiff contacts. They do not depend on the description of the mechanism or on the cut."""
+"""Loops with redundant constraints. Reported reactions are the smallest in the metric of the bodies' masses; with friction they are
+the limit of stiff contacts. Reactions do not depend on the description of the mechanism or on the cut."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_where_a_joint_rubs_reactions_are_the_limit_of_stiff_contacts(which: str
     assert mine["c", "normal_force"] == pytest.approx(model.normal_force["c"][:2], rel=TOLERANCE)
     assert mine["crank", "acceleration"] == pytest.approx(acceleration[6 * eq.index["crank"] :][:3], rel=TOLERANCE)
     amounts = [np.linalg.lstsq(loose[n], _reported(eq, mine, n) - wrench[n], rcond=None)[0] for n in case.scene.joints]
-    # the reactions of least norm differ from these, so that reactions are not unique
+    # these reactions differ from those of least norm, so reactions are not unique
     assert max(np.abs(a).max() for a in amounts) > 1e-2
     law, contacts = Rubbing(eq.state, "c").friction(-_reported(eq, mine, "c"), np.zeros(1))
     assert mine["c", "friction"] == pytest.approx(law, rel=TOLERANCE)  # the engine's root obeys the law
@@ -125,8 +125,8 @@ def test_a_loop_without_redundancy_has_no_note() -> None:
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 @pytest.mark.parametrize("rtol", [1e-3, 3e-4, 1e-4, 1e-5])
 def test_a_pin_that_reverses_at_its_dead_centre_does_not_stop_the_mechanism(method: str, rtol: float) -> None:
-    """The four-bar's pin with friction has zero speed for an instant while the bars move fast. Its remaining speed is the loop's
-    error, and an impulse of its friction must not remove it. Earlier, such an impulse took 4 rad/s from the crank at rtol 1e-4."""
+    """The four-bar's pin with friction has zero speed for an instant while the bars move fast. The remaining speed is the error of
+    the loop. An impulse of the pin's friction must not remove this speed."""
     exact = simulate(four_bar("coulomb"), until=1.0, every=0.1, rtol=1e-11, outputs=["a.qd*"])["a.qd[1]"]
     r = simulate(four_bar("coulomb"), until=1.0, every=0.1, rtol=rtol, method=method, outputs=["a.qd*"])
     assert [(e.kind, e.joint) for e in r.events] == [("reversal", "c")] * 4

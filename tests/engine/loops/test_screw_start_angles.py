@@ -18,8 +18,8 @@ Starts = dict[str, float]
 
 
 def jack(pitch: float, angle: float, given: tuple[str, ...], digits: int, crank: bool = False) -> tuple[dict[str, Any], Starts]:
-    """Two arms of 1 m that rise as a screw pulls in their foot, `angle` rad from flat; start values are rounded. With a crank the
-    spindle also drives a rod across. Returns the scene, and its start values where all of them are given."""
+    """Two arms of 1 m that rise as a screw pulls in their foot, at `angle` rad from flat. Start values are rounded. With a crank,
+    the spindle also drives a rod across. Returns the scene, and its start values if all of them are given."""
     closed = {"base": angle, "top": -2 * angle, "guide": 2 * float(np.cos(angle))}
     starts = {n: round(v, digits) for n, v in closed.items()}
     arm = {"box": [1, 0.05, 0.05], "mass": 5, "center": [0.5, 0, 0], "points": {"end": [1, 0, 0]}}

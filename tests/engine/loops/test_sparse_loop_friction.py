@@ -1,5 +1,6 @@
-"""Friction of many loops along the recursion equals friction from maps: a Newton step with any derivative of the laws, its
-determinant, and whole runs. The cost of the recursion grows with the number of loops (theory, "Friction along the recursion")."""
+"""Friction of many loops along the recursion equals friction from maps. The tests compare a Newton step with any derivative of the
+laws, its determinant, and whole runs. The cost of the recursion grows with the number of loops (theory, "Friction along the
+recursion")."""
 
 from __future__ import annotations
 
@@ -108,7 +109,7 @@ def equations(name: str) -> Equations:
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.slow
 def test_a_newton_step_is_that_with_maps(name: str) -> None:
-    """η = e + D f, whatever D and e: reactions, accelerations and the loops' multipliers."""
+    """η = e + D f for any D and e. The test compares reactions, accelerations and the loops' multipliers."""
     it = equations(name)
     t, (dn, D) = it.table, it.derivative()
     a, e, n = t.active, t.neta, t.nn
@@ -144,7 +145,7 @@ def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matri
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_given_multipliers_leave_the_residual_of_the_maps(name: str) -> None:
-    """A separate pass, without the derivative of friction, checks solutions."""
+    """A separate pass, without the derivative of friction, computes the residual that checks solutions."""
     it = equations(name)
     t, rng = it.table, np.random.default_rng(4)
     a, e, n = t.active, t.neta, t.nn
@@ -187,7 +188,8 @@ def test_accelerations_and_multipliers_of_what_slides_are_those_from_maps(monkey
 
 
 def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_maps() -> None:
-    """A Stewart platform: two legs are at rest while all other pairs slide; later all pairs are at rest, most with stored loads."""
+    """In a Stewart platform, two legs are at rest while all other pairs slide. Later all pairs are at rest, most of them with
+    stored loads."""
     with in_place_of_the_runtime() as debug:
         debug.tr_gap_to_maps.restype = ctypes.c_double
         model = Model(stewart(6), ("*.friction.state*",), "parts")
@@ -197,14 +199,13 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
             held.append(sum(r[c][-1] == PairState.STUCK.value for c in r.names if c.startswith("leg")))
             assert 0.0 <= debug.tr_gap_to_maps(ctypes.c_void_p(model.block.at)) <= SAME
     assert held == [2, 6]
-    # earlier 22,800, with maps at rest and searches below round-off of the time
     assert r.stats.counters["newton_iterations"] <= 19_500
 
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["cranks", "half0"])
 def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
-    """Both runs have the same events, end and certificate; the engine refuses nothing."""
+    """Both runs have the same events, end and certificate. The engine refuses no step."""
     scene, ends, contractions = COULOMB[name](), [], []
     monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
     for along in (True, False):
@@ -233,15 +234,14 @@ def one_rubs(scene: sm.Scene) -> sm.Scene:
     ids=["stewart3", "stewart6", "scissor3", "four_bars2", "four_bar", "one_of_ten_joints"],
 )  # fmt: skip
 def test_the_form_with_fewer_multiplications_solves_the_friction_of_loops(scene: sm.Scene, along: bool) -> None:
-    """The engine chooses as measured: along the recursion from two loops on; with maps for one loop, or for one joint with friction
-    among ten."""
+    """The engine chooses the form as measured: along the recursion from two loops on; with maps for one loop, or for one joint with
+    friction among ten."""
     assert bool(Model(scene, ("*.q[*]",), "parts").kernel.tables["kernel"].shift) == along
 
 
 @pytest.mark.slow
 def test_a_lift_of_many_stages_carries_what_statics_by_hand_says() -> None:
-    """The condition of the equations grows as the fourth power of the number of stages. Earlier, they left errors of 2e-10 of the
-    loads at 40 stages, and of 2e-8 at 100."""
+    """The condition of the equations grows as the fourth power of the number of stages."""
     r = simulate(driven(40, -1e-6), until=0.01, every=0.01, outputs=("*.reaction.force[*]", "guide.q[1]"), kernel="parts")
     assert r.outcome.ok
     for joint, force in statics(40, 0.15, r["guide.q[1]"][-1], -1.0).items():
@@ -275,12 +275,13 @@ def maps_formed(model: Model, until: float) -> int:
 
 
 def test_many_rubbing_loops_start_and_step_without_maps() -> None:
-    """The recursion's factor proves the rank of S. Maps took half the start of 256 loops, and grew with the cube."""
+    """The recursion's factor proves the rank of S. (Maps would take half of the start of 256 loops, and their cost grows with the
+    cube.)"""
     assert maps_formed(Model(rubbing(n_four_bar(9)), ("events.count",), "parts"), 1e-3) == 0
 
 
 def test_the_row_scales_and_the_rank_are_those_from_maps() -> None:
-    """The diagonal of S follows from the recursion, behind the pivots."""
+    """The pivots of the recursion give the rank of S. The diagonal of S follows from the recursion, too."""
     it = equations("scissor")
     t = it.table
     pivots = np.zeros(t.nbodies + t.nelements + 2 * t.active + 8)

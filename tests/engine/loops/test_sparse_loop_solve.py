@@ -1,5 +1,5 @@
-"""The structure of many loops of which few share bodies is used to solve them. Results agree with dense equations, and the cost
-grows with the number of loops (theory, "Loops by structure")."""
+"""Of many loops, only few share bodies, and the solver uses this structure. Results agree with dense equations, and the cost grows
+with the number of loops (theory, "Loops by structure")."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def together(scenes: Sequence[sm.Scene], hung: Callable[[int], str | None] = lam
 
 @cache
 def beside(seed: int, friction: float = 0.0, **options) -> Case:
-    """Random loops; every third one is attached to the first body of the one before. friction: share of joints that rub. Seed 3 has
-    a light freedom, and its loops are solved by dense equations."""
+    """Random loops. Every third loop is attached to the first body of the previous loop. friction: share of joints with friction.
+    Seed 3 has a freedom with small inertia, and dense equations solve its loops."""
     cases = [random_loop(f"beside{seed}_{k}", drives=0.0, friction=friction, **options) for k in range(COUNT)]
     scene = together([c.scene for c in cases], lambda k: f"c{k - 1}_b1" if k % 3 == 2 else None)
     q = {f"c{k}_{n}": v for k, c in enumerate(cases) for n, v in c.q.items()}
@@ -114,7 +114,8 @@ def test_multipliers_by_structure_are_those_of_the_dense_factor(both, seed: int 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_run_passes_singular_positions_by_the_dense_factor(both, kernel: str) -> None:
-    """Where cranks lie flat, a pivot of every loop vanishes. Before and after this position the factor is that by structure."""
+    """Where cranks lie flat, a pivot of every loop vanishes, and the dense factor is used. Before and after this position, the
+    factor by structure is used."""
     scene, ends = n_four_bar(9), []
     for dense in (False, True):
         both(scene, dense)
@@ -154,7 +155,8 @@ def test_loops_stay_closed_at_any_tolerance() -> None:
 
 
 def test_rows_far_from_the_origin_are_not_corrected_for_round_off() -> None:
-    """Points 40 m away have a round-off of 7e-15 m. Corrections of one ulp in every row would take most of the time of a run."""
+    """Points 40 m away have a round-off of 7e-15 m. Corrections by one unit in the last place in every row would take most of the
+    time of a run."""
     model = Model(n_four_bar(40), ("audit.constraint",), "parts")
     r = run(model, 0.004, 5e-6, Settings(method="rk5", step=1e-4))
     assert r.stats.counters["projections"] < len(r.time) / 3
@@ -162,8 +164,7 @@ def test_rows_far_from_the_origin_are_not_corrected_for_round_off() -> None:
 
 
 def test_programs_and_factor_grow_as_the_number_of_loops() -> None:
-    """The test counts calls in an evaluation and entries of the factor. Earlier, S was written out entry by entry, and the number
-    grew with the square."""
+    """The test counts calls in an evaluation and entries of the factor."""
     sizes = []
     for n in (16, 32):
         built = build(n_four_bar(n))
@@ -178,7 +179,7 @@ def test_programs_and_factor_grow_as_the_number_of_loops() -> None:
 
 @pytest.mark.parametrize("seed", [0, 2])
 def test_the_entries_of_the_factor_are_those_that_are_not_zero(seed: int) -> None:
-    """The lists are compared with the non-zero entries of a factor, with random numbers at the non-zero entries of S."""
+    """The test compares the lists with the non-zero entries of a factor. The non-zero entries of S are random numbers."""
     system = build(beside(seed).scene).system
     active = list(range(system.rows))
     f, rng = loop_matrix_fill.fill(system, active), np.random.default_rng(seed)

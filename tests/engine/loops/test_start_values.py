@@ -1,4 +1,4 @@
-"""Start values of loops: exact ones never change, guesses select a branch, and points start at their positions."""
+"""Start values of loops: exact values never change, guesses select a branch, and points start at their positions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class FourBar:
         self.angles = dict(zip(JOINTS, (math.remainder(a, 2 * math.pi) for a in angles), strict=True))
 
     def scene(self, starts: dict[str, Any], cut: str | None = None, point: Any = None) -> dict[str, Any]:
-        """The scene, with these start values of joints and this start position of the coupler's point."""
+        """The scene with these start values of joints and this start position of the coupler's point."""
 
         def bar(length: float) -> dict[str, Any]:
             return {"box": [length, 0.02, 0.02], "mass": length, "center": [length / 2, 0, 0], "points": {"end": [length, 0, 0]}}
@@ -93,7 +93,7 @@ def test_an_exact_start_keeps_its_last_digit_wherever_the_loop_is_cut(seed: int)
     starts = {"crank_pivot": {"q": bar.angle, "use": "exact"}, other: {"q": round(bar.angles[other], 2), "use": "guess"}}
     r = started(bar.scene(starts, JOINTS[seed % 4]))
     found = r["crank_pivot.q[1]"][0]
-    cut_here = JOINTS[seed % 4] == "crank_pivot"  # the angle of a cut joint is measured by an arctangent
+    cut_here = JOINTS[seed % 4] == "crank_pivot"  # the angle of a cut joint is computed by an arctangent
     assert found == bar.angle or (cut_here and abs(found - bar.angle) <= 4 * np.spacing(1.0))
     assert not [n for n in r.notes if "moved" in n]
 

@@ -1,5 +1,5 @@
 """The contact forces are the limit of those of stiff contacts, where loops leave reactions undetermined and joints have friction.
-References are a model without joint rows, with springs and friction only (``reference.compliant``), and hand statics of doors."""
+The references are a model with springs and friction in place of joint rows (``reference.compliant``), and hand statics of doors."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
 
 
 def _carried(seed: int, family: str) -> Case:
-    """A body that several joints on one axis carry: a door on its hinges, a carriage on two rails, a shaft in bearings. Every seed
-    draws other numbers. There are only two draws of the places of pins and of thrust faces, so that cases share kernels."""
+    """Several joints on one axis carry a body: a door on its hinges, a carriage on two rails, a shaft in bearings. Every seed gives
+    other numbers. Pins and thrust faces have only two sets of places, so that cases share kernels."""
     kinds, rng, made = FAMILIES[family], stream(seed, family, "stiff"), stream(seed % 2, family, "made")
     rate = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0))
     rails, crosses = "prismatic" in kinds, "universal" in kinds
@@ -140,8 +140,8 @@ ROOT = 1e-13
 
 
 def _hung(seed: int, family: str) -> Case:
-    """A door at rest without thrust faces, under a lateral pull that its hinges can hold. Hinges of one friction angle then have
-    friction in the same proportion, whatever part of it they need."""
+    """A door at rest without thrust faces, under a lateral pull that its hinges can hold. If all hinges have one friction angle,
+    friction has the same proportions for every part of it that the hinges need."""
     case, rng = _carried(seed, family), stream(seed, family, "rest")
     mu = float(rng.uniform(0.3, 0.9))
     joints = {n: replace(j, friction=replace(j.friction, mu=mu, thrust_radius=None)) for n, j in case.scene.joints.items()}
@@ -167,7 +167,8 @@ def _about_to_slip(case: Case, part: float) -> tuple[Compliant, float]:
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 @pytest.mark.parametrize("family", HINGES)
 def test_contacts_at_rest_press_as_those_of_a_mechanism_that_needs_the_same_friction_to_slide(family: str, seed: int) -> None:
-    """The friction of a pair at rest also turns its normal, so that loads do not jump where the pair begins to slip."""
+    """The friction of a pair at rest also turns the normal of the pair. Therefore loads do not jump when the pair begins to
+    slip."""
     case = _hung(seed, family)
     part = brentq(lambda x: _about_to_slip(case, x)[1], -1.0, 1.0, xtol=ROOT)
     model, _ = _about_to_slip(case, part)

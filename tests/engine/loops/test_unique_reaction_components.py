@@ -1,5 +1,5 @@
-"""Which components of reactions, and which efforts of drives, are not unique in redundant loops. The test compares them with the
-left null space of all constraint rows of free bodies."""
+"""In redundant loops, some components of reactions and some efforts of drives are not unique. The test compares the reported
+components with the left null space of all constraint rows of free bodies."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ component. Random mechanisms have none between."""
 
 
 class Draft:
-    """A random mechanism of rigid links, turned in space. At the start, the frames of all links are the world's."""
+    """A random mechanism of rigid links, turned in space. At the start, the axes of all link frames are parallel to those of the
+    world."""
 
     def __init__(self, seed: int):
         self.rng = np.random.default_rng(seed)
@@ -151,7 +152,7 @@ def _check_drives(eq: Equations, drives: tuple[str, ...], determined: tuple[dict
 
 @pytest.mark.parametrize("law", ["", "regularized"])
 def test_a_moving_four_bar_has_unique_forces_in_its_plane(law: str) -> None:
-    """The note names the open components, at the start and at the end of the run, whichever columns are asked for."""
+    """The note names the open components at the start and at the end of the run, for every choice of columns."""
     result = simulate(four_bar(law) if law else n_four_bar(2), until=0.05, outputs=["*.q*"])
     assert result.redundancy.columns == tuple(f"{j}.reaction.{c}" for j in result.redundancy.joints for c in
                                               ("force[1]", "torque[2]", "torque[3]"))  # fmt: skip
@@ -159,7 +160,7 @@ def test_a_moving_four_bar_has_unique_forces_in_its_plane(law: str) -> None:
 
 
 def test_the_power_of_two_drives_of_one_crank_is_unique() -> None:
-    """Two drives turn a parallelogram at one speed; the closed form of the sum is the torque on either crank alone."""
+    """Two drives turn a parallelogram at one speed. The closed form of the sum is the torque on a crank with only one drive."""
     cranks = {n: {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": f"{n}_crank", "at": [x, 0, 0],
                   "drive": {"constant": {"rate": 2.0}}} for n, x in (("a", 0), ("b", 1))}  # fmt: skip
     pins = {f"{n}_pin": {"type": "revolute", "axis": "z", "inboard": f"{n}_crank", "outboard": "rod",

@@ -1,4 +1,4 @@
-"""Band brakes and belt drives under constant torques: their motion, which consists of parts of constant acceleration."""
+"""Band brakes and belt drives under constant torques. Their motion consists of parts with constant acceleration."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Band:
-    """The data of a band. The tension of one end, or the mean tension of both ends, presses the band. The angle of wrap is negative
-    if forward motion tightens the end with the given tension."""
+    """The data of a band. The given tension is that of one end, or the mean of both ends. The angle of wrap is negative if forward
+    motion tightens the end with the given tension."""
 
     mu: float
     wrap: float
@@ -32,7 +32,8 @@ class Band:
         return sense * self.tension * (ratio - 1 if sense * self.wrap > 0 else 1 - 1 / ratio)
 
     def tensions(self, friction: float) -> tuple[float, float]:
-        """Tensions of the end with the given tension, and of the other end (both ends in the same order for a given mean)."""
+        """Tensions of the end with the given tension and of the other end. If the mean is given, the order of the ends is the
+        same."""
         more = math.copysign(friction, friction * self.wrap)
         if self.pretension is not None:
             return self.pretension - more / 2, self.pretension + more / 2
@@ -48,8 +49,8 @@ class Band:
 
 def motion(times: np.ndarray, speed: float, accelerate: Callable[[float], float], needed: float, least: float,
            most: float) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """(sliding, friction) at each time. accelerate: friction → acceleration of sliding; needed: friction that
-    holds, which it may do between least and most."""
+    """(sliding, friction) at each time. accelerate: acceleration of sliding as a function of friction. needed: friction that holds.
+    least, most: limits of this friction."""
     slid, held = np.empty(len(times)), np.empty(len(times))
     x, t = 0.0, 0.0
     while True:
@@ -67,7 +68,7 @@ def motion(times: np.ndarray, speed: float, accelerate: Callable[[float], float]
 
 @dataclass(frozen=True)
 class Brake:
-    """A band brake on a drum that turns under a constant torque. It begins to turn at the rate."""
+    """A band brake on a drum. The drum begins to turn at ``rate``, under a constant torque."""
 
     band: Band
     radius: float
@@ -76,7 +77,7 @@ class Brake:
     rate: float = 0.0
 
     def scene(self, **more: Any) -> sm.Scene:
-        """The scene; more: further keys of the friction."""
+        """The scene of the brake. more: further keys of the friction."""
         rubs = self.band.keys | {"wrap_angle": self.band.wrap, "drum_radius": self.radius} | more
         bearing = {"type": "revolute", "axis": "x", "inboard": "ground", "outboard": "drum", "effort": self.torque,
                    "start": {"qd": self.rate}, "friction": rubs}  # fmt: skip
@@ -118,11 +119,11 @@ class Drive:
 
     @property
     def wrapped(self) -> Band:
-        """The band with the angle of wrap that counts."""
+        """The band with the angle of wrap that the belt uses."""
         return self.band if self.band.wrap else Band(self.band.mu, self.wrap, self.band.tension, self.band.pretension)
 
     def scene(self, **more: Any) -> sm.Scene:
-        """The scene; more: further keys of the friction."""
+        """The scene of the drive. more: further keys of the friction."""
         rubs = self.band.keys | ({"wrap_angle": self.band.wrap} if self.band.wrap else {}) | more
         bodies = {n: {"mass": 1.0, "inertia": [J] * 3, "position": [0, y, 0]}
                   for n, J, y in zip("ab", self.inertias, (0.0, self.apart), strict=True)}  # fmt: skip

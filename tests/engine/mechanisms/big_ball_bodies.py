@@ -1,4 +1,4 @@
-"""Bodies that hang on balls so big and rough that they reach their friction cones repeatedly."""
+"""Bodies that hang on ball joints of large radius and large friction, which reach their friction cones repeatedly."""
 
 from __future__ import annotations
 

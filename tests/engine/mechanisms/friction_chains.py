@@ -23,7 +23,7 @@ def rub(rng: np.random.Generator, kind: str, grip: float) -> sm.Friction:
 
 
 def start(rng: np.random.Generator, kind: str, down: float) -> sm.Start:
-    """A start at rest, nearly along the bar before, turned down by this angle (rad)."""
+    """A start at rest, nearly along the previous bar, turned down by this angle (rad)."""
     one, other = rng.uniform(-0.1, 0.1, 2).tolist()
     if kind == "spherical":
         turn = np.array([np.cos(down / 2), 0.05 * rng.normal(), np.sin(down / 2) + one, 0.05 * rng.normal()])
@@ -36,8 +36,8 @@ def start(rng: np.random.Generator, kind: str, down: float) -> sm.Start:
 
 
 def chain_at_rest(kinds: list[str], seed: int, grip: float = 1.0) -> sm.Scene:
-    """Bars on joints of these types, hanging from the first, which does not slide. Sliding joints slide across the load. Along a
-    bar the rest of the chain would fall freely, without load."""
+    """Bars on joints of these types. They hang from the first joint, which does not slide. Sliding joints slide across the load:
+    along a bar, the rest of the chain would fall freely, without load."""
     rng = np.random.default_rng([seed, len(kinds), 17])
     bodies: dict[str, sm.Body] = {}
     joints: dict[str, sm.Joint] = {}

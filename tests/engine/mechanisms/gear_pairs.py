@@ -15,8 +15,8 @@ PAIRS = ("gear", "internal", "bevel_gear", "rack", "belt", "crossed")
 
 @dataclass(frozen=True)
 class Pair:
-    """A pair in the carrier's axes: points p1, p2 of both wheels' axes on the carrier, unit axes a1, a2 (for a rack: along it),
-    radii (positive for outside teeth, 0 for a rack)."""
+    """A pair in the carrier's axes: points p1, p2 of both wheels' axes on the carrier, unit axes a1, a2 (for a rack: along the
+    rack), radii (positive for outside teeth, 0 for a rack)."""
 
     what: str
     p1: np.ndarray
@@ -43,8 +43,8 @@ def unit(v) -> np.ndarray:
 
 
 def flying(seed: int, names: tuple[str, ...] = PAIRS, teeth: sm.Friction | None = None) -> Flying:
-    """A carrier in free flight with one pair of each kind. Its wheels are out of balance and have random inertia; ``teeth`` is
-    their friction."""
+    """A carrier in free flight with one pair of each kind. The wheels are out of balance and have random inertia. ``teeth`` is the
+    friction of the teeth."""
     rng = np.random.default_rng([77, seed])
     bodies: dict[str, sm.Body] = {}
     inertia = {}
@@ -113,7 +113,7 @@ def _joint(what: str, one: Pair, k: int) -> sm.Joint:
 
 
 class Row:
-    """One row of a run: the motions of bodies and of points of wheels, and the reported forces of joints."""
+    """One row of a run: motions of bodies and of points of wheels, and reported forces of joints."""
 
     def __init__(self, f: Flying, r: Result, i: int):
         self.f, self.r, self.i = f, r, i
@@ -131,7 +131,8 @@ class Row:
         return self(f"{body}.velocity") + cross(self(f"{body}.angular_velocity"), point - self(f"{body}.position"))
 
     def spin_rate(self, body: str) -> np.ndarray:
-        """Angular acceleration. The carrier's is that of its free joint; a wheel also has its own about its axle."""
+        """Angular acceleration. The carrier has the angular acceleration of its free joint; a wheel adds the angular acceleration
+        about its axle."""
         carrier = self("fly.qdd", 6)[3:]
         if body == "carrier":
             return carrier

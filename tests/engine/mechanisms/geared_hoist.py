@@ -1,4 +1,4 @@
-"""A motor that turns a drum through a gearbox, under constant torques; the motion in closed form."""
+"""A motor that turns a drum through a gearbox, under constant torques. The motion is known in closed form."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Hoist:
-    """The torques act on the two shafts; efficiencies and no-load torque as in a catalogue; rate: of the drum at the start."""
+    """A hoist. The torques act on the two shafts. Efficiencies and no-load torque are as in a catalogue. rate: of the drum at the
+    start."""
 
     ratio: float
     rotor: float
@@ -25,7 +26,7 @@ class Hoist:
     rate: float = 0.0
 
     def scene(self, **friction: object) -> sm.Scene:
-        """The scene; ``friction``: keys that replace or extend those of the gearbox."""
+        """The scene. ``friction``: keys that replace or extend the keys of the gearbox."""
         keys = {"efficiency": self.forward, "efficiency_backward": self.backward, "no_load_torque": self.no_load} | friction
         inertias = {"rotor": self.rotor, "drum": self.drum}
         efforts, rates = {"rotor": self.motor, "drum": self.load}, {"rotor": self.ratio * self.rate, "drum": self.rate}

@@ -1,4 +1,5 @@
-"""Example 8.1 as a system of one freedom and example 8.2 in closed form, derived by hand: without recursion or contact code."""
+"""Example 8.1 as a system of one freedom and example 8.2 in closed form, derived by hand. The derivations use no recursion and no
+contact code."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ class Pendulum:
         return new
 
     def swing(self, until: float, theta: float = np.pi / 2, omega: float = 0.0):
-        """(stops as rows of time and angle, function of time → angle); the kinks of the law are located as events."""
+        """(stops as rows of time and angle, function of time → angle). The kinks of the law are located as events."""
 
         def kink(t, y):
             return self.radius * abs(y[1]) - self.v_eps
@@ -67,7 +68,7 @@ class Pendulum:
             stops += [(s, piece.sol(s)[0]) for s in piece.t_events[1] if s > 1e-9]
             pieces.append((t, piece.sol))
             t, y = piece.t[-1], piece.y[:, -1]
-            if t < until:  # the next piece starts past the kink, so that the kink is not found again
+            if t < until:  # the next piece starts after the kink, so the kink is not found again
                 t, y = t + 1e-9, y + 1e-9 * np.array([y[1], self.acceleration(*y)])
 
         def angle(when: float) -> float:

@@ -1,5 +1,5 @@
-"""Closed chains of links in the x-z plane, every joint rubbing, and how much torque they hold: plane statics with friction cones,
-without the engine.
+"""Closed chains of links in the x-z plane with friction in every joint, and the largest torque that they hold. The torque follows
+from plane statics with friction cones, without the engine.
 
 Joint i sits at point i, link i runs from point i to i + 1, the ground closes the chain. In the plane a journal with force F
 holds any torque |M| ≤ R |F|, R = r μ/√(1+μ²)."""
@@ -19,7 +19,8 @@ THICK, DENSITY, GRAVITY = 0.05, 2700.0, 9.81
 
 @dataclass(frozen=True)
 class PlaneLoop:
-    """A loop. points: (x, z) of the joints, m; radii: of their journals, m; mu: coefficient of friction of all of them."""
+    """A loop. points: (x, z) of the joints, m. radii: of the journals of the joints, m. mu: coefficient of friction of all
+    joints."""
 
     points: tuple[tuple[float, float], ...]
     radii: tuple[float, ...]
@@ -48,7 +49,8 @@ class PlaneLoop:
         return np.array(F), np.array(M)
 
     def balance(self) -> np.ndarray:
-        """Torques that hold the weight without friction, on the first and (five-bar and more) the last link; zero on the others."""
+        """Torques that hold the weight without friction, on the first link and (for five-bars and longer chains) on the last link.
+        The torques on other links are zero."""
         ends = [0, self.count - 2][: self.count - 3]
 
         def lack(x: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from trunnion.simulation.run import simulate
 
 
 def four_bar(law: str = "regularized") -> sm.Scene:
-    """A plane four-bar whose bars lie beside each other along z, so that its pins carry bending moments; gravity also acts out of
+    """A plane four-bar. Its bars lie beside each other along z, so that the pins carry bending moments. Gravity also acts out of
     the plane."""
     rub = sm.Friction(mu=0.4, radius=0.02, half_length=0.03, v_eps=1e-3, law=law, viscosity=3.0 if law == "viscous" else None)
 

@@ -1,4 +1,4 @@
-"""A robot's hinge whose friction grows with the torque that it transmits, under constant torques; the motion in closed form."""
+"""A robot's hinge whose friction grows with the transmitted torque, under constant torques. The motion is known in closed form."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.scene.scene_loader import scene_from_dict
 @dataclass(frozen=True)
 class Hinge:
     """Data of a hinge: torques of the motor and of the load on the arm, inertias of arm and rotor, friction a + b |T|. For a guide,
-    they are forces and masses. constant_back: a of backward motion."""
+    the data are forces and masses. constant_back: a for backward motion."""
 
     arm: float
     rotor: float

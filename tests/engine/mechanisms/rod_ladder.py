@@ -12,8 +12,9 @@ LENGTH, DOWN, MASS = 0.5, 0.4, 2.0
 
 
 def ladder(mu: float = 0.3, rods: int = 1, placed: bool = False) -> Scene:
-    """A slider on a horizontal guide that rubs. Rods push it whose upper ends come down at the constant speed DOWN, as a ladder at
-    a wall. It has no weight: the rods alone press it on its guide. placed: whether the rods' length follows from the poses."""
+    """A slider with friction on a horizontal guide. Rods push the slider. Their upper ends come down at the constant speed DOWN, as
+    a ladder at a wall. The slider has no weight: only the rods press it on its guide. placed: the length of the rods follows from
+    the poses."""
     x, y = LENGTH * math.cos(0.9), LENGTH * math.sin(0.9)
     top, foot = ({"mass": m, "inertia": [0.1] * 3} for m in (1.0, MASS))
     rub = {"friction": {"mu": mu, "half_length": 0.1, "half_width": 0.05, "half_height": 0.05}} if mu else {}

@@ -1,5 +1,5 @@
-"""A scissor lift with friction in all its pivots. It settles on a spring of its shoe, oscillates and comes to rest. In a second
-scene a drive moves it so slowly that its loads are those of hand statics."""
+"""A scissor lift with friction in all its pivots. The lift settles on a spring of its shoe, oscillates and comes to rest. In a
+second scene, a drive moves the lift so slowly that hand statics gives its loads."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def statics(stages: int, mu: float, shoe: float, sense: float) -> dict[str, floa
 
 
 def scissor(stages: int, mu: float = 0.15, shoe: str = "") -> Scene:
-    """The lift in the plane of x and z; its left foot is pinned, its right one is on a shoe that slides. shoe: the device that
+    """The lift in the plane of x and z. The left foot is pinned. The right foot is on a shoe that slides. shoe: the device that
     moves the shoe."""
     half = 0.5 * LENGTH
     rub = f"friction: {{mu: {mu}, radius: {RADIUS}, half_length: 0.02}}"

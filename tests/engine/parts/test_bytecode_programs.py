@@ -1,4 +1,4 @@
-"""Programs of bytecode: fewer calls with the same effect."""
+"""Optimised programs of bytecode have fewer calls and the same effect."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def random_program(rng: np.random.Generator) -> Program:
 
 
 def random_products(rng: np.random.Generator) -> Program:
-    """Dot products, and sums of single columns, of which many have equidistant rows, numbers and results."""
+    """Dot products and sums of single columns. Many of them have equidistant rows, numbers and results."""
     program = Program()
     for _ in range(12):
         spaces, first = rng.integers(0, 3, 3), rng.integers(0, 8, 3)

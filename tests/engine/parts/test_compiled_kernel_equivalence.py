@@ -1,4 +1,5 @@
-"""A kernel made of parts equals the compiled kernel: every function, every run. No code is compiled for it."""
+"""A kernel made of parts equals the compiled kernel in every function and every run. No code is compiled for the kernel made of
+parts."""
 
 from __future__ import annotations
 
@@ -113,7 +114,7 @@ def written(table: Any, s: State) -> dict[str, np.ndarray]:
 
 
 def agree(scene: Scene, redundant: bool = False) -> None:
-    """Every function of a scene's two kernels writes the same numbers."""
+    """Check that every function of a scene's two kernels writes the same numbers."""
     built = build(scene)
     one = kernel(built.system, len(built.parameters.values), [], False, redundant)
     compiled = KERNEL.ctype.in_dll(one.libraries["kernel"], "trunnion_kernel")
@@ -142,7 +143,7 @@ OPEN = [(seed, redundant) for seed in LOOPS for redundant in (False, True)]
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "redundant"), sampled(OPEN, lambda c: c[1] == LOOPS.index(c[0]) % 2))
 def test_loops_with_and_without_the_choice_of_open_reactions_agree(seed: int, redundant: bool) -> None:
-    """By default, each loop is tested either with or without the choice of open reactions, in turn."""
+    """By default, half of the loops are tested with the choice of open reactions, the other half without the choice."""
     agree(loop(seed), redundant=redundant)
 
 
@@ -153,7 +154,7 @@ def test_rows_that_are_empty_by_structure_are_found_by_evaluation(name: str) -> 
 
 
 def named(scene: str | tuple) -> str:
-    """A scene's name; it is the same in every process that collects tests."""
+    """A name of a scene that is the same in every process that collects tests."""
     return scene if isinstance(scene, str) else f"{scene[0].__name__}{scene[1]}"
 
 
@@ -163,7 +164,7 @@ LONG = ("andrews", "rosenbrock")
 
 
 def settings() -> list:
-    """All settings; the long one is marked as slow."""
+    """All settings. The long-running setting is marked as slow."""
     ids = [f"{named(scene)}-{how['method']}" for scene, how in SAME]
     slow = [[pytest.mark.slow] if (scene, how["method"]) == LONG else [] for scene, how in SAME]
     return [pytest.param(*each, id=name, marks=marks) for each, name, marks in zip(SAME, ids, slow, strict=True)]

@@ -1,5 +1,5 @@
-"""An installed Trunnion contains the parts of its scenes. It runs them without a compiler and without the symbolic library; where
-it cannot, it names the package to install. The stored source of a part equals newly written source."""
+"""An installed Trunnion contains the parts of its scenes. It runs these scenes without a compiler and without the symbolic library.
+If it cannot run a scene, the error names the package to install. The stored source of a part equals newly written source."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def listed() -> dict[str, Recipe]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory, listed: dict[str, Recipe]) -> Path:
-    """Libraries as in an installation, with the parts of one model."""
+    """A folder of libraries as in an installation, with the parts of one model."""
     place = tmp_path_factory.mktemp("installed")
     build(place / prebuilt_libraries.level(), [listed[key] for key in used(load_scene(MODEL))])
     return place
@@ -168,7 +168,7 @@ def test_stored_facts_of_a_part_equal_those_of_a_new_build(folder: Path, listed:
 
 @pytest.mark.slow
 def test_a_part_that_was_pruned_since_it_was_met_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process keeps its knowledge of parts as long as it lives; the cache keeps parts while they are used."""
+    """A process remembers parts for its whole life. The cache keeps a part only while the part is used."""
     monkeypatch.setenv("TRUNNION_CACHE", str(tmp_path))
     asked = ("signals_loads_energies", "signal", "rate", True)
     store.libraries([store.primitive(*asked)])
@@ -192,7 +192,7 @@ def test_missing_parts_are_compiled_together_once_and_each_is_found_again(tmp_pa
     met = [store.primitive(*recipe) for recipe in asked]
     store.libraries(met[:3])
     assert len(list(tmp_path.glob("part-*"))) == 1
-    libraries = store.libraries(met)  # this process met the first three before they were compiled
+    libraries = store.libraries(met)  # this process knew the first three parts before they were compiled
     assert len(list(tmp_path.glob("part-*"))) == 2
     assert all(getattr(library, p.first) for library, p in zip(libraries, met, strict=True))
     assert [store.primitive(*recipe).library for recipe in asked] == [library._name for library in libraries]

@@ -1,4 +1,5 @@
-"""The Jacobian of a kernel made of parts equals the compiled one up to the last digits. No code is compiled for it."""
+"""The Jacobian of a kernel made of parts equals the compiled Jacobian up to the last digits. No code is compiled for the kernel
+made of parts."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ MODELS = ("andrews", "bricard")
 
 
 def columns(table: Any, sizes: Any, s: State) -> np.ndarray:
-    """All numbers that a Jacobian unit writes: the derivative of [F; R; scaled reactions; what friction changes in them] with
+    """All numbers that a Jacobian unit writes: the derivative of [F; R; scaled reactions; the changes of these by friction] with
     respect to [y, t, z]."""
     ny, nz = sizes.nq + sizes.nv + sizes.nb, sizes.active + sizes.neta
     J, c, w = np.full((ny + 1 + nz, ny + nz + sizes.nkappa + sizes.nmore), np.nan), np.zeros(table.nc + 8), np.zeros(table.nw + 8)
@@ -43,7 +44,7 @@ def columns(table: Any, sizes: Any, s: State) -> np.ndarray:
 
 
 def agree(scene: Scene, redundant: bool = False) -> None:
-    """A scene's two Jacobian units write the same numbers."""
+    """Check that a scene's two Jacobian units write the same numbers."""
     built = build(scene)
     units = [make(built.system, len(built.parameters.values), [], False, redundant) for make in (kernel, parts_kernel)]
     compiled, parts = (JACOBIAN.ctype.from_address(k.jacobian()) for k in units)

@@ -32,7 +32,7 @@ def state_of(model: Model) -> State:
 
 
 def same(found: np.ndarray, expected: np.ndarray) -> None:
-    """Equal up to the order of sums."""
+    """Check that numbers are equal up to the order of sums."""
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF * max(np.abs(expected).max(initial=0.0), 1e-3))
 
 

@@ -1,4 +1,5 @@
-"""Friction along the recursion equals friction from maps, in every evaluation and run. Its pivots give the determinant's sign."""
+"""Friction along the recursion equals friction from maps, in every evaluation and run. The pivots of the recursion give the sign of
+the determinant."""
 
 from __future__ import annotations
 
@@ -48,7 +49,7 @@ def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]
 @pytest.mark.parametrize("resting", [False, True])
 @pytest.mark.parametrize("seed", TREES)
 def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: bool) -> None:
-    """resting: every second rate is zero, so that pairs stick where they can."""
+    """resting: every second rate is zero, so that pairs stick if they can."""
     pairs = blocks(tree(seed))
     y, nq = pairs[0][1].y.copy(), pairs[0][0].kernel.sizes["nq"]
     nv = pairs[0][0].kernel.sizes["nv"]
@@ -63,7 +64,7 @@ def test_accelerations_and_frictions_are_those_from_maps(seed: int, resting: boo
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", TREES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(seed: int) -> None:
-    """det(E − law′ Ne); its sign determines which roots the engine follows."""
+    """The sign of det(E − law′ Ne) determines which roots the engine follows."""
     built = build(tree(seed))
     made = parts_kernel(built.system, len(built.parameters.values), [], False)
     table = made.tables["kernel"]
@@ -111,8 +112,7 @@ def test_both_kernels_report_the_contacts_up_to_an_event() -> None:
 
 @pytest.mark.slow
 def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
-    """64 joints reverse 140 times in 4 ms. Earlier, at loose tolerances time stepping took over, and reported a jam where there is
-    none."""
+    """64 joints reverse 140 times in 4 ms. At loose tolerances, no jam may be reported."""
     ends = []
     for rtol in (1e-4, 1e-7):
         r = simulate(chain(64), until=0.02, every=0.02, rtol=rtol, outputs=("*.q[*]",))
@@ -123,15 +123,14 @@ def test_many_joints_have_many_events_that_do_not_accumulate() -> None:
 
 
 def test_locating_an_event_among_many_joints_takes_few_evaluations() -> None:
-    """Earlier, secants on the largest violation of all pairs, which has kinks, took 65 evaluations for each event. The limit
-    includes the evaluations of two steps and of the points inside the second step."""
+    """The limit includes the evaluations of two steps and of the points inside the second step."""
     counters = simulate(chain(24), until=0.02, every=0.02, outputs=("*.q[*]",)).stats.counters
     assert counters["events"] > 40
     assert counters["rhs_evaluations"] <= 55 * counters["events"]
 
 
 def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_reported() -> None:
-    """No code is compiled for one run. Code is compiled for many runs of a small structure."""
+    """For one run, no code is compiled. For many runs of a small structure, code is compiled."""
     few, many = (links(n, 0, "revolute", apart=False) for n in (3, MANY))
     for runs, kinds in ((1, ["parts", "parts"]), (RUNS - 1, ["parts", "parts"]), (RUNS, ["compiled", "parts"])):
         assert [kernel_of(build(s).system, runs)[0] for s in (few, many)] == kinds
@@ -140,8 +139,7 @@ def test_the_kernel_is_chosen_by_the_structure_and_the_request_and_reported() ->
 
 
 def test_a_ball_without_a_coefficient_swings_as_one_without_friction() -> None:
-    """Earlier, the ball's friction was round-off of 1e-33 N where the law gives none. Steps were refused, and time did not
-    advance."""
+    """The law gives no friction. Round-off must not give the ball a friction of 1e-33 N."""
     ball = {"overrides": {"joints.ball.friction.mu": 0.0}, "outputs": ("*.position[*]",), "until": 1.0, "every": 0.1}
     one, other = (simulate("spherical_pendulum", kernel=kind, **ball) for kind in ("parts", "compiled"))
     assert one.outcome.ok

@@ -1,5 +1,5 @@
-"""Bodies with inertia about one axis only: steady precession in closed form, and refusals of rotations and numbers that are
-impossible."""
+"""Bodies with inertia about one axis only: steady precession in closed form. Impossible rotations and impossible numbers are
+refused."""
 
 from __future__ import annotations
 

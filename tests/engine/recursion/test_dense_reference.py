@@ -1,4 +1,5 @@
-"""The recursion gives the results of one dense solve in absolute coordinates; tests.reference shares no code with the engine."""
+"""The recursion gives the results of one dense solve in absolute coordinates. ``tests.reference`` shares no code with the
+engine."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ WITHOUT = ("angular_acceleration",)
 
 
 def tree_claims() -> dict[str, Property]:
-    """Features of which each must occur in a random tree, from the registered types and laws."""
+    """Features each of which must occur in a random tree. They are made from the registered types and laws."""
     claims = {f"a {k} joint": some_joint(lambda j, k=k: j.type == k) for k in USUAL_TYPES}
     claims |= {
         f"a {k} joint that rubs, pin {p}": some_joint(lambda j, k=k, p=p: j.type == k and rubs(j, p))
@@ -76,8 +77,7 @@ HELD = tuple(d for d in DEVICES if d != "drive")
 
 @cache
 def cut_case(which: str) -> Case:
-    """A loop of few bodies, cut at a joint with friction of the kind ``which`` says: the place of its pin, its law, its normal
-    force."""
+    """A loop of few bodies, cut at a joint with friction. ``which`` gives the place of the pin, the law and the normal force."""
     kind, pin, law, normal = CUTS[which]
     how = {"bodies": 3, "closing": (kind,), "cut": True, "friction": 1.0, "laws": (law,), "adams": float(normal == "adams")}
     cut_so = some_cut(lambda j: j.type == kind and rubs(j, pin, law, normal))
@@ -118,7 +118,7 @@ def compared(case: Case) -> dict[str, float]:
     gap, where = worst(reference_motion(model, state), motion(model, row))
     assert gap <= TOLERANCE, where
     assert row["energy.potential"] == pytest.approx(result.potential, rel=TOLERANCE, abs=TOLERANCE)
-    assert row["audit.complement"] <= 1e-12  # Newton's last step squares an error of 1e-7: only round-off is left
+    assert row["audit.complement"] <= 1e-12  # Newton's last step squares an error of 1e-7, so only round-off remains
     for name, friction in result.friction.items():
         mine = results(model, row)[name, "friction"]
         floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # round-off of the sum

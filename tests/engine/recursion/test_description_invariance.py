@@ -37,7 +37,7 @@ TWO_SIDED = tuple(k for k in ALL_TYPES if not of(k).one_sided)
 
 
 def told(case: Case, *ways: Callable[[Case], Moved]) -> Moved:
-    """The case described in another order, frame, side and unit at once, and the map of its results back."""
+    """The case with changed order, frame, side and unit, and the map of its results back."""
     if not ways:
         return Moved(case, lambda table: table)
     first_way, *others = ways
@@ -131,7 +131,7 @@ def test_results_do_not_depend_on_which_joint_is_cut() -> None:
 
 @pytest.mark.slow
 def test_other_units_are_other_parameters_of_the_same_structure() -> None:
-    """Therefore a change of numbers alone never causes a compilation."""
+    """A change of numbers alone never causes a compilation."""
     loops, holds = CASES["journal in a loop"]
     what = "a journal in a loop, and no input (which becomes a number in other units)"
     case = first(what, lambda c: holds(c) and "FromInput" not in repr(c.scene), lambda s: random_loop(s, loops=loops, t=TIME))
@@ -143,7 +143,7 @@ def test_other_units_are_other_parameters_of_the_same_structure() -> None:
 
 @pytest.mark.parametrize("fast", ["prismatic", "revolute"])
 def test_scales_of_tolerances_follow_the_units_of_the_scene(fast: str) -> None:
-    """A start rate of a travel or an angle that is so large that it determines the scale of rates."""
+    """The start rate of a travel or an angle is so large that it determines the scale of rates."""
     case = random_tree(1, 2, types=(fast,), friction=0.0, devices=0.0, drives=0.0)
     scene = replace(case.scene, joints={n: _started(j, case.q[n], 1e3 * case.qd[n]) for n, j in case.scene.joints.items()})
     case = Case(scene, case.q, {n: 1e3 * x for n, x in case.qd.items()}, tree=case.tree)

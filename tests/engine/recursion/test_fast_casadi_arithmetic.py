@@ -1,4 +1,4 @@
-"""Direct arithmetic on CasADi matrices equals the library's own, and other users of the library are not affected."""
+"""Direct arithmetic on CasADi matrices equals the library's arithmetic. Other users of the library are not affected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A fixture: the run of the pendulum from which pictures are drawn."""
+"""A fixture: the run of the pendulum that pictures show."""
 
 from tests.plots.conftest import pendulum
 

@@ -1,5 +1,5 @@
-"""Every run is audited. Correct runs are within limits, defects are reported with time and joint, and the lost energy agrees with
-the bodies' positions and velocities."""
+"""Every run is audited. Correct runs stay within the limits of the audit. Defects are reported with time and joint. The lost energy
+agrees with the bodies' positions and velocities."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ BODY = (("position", 3), ("velocity", 3), ("orientation", 4), ("angular_velocity
 
 
 def bodies_energy(r: Result) -> np.ndarray:
-    """Kinetic energy and energy of weight in every row, J. They follow only from the bodies' positions and velocities, and from the
-    masses and inertias of the reference."""
+    """Kinetic energy and energy of weight in every row, J. They are computed only from positions and velocities of the bodies, and
+    from the masses and inertias of the reference."""
     total = np.zeros(len(r))
     for name, part in parts(r.scene).items():
         columns = (np.stack([r[f"{name}.{what}[{k + 1}]"] for k in range(n)], 1) for what, n in BODY)
@@ -39,7 +39,7 @@ def bodies_energy(r: Result) -> np.ndarray:
 
 
 def disturbed(model: Model, until: float, at: float, change: Callable[[Block], None], **how) -> Result:
-    """A run whose block the test changes at a time, s, without the run's knowledge."""
+    """A run of a scene. At a given time, s, the test changes the block, and the run does not know of the change."""
     run = OneRun(model, until, until / 200, Settings(**how), None)
     stepping = model.block.advance
 
@@ -56,7 +56,7 @@ def disturbed(model: Model, until: float, at: float, change: Callable[[Block], N
     return run.result()
 
 
-# -- right runs -------------------------------------------------------------------------------------------------------------------
+# -- correct runs -----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.default_cases(2)
@@ -75,8 +75,8 @@ def test_the_audit_of_correct_runs_is_within_its_bounds(name: str, method: str, 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("outputs", ["*", "*.q[*]"], ids=["every column", "coordinates alone"])
 def test_a_motion_that_is_given_slides_and_gives_energy_by_the_stiff_method_as_by_others(outputs: str) -> None:
-    """The scene is not stiff, and nothing shortens a step. Earlier, in one step over the whole run, joints at rest at both ends had
-    no sliding, and friction missed 1.5 J of 7.1."""
+    """The scene is not stiff, and nothing shortens a step. One step may cover the whole run, with joints at rest at both of its
+    ends. Friction takes 7.1 J between these ends."""
     for rtol in (1e-4, 1e-8):
         shown = [outputs, "energy.dissipated"]
         r, other = (simulate("robot_arm", rtol=rtol, method=m, outputs=shown) for m in ("rosenbrock", "rk8"))
@@ -88,8 +88,8 @@ def test_a_motion_that_is_given_slides_and_gives_energy_by_the_stiff_method_as_b
 
 @pytest.mark.parametrize(("seed", "rtol"), [slow((5329, 1e-7)), (5586, 1e-5)])
 def test_events_inside_stiff_steps_lose_no_energy(seed: int, rtol: float) -> None:
-    """Drives give nearly all energy. If their power is odd about the middle of a step, the parabola of Simpson's rule is wrong up
-    to an event inside."""
+    """Drives give nearly all energy. The power of the drives may be odd about the middle of a step. Simpson's rule then uses a
+    wrong parabola up to an event inside the step."""
     case = brief_pass(seed)
     r = simulate(scene_from_dict(case.scene), until=case.until, every=case.until, method="rosenbrock", rtol=rtol)
     assert r.events
@@ -99,7 +99,7 @@ def test_events_inside_stiff_steps_lose_no_energy(seed: int, rtol: float) -> Non
 
 @pytest.mark.parametrize("name", ["simple_pendulum", "crank_slider_free", "spatial_slider_crank"])
 def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
-    """The loss is at most 15 × rtol of the energy converted. This was measured in twelve bundled models at 1e-3 … 1e-6."""
+    """The loss is at most 15 × rtol of the energy converted. This limit was measured in twelve bundled models at 1e-3 … 1e-6."""
     for rtol in (1e-4, 1e-6):
         r = simulate(name, until=1.0, rtol=rtol, method="moreau", outputs="*.q[*]", every=1.0)
         assert (r.outcome.ok, r.audit.verdict, r.audit.tolerance) == (True, "within", rtol)
@@ -107,13 +107,13 @@ def test_steps_of_impulses_are_judged_by_their_own_tolerance(name: str) -> None:
 
 
 def test_a_driven_joint_that_starts_from_rest_is_no_error() -> None:
-    """The motion of the joint is prescribed. Friction therefore does not hold the joint, and there is no imbalance to find."""
+    """The motion of the joint is prescribed. Therefore friction does not hold the joint, and the audit finds no imbalance."""
     assert simulate("robot_arm", until=0.01).audit.notes == ()
 
 
 @pytest.mark.parametrize("mu", [0.0, 1e-300])
 def test_friction_that_is_none_is_beyond_no_law(mu: float) -> None:
-    """The residual of its equations is round-off, also where it is compared with zero."""
+    """The law gives no friction. The residual of its equations is round-off, and the limit is zero."""
     run = simulate("spherical_pendulum", until=1.0, every=0.1, overrides={"joints.ball.friction.mu": mu})
     assert run.audit.verdict == "within"
     assert run.audit.notes == ()
@@ -144,8 +144,8 @@ def test_steps_far_too_long_are_inaccurate_by_as_much_as_the_bodies_say(how: dic
 
 @pytest.mark.parametrize(("method", "outputs"), [("auto", "*"), ("rosenbrock", " ".join(f"*.{what}[*]" for what, _ in BODY))])
 def test_energy_that_appears_at_once_is_reported_with_its_time(method: str, outputs: str) -> None:
-    """At 3 s the test multiplies all rates by 1.2, so that 0.44 of the kinetic energy appears. If no column needs works, Simpson's
-    rule audits the stiff method's steps."""
+    """At 3 s the test multiplies all rates by 1.2, so that 0.44 of the kinetic energy appears. If no column needs works, the audit
+    uses Simpson's rule over the steps of the stiff method."""
     model = Model(load_scene("crank_slider_free"), outputs.split())
 
     def push(block: Block) -> None:
@@ -192,7 +192,7 @@ def test_friction_that_drives_is_reported_with_its_joint() -> None:
     assert any("joint ball: friction adds energy" in n for n in r.notes)
 
 
-# -- everywhere -------------------------------------------------------------------------------------------------------------------
+# -- all interfaces ---------------------------------------------------------------------------------------------------------------
 
 
 def test_a_sweep_says_of_each_case_what_its_own_run_says() -> None:

@@ -1,4 +1,4 @@
-"""Long work in the runtime asks its host whether to continue: at the start and during steps, at intervals that depend on the
+"""During long work, the runtime asks its host whether to continue: at the start and during steps, at intervals that depend on the
 work."""
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from trunnion.simulation.runtime_interface.cancellation import cancellable
 
 
 def started(stop: int) -> tuple[int, int]:
-    """Outcome and cost of a start that is cancelled at the stop-th request."""
+    """Outcome and cost of a start. The start is cancelled at request number ``stop``."""
     model, settings, asked = Model(rough(0, 16), "j0.q[*]"), bl.Settings(), []
     model.block.configure(settings)
     assert model.block.assemble() == 1
@@ -66,11 +66,11 @@ def test_ctrl_c_is_raised_when_the_work_it_gives_up_has_come_back() -> None:
 
 
 def test_a_block_that_moves_in_memory_during_a_request_is_found_again() -> None:
-    """The Jacobian unit is attached in a larger block. When the work is done, the old block's memory has another owner."""
+    """The Jacobian unit is attached in a larger block. After the work, other data occupy the memory of the old block."""
     told: list[tuple[int, bool]] = []
 
     class Library:
-        """Records which runs ask for cancellation."""
+        """Stand-in for the library that records which runs ask for cancellation."""
 
         @staticmethod
         def tr_ask(at: int, host: object) -> None:
@@ -83,7 +83,7 @@ def test_a_block_that_moves_in_memory_during_a_request_is_found_again() -> None:
 
 
 def test_a_long_search_for_a_closed_loop_asks_whether_it_is_cancelled() -> None:
-    """A bar of a scissor is far too long: no position closes it, and the search tries many."""
+    """A bar of a scissor lift is far too long. No position closes the loop, and the search tries many positions."""
     given = scissor(3)
     free = {n: replace(j, start=sm.Start()) if n[-1] in "12" else j for n, j in given.joints.items()}
     model = Model(apply(replace(given, joints=free), {"bodies.b2.points.low": [-100.0, 0.0, 0.0]}), "guide.q[*]")
@@ -98,7 +98,7 @@ def test_a_long_search_for_a_closed_loop_asks_whether_it_is_cancelled() -> None:
 
 
 class At(DeferredInterrupt):
-    """An interrupt that comes when the runtime asks for the n-th time."""
+    """An interrupt that comes with the n-th request of the runtime."""
 
     def __init__(self, n: int):
         self.left = n
@@ -114,7 +114,7 @@ class At(DeferredInterrupt):
 
 
 def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
-    """A run is interrupted when it asks for the n-th time."""
+    """Run a scene and interrupt it at its n-th request."""
 
     @contextmanager
     def at_the_nth() -> Iterator[DeferredInterrupt]:
@@ -126,7 +126,7 @@ def interrupted_at(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("n", [40, 100, 130, 160])
 def test_a_run_that_is_given_up_while_it_passes_a_failure_has_not_failed(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Thirty balls: modes are not consistent, and the search for others is cancelled."""
+    """A chain of thirty balls. Its modes are not consistent, and the search for other modes is cancelled."""
     interrupted_at(monkeypatch, n)
     assert simulate(balls(30, 0), until=0.1, kernel="parts", outputs="j0.q[*]").outcome.name == "cancelled"
 

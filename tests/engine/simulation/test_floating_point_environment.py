@@ -53,6 +53,7 @@ assert [run(k) for k in kernels] == plain, "rounded upward: other bits"
 
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="sets a register of x86-64")
 def test_a_program_that_traps_exceptions_and_rounds_upward_gets_the_same_bits_and_keeps_its_habits() -> None:
-    """Python itself computes in the program's environment, so only the calls of the runtime round upward here."""
+    """Python itself computes in the environment of the program. Therefore only the calls of the runtime round upward in this
+    test."""
     done = subprocess.run([sys.executable, "-c", HOST], capture_output=True, text=True, check=False)
     assert done.returncode == 0, (done.returncode, done.stderr)

@@ -1,5 +1,5 @@
-"""Stated errors are right, compared with closed forms and far tighter runs. Where no error can be promised, the run says so and
-gives the reason."""
+"""Stated errors are compared with closed forms and with far tighter runs. A run that cannot state errors says so and gives the
+reason."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_chaos_loses_its_promise_by_name_and_keeps_it_until_then() -> None:
 
 
 def test_a_decision_that_the_error_overturns_ends_the_promise() -> None:
-    """A block that stops where the spring pulls with the static friction, and one part in a million beyond."""
+    """The block stops where spring force and static friction differ by one part in a million, or are equal."""
     scene = models_dir() / "stability" / "25_marginal.yaml"
     loose, tight = (certain(simulate(scene, rtol=rtol, certify=True)).promise for rtol in (1e-6, 1e-9))
     assert (loose.why, loose.about) == ("marginal", "reversal of slide")
@@ -196,7 +196,7 @@ def test_an_accuracy_asked_for_is_met_by_the_true_error(asked: str | float) -> N
 
 
 def test_an_accuracy_that_is_met_by_far_costs_no_tight_run() -> None:
-    """The drive gives the motion of a press: positions are exact at any tolerance."""
+    """The drive prescribes the motion of a press, so positions are exact at any tolerance."""
     r, exact = (
         simulate("toggle_press", every=0.01, outputs="*.position[*]", **k) for k in ({"accuracy": "1e-9 m"}, {"rtol": 1e-12})
     )

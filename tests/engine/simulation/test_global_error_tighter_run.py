@@ -1,4 +1,5 @@
-"""The tighter run with which a run is compared for its error: its tolerance, its method, and the ends of its steps."""
+"""The error of a run is its difference from a tighter run. The tests check the tolerance, the method and the ends of steps of this
+run."""
 
 from __future__ import annotations
 

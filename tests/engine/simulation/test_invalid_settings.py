@@ -1,4 +1,4 @@
-"""Wrong use is refused before anything runs, with an explanation of the error."""
+"""Invalid settings are refused before anything runs. The error explains the mistake."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def told(r: Result) -> list[tuple]:
 
 
 def same(one: Result, other: Result) -> None:
-    """The claim that two runs with different columns have the same motion to the last bit."""
+    """Check that two runs with different columns have the same motion to the last bit."""
     assert (other.outcome.name, other.stats.steps, other.stats.rejected) == (one.outcome.name, one.stats.steps, one.stats.rejected)
     assert repr(told(other)) == repr(told(one))
     assert other.audit.energy == one.audit.energy
@@ -47,7 +47,7 @@ def same(one: Result, other: Result) -> None:
 
 
 def runs(scene: Scene | str, *more: list[str], **how) -> list[Result]:
-    """Runs of a scene with columns of the motion, and others in addition."""
+    """Two runs of a scene: one with columns of the motion, the other with further columns."""
     return [simulate(scene, outputs=[*MOTION, *columns], **how) for columns in (*ASKED, *more)]
 
 
@@ -100,7 +100,7 @@ def test_contact_jumps_are_not_computed_from_old_accelerations() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(8), 4))
 def test_a_chaotic_double_pendulum_has_one_course(seed: int) -> None:
-    """Round-off grows a thousandfold every few seconds there, so that 12 s show any difference."""
+    """Round-off of the double pendulum grows a thousandfold every few seconds. Therefore 12 s show any difference."""
     rng = np.random.default_rng(seed)
     numbers = {f"joints.{n}.friction.mu": rng.uniform(0.05, 0.6) for n in ("guide", "cross")}
     patterns = (["guide.q[1]"], ["guide.q[2]", "guide.q[1]"], ["guide.q[1]", "energy.*"], ["*"])
@@ -125,7 +125,7 @@ def test_the_stepping_unit_is_the_same_code() -> None:
 
 @cache
 def turned_over(name: str) -> tuple[float, Result]:
-    """Energy that a model converts within 3 s, J, and its works."""
+    """Energy that a model converts within 3 s, J, and the works of the model."""
     r = simulate(name, until=3.0, rtol=1e-11, outputs=["energy.*"])
     each = [r[f"energy.{n}"] for n in ("kinetic", "potential", "dissipated")]
     return each[0].max() + 0.5 * sum(np.abs(np.diff(x)).sum() for x in each), r

@@ -1,4 +1,5 @@
-"""A run without progress ends as `no_progress` after bounded work. Requested short steps do not count as lack of progress."""
+"""A run without progress ends as `no_progress` after bounded work. Short steps that the user requests do not count as lack of
+progress."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ def on_a_spring(stiffness: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock"])
 def test_a_motion_too_fast_for_any_step_ends_as_stalled(method: str) -> None:
-    """1e14 rad/s: the first nanosecond would take a million steps, a second 1e15."""
+    """The rate is 1e14 rad/s. The first nanosecond would take a million steps, and a second 1e15 steps."""
     r = simulate(on_a_spring(1e28), until=1.0, every=0.1, method=method, outputs=["way.q[1]"])
     assert r.outcome.name == "no_progress"
     assert r.stats.steps + r.stats.rejected < 25_000

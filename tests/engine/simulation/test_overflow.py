@@ -1,4 +1,4 @@
-"""No finished run has rows that are not numbers. Overflows are named, and rows from before are kept."""
+"""Finished runs have no rows with NaN or infinity. Overflows are named, and rows before an overflow are kept."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def pushed(force: float) -> dict[str, Any]:
 @pytest.mark.parametrize("bounds", [{}, {"evaluations": 1, "iterations": 1, "events": 0}], ids=["exact", "relaxed"])
 @pytest.mark.parametrize("force", [1e100, 1e200])
 def test_bounded_steps_end_at_an_overflow_and_keep_only_finite_rows(force: float, bounds: dict[str, int]) -> None:
-    """This holds for exact steps and for steps whose friction comes from sweeps. A run within the range of numbers continues."""
+    """The test runs exact steps, and steps whose friction comes from sweeps. A run within the range of numbers continues."""
     asked = {"simulation.realtime": {"step": 1e-3, **bounds}}
     r = trunnion.simulate(pushed(force), until=0.1, every=0.001, overrides=asked, kernel="parts")
     assert r.outcome.name == ("not_finite" if bounds or force > 1e150 else "done")

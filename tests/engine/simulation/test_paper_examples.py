@@ -1,4 +1,4 @@
-"""The paper's examples 8.1, 8.2, 8.3: their required results."""
+"""Required results of the paper's examples 8.1, 8.2 and 8.3."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_pendulums_normal_force_and_torque_are_coulombs_while_it_slides() -> Non
 
 
 def test_adams_torque_is_larger_by_the_cosine_of_the_friction_angle() -> None:
-    """μ r |f| compared with μ r |f|/√(1+μ²), where f is the reaction that each run finds."""
+    """μ r |f| compared with μ r |f|/√(1+μ²), where f is the reaction of each run."""
     torque, force = {}, {}
     for how in ("exact", "adams"):
         r = pendulum(how)
@@ -100,7 +100,7 @@ def test_slider_follows_the_closed_form() -> None:
 
 @pytest.mark.parametrize("normal_force", ["exact", "adams"])
 def test_slider_pin_carries_the_closed_form(normal_force: str) -> None:
-    """The crank angles are random, and the crank is slow or fast: the law is in its linear zone or beyond it."""
+    """The crank angles are random, and the crank is slow or fast: the law is below or above its v_eps."""
     rng = np.random.default_rng(8)
     changes = PAPER | {"friction.normal_force": normal_force, "friction.v_eps": 0.01}
     model = Model(apply(load_scene("crank_slider"), changes), ("*",))
@@ -139,7 +139,7 @@ def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
 
 
 def test_a_short_guide_jams_from_the_start_and_says_where() -> None:
-    """c = 0.15 m: the inertia force acts beyond c/μ, and the complement equations have no root (F3)."""
+    """The half length is c = 0.15 m. The inertia force acts beyond c/μ, and the complement equations have no root (F3)."""
     r = simulate("double_pendulum", until=1.0, overrides=PAPER | {"joints.guide.friction.half_length": 0.15})
     assert r.outcome.name == "no_solution"
     assert r.outcome.joint == "guide"

@@ -1,4 +1,4 @@
-"""The Python cost of a run is constant for each call into C, whatever happens inside the call."""
+"""The Python cost of a run is the same for each call into C, independent of the work inside the call."""
 
 from __future__ import annotations
 

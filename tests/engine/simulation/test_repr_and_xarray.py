@@ -1,4 +1,4 @@
-"""Large objects are represented by one line at a prompt, and by labelled data sets with units in xarray and pandas."""
+"""At a prompt, large objects are shown by one line. In xarray and pandas they are labelled data sets with units."""
 
 from __future__ import annotations
 

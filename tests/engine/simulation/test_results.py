@@ -34,7 +34,8 @@ def out_of_reach() -> Scene:
 
 
 def test_a_row_at_the_end_of_a_step_does_not_depend_on_the_rows_inside_it() -> None:
-    """Newton's iteration for this row's friction begins with the value at the step's end, not with the result of the row before."""
+    """Newton's iteration for the friction of this row begins with the value at the end of the step. It does not begin with the
+    result of the previous row."""
     asked = {"method": "rk8", "step": 0.01, "outputs": "ball.*"}
     whole, quarters = (simulate("spherical_pendulum", 1.0, every, **asked) for every in (0.01, 0.0025))
     assert np.array_equal(whole.time, quarters.time[::4])
@@ -111,7 +112,7 @@ def test_rows_lie_on_the_grid_and_the_last_at_the_end() -> None:
     assert pendulum().time == pytest.approx([0.0, 0.3, 0.6, 0.9, 1.0], abs=1e-15)
     assert len(pendulum()) == 5
     r = simulate("simple_pendulum", until=1.0, every=0.1)
-    assert r.time == pytest.approx(np.arange(11) / 10, abs=1e-15)  # where the grid meets the end, there is one row
+    assert r.time == pytest.approx(np.arange(11) / 10, abs=1e-15)  # if the end is on the grid, it has one row
     every_step = simulate("simple_pendulum", until=1.0, every=0.0)
     assert len(every_step) == every_step.stats.steps + 1
     assert np.all(np.diff(every_step.time) > 0)
@@ -125,7 +126,8 @@ def test_a_run_without_a_spacing_has_a_thousand_rows() -> None:
 
 
 def test_counts_are_those_of_the_method() -> None:
-    """A step of order 8 takes twelve evaluations, and three more where rows need the dense output, one for each row."""
+    """A step of order 8 takes twelve evaluations. The dense output takes three more in steps with rows, and one more for each
+    row."""
     r = simulate("simple_pendulum", until=5.0, every=5.0, method="rk8")
     s = r.stats
     assert s.counters["rk8"] == s.steps > 10
@@ -149,7 +151,7 @@ def test_the_result_says_how_it_was_run() -> None:
     assert changed.scene.bodies["bob"].mass == 3.0
 
 
-# -- the same again -----------------------------------------------------------------------------------------------------------
+# -- repeated runs ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.default_cases(2)
@@ -244,7 +246,7 @@ def test_rows_that_need_no_forces_cost_no_evaluations() -> None:
 
 
 def test_rows_of_forces_leave_the_motion_as_it_is() -> None:
-    """The motion is the same bit for bit. Columns of works change it: they are integrated, and their errors count."""
+    """The motion is bit-identical. Columns of works change the motion, because the works are integrated and their errors count."""
     wanted = (["*.q[1]"], ["*.q[1]", "*.friction.torque*", "*.qdd[1]"])
     alone, among = (simulate("friction_identification", until=2.0, every=0.01, outputs=o) for o in wanted)
     name = next(n for n in alone.names if n.endswith(".q[1]"))

@@ -59,7 +59,7 @@ def test_the_linear_system_takes_a_scene_in_every_form_and_times_with_units(form
 
 def test_an_fmu_takes_a_scene_in_every_form_and_times_with_units(forms: list, tmp_path: Path) -> None:
     found = [export(s, tmp_path / "a.fmu", step="1 ms", outputs="pivot.q[1]").guid for s in forms]
-    assert len({g for g, s in zip(found, forms, strict=True)}) <= 2  # one of them has another name, that of the file's folder
+    assert len({g for g, s in zip(found, forms, strict=True)}) <= 2  # one scene has another name: the name of the file's folder
 
 
 @pytest.mark.parametrize("scene", [3, None, ["simple_pendulum"], b"simple_pendulum", {"bodies": 3}, Path("no.yaml")])

@@ -1,6 +1,6 @@
-"""Whether each of many pairs at rest sticks or slips is decided for all of them at once. Independent pairs behave as alone, coupled
-pairs obey their laws, and the work does not grow with the number of pairs. Where no decision is found and none is excluded, the run
-does not report a jam."""
+"""For many pairs at rest, one search decides together which pairs stick and which slip. Independent pairs behave as they would
+alone. Coupled pairs obey their laws. The work does not grow with the number of pairs. If the search finds no decision but excludes
+none, the run does not report a jam."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST = 400_000
 
 
 def links(count: int, seed: int, kind: str, apart: bool) -> sm.Scene:
-    """Bars on joints with friction, at rest: a chain, or (apart) each bar on the ground by itself."""
+    """Bars on joints with friction, at rest: a chain or, with ``apart``, each bar on the ground."""
     rng = np.random.default_rng([seed, count])
     bodies: dict[str, sm.Body] = {}
     joints: dict[str, sm.Joint] = {}
@@ -46,14 +46,14 @@ def links(count: int, seed: int, kind: str, apart: bool) -> sm.Scene:
 
 
 def rough(seed: int, count: int = 10) -> sm.Scene:
-    """A chain of wide, rough balls that are near their friction cones, where the search takes long."""
+    """A chain of wide, rough balls near their friction cones. In this chain the search takes long."""
     scene, rub = links(count, seed, "spherical", apart=False), sm.Friction(mu=0.9, radius=0.1)
     joints = {n: sm.Joint(j.type, j.inboard, j.outboard, friction=rub, start=j.start) for n, j in scene.joints.items()}
     return sm.Scene(scene.bodies, joints, scene.name, gravity=scene.gravity)
 
 
 def begun(scene: sm.Scene, outputs: str, kernel: str | None = None) -> tuple[Model, int, np.ndarray]:
-    """A model at its start: the outcome of that start, and its first row."""
+    """A model at its start, with the outcome and the first row of the start."""
     model, settings = Model(scene, outputs, kernel), bl.Settings()
     model.block.configure(settings)
     assert model.block.assemble() == 1
@@ -69,7 +69,7 @@ def work(model: Model) -> int:
 
 @pytest.mark.parametrize("count", [9, 20])
 def test_pairs_that_do_not_feel_each_other_are_decided_as_each_would_be_alone(count: int) -> None:
-    """A pendulum rests if its lever to its weight is within R = r μ/√(1 + μ²), the radius of the friction circle."""
+    """A pendulum rests if the lever of its weight is within R = r μ/√(1 + μ²), the radius of the friction circle."""
     scene = links(count, 3, "revolute", apart=True)
     model, status, row = begun(scene, "*.qdd[1]")
     assert status == Status.OK
@@ -88,7 +88,7 @@ def test_pairs_that_do_not_feel_each_other_are_decided_as_each_would_be_alone(co
 
 
 def decided(model: Model, debug: ctypes.CDLL, by_cones: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Frictions and modes of pairs with one component, by one of the two ways of deciding."""
+    """Frictions and modes of pairs with one component, decided by one of the two methods."""
     eta, flags = np.zeros(model.system.neta), np.zeros(model.system.neta)
     at, *out = (ctypes.c_void_p(a) for a in (model.block.at, eta.ctypes.data, flags.ctypes.data))
     assert debug.tr_decide_one_way(at, int(by_cones), *out)
@@ -96,7 +96,7 @@ def decided(model: Model, debug: ctypes.CDLL, by_cones: bool) -> tuple[np.ndarra
 
 
 def test_neighbouring_modes_and_the_cone_equations_decide_alike() -> None:
-    """The search through neighbouring modes is tried first. The cone equations share no code with its choice of modes."""
+    """The engine tries the search through neighbouring modes first. The cone equations share no code with this search."""
     with in_place_of_the_runtime() as debug:
         for seed in range(3):
             model, status, _ = begun(links(12, seed, "revolute", apart=False), "j0.q[*]", "parts")
@@ -125,8 +125,7 @@ def test_a_decision_about_many_pairs_is_bounded_and_no_jam_where_it_fails() -> N
 
 
 def stands(legs: int, until: float) -> None:
-    """The claim that a Stewart platform moves from rest on this number of legs, keeps the balance of energy and takes little
-    work."""
+    """Check that a Stewart platform on this number of legs moves from rest, keeps the balance of energy and takes little work."""
     r = simulate(stewart(legs), until=until, every=0.01, outputs=["platform.position[*]", "energy.residual", "energy.dissipated"])
     assert r.outcome.ok
     assert np.abs(r["energy.residual"]).max() <= 1e-4 * r["energy.dissipated"][-1]
@@ -146,8 +145,8 @@ def test_a_stewart_platform_moves_until_it_rests_on_any_legs(legs: int) -> None:
 
 
 def test_a_released_leg_moves_off_though_dense_output_of_a_long_step_has_it_go_back() -> None:
-    """From rest, the speed grows with the square of time. At first it is less than the error of a long step's dense output. A false
-    stop then ended every step, and the run took 44,000 steps of 1e-9 s."""
+    """From rest, the speed grows with the square of time. At first, the speed is smaller than the error of a long step's dense
+    output. This error must not be taken for a stop."""
     r = simulate(stewart(4), until=0.3, every=0.3, method="rosenbrock", rtol=1e-5, outputs=["energy.kinetic"])
     assert r.outcome.ok
     assert r.stats.steps <= 100

@@ -43,14 +43,14 @@ def slider_crank(cut: str) -> dict[str, Any]:
 
 
 def late_hook() -> dict[str, Any]:
-    """A slider reaches a hook that came down a moment before."""
+    """A slider reaches a hook that came down slightly earlier."""
     hook = {"at": 0.51, "stiffness": 1e4, "keeps": "below", "release": {"ramp": {"start": 1, "end": 0, "duration": 0.9}}}
     joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "start": {"qd": 1}, "latch": hook}
     return {"gravity": ORIGIN, "bodies": {"b": {"mass": 1, "inertia": [0.01] * 3}}, "joints": {"p": joint}}
 
 
 def lifted_hook() -> dict[str, Any]:
-    """A hook releases a wheel that has friction and is at rest."""
+    """A hook releases a wheel at rest that has friction."""
     lift = {"ramp": {"start": 0, "end": 1, "duration": 0.2, "begin": 0.1}}
     hook = {"at": 0, "stiffness": 100, "keeps": "below", "down": True, "release": lift}
     joint = revolute("ground", "w", effort=2, friction={"torque": 0.5}, latch=hook)
@@ -69,7 +69,7 @@ def coasting_gears() -> dict[str, Any]:
 
 
 def wrapped_stop() -> dict[str, Any]:
-    """A crank whose loop is cut at its own hinge runs into a stop beyond half a turn."""
+    """A crank whose loop is cut at the crank's own hinge. The crank meets a stop beyond half a turn."""
     bodies = {n: {"mass": m, "inertia": [j] * 3, "position": [x, 0, 0]}
               for n, m, j, x in (("c", 1, 0.01, 0), ("r", 0.1, 1e-3, 0.25), ("s", 0.1, 1e-3, 0.4))}  # fmt: skip
     joints = {
@@ -82,7 +82,8 @@ def wrapped_stop() -> dict[str, Any]:
 
 
 def sliders_on_a_rod() -> dict[str, Any]:
-    """Two sliders on guides that rub, with a rod between them, under a load that changes its sign: they begin to slip together."""
+    """Two sliders on guides with friction and a rod between the sliders. The load changes its sign, and the sliders begin to slip
+    together."""
     rub = {"friction": {"mu": 0.2, "half_length": 0.1, "half_width": 0.03, "half_height": 0.03}, "pin": "outboard"}
     places = {"a": [0, 0.3, 0], "b": [0.4, 0, 0]}
     bodies = {n: {"mass": 1.5, "inertia": [0.01] * 3, "position": at} for n, at in places.items()}

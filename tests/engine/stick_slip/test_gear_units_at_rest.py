@@ -1,4 +1,4 @@
-"""The instant at which a brake that fades lets a drive with a gear unit slip, from a balance by hand."""
+"""A brake fades until a drive with a gear unit slips. A balance by hand gives the instant of slip."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ FADED = 0.1
 
 
 def braked_feed(seed: int) -> tuple[dict[str, Any], float, float]:
-    """A torque turns a gear unit, whose output moves a rubbing slide by a rod. A brake on the motor's shaft fades. Also the times
-    at which the shaft's balance fails, with the unit's friction at rest and with its friction in motion."""
+    """A torque turns a gear unit. The output of the gear unit moves a slide with friction by a rod. A brake on the motor's shaft
+    fades. Also returns the times at which the shaft's balance fails, for the unit's friction at rest and for its friction in
+    motion."""
     rng = np.random.default_rng([37, seed])
     ratio, efficiency, static = rng.uniform(4, 10), rng.uniform(0.57, 0.7), rng.uniform(1.15, 1.3)
     angle, radius, reach, rub, pin = rng.uniform(0.5, 2.6), 0.03, 0.25, rng.uniform(0.5, 1.5), rng.uniform(0.005, 0.02)
@@ -58,7 +59,7 @@ def test_a_drive_at_rest_slips_where_the_unit_carries_no_more_with_its_friction_
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_the_compliant_model_of_such_a_drive_rests_as_long(seed: int) -> None:
-    """Earlier, the springs, which carry no load at the start, turned the unit for a moment. Its friction then stayed that of
+    """The springs carry no load at the start and must not turn the unit for a moment. Otherwise the unit would keep its friction of
     motion."""
     data, at_rest, in_motion = braked_feed(seed)
     assert in_motion < at_rest - 0.005

@@ -1,5 +1,5 @@
-"""Mechanisms in which stick is hard to find and to maintain. Their motion is the same for every method and tolerance, when turned
-in space, and when a hundred times as large."""
+"""Mechanisms in which stick is hard to find and to maintain. Each mechanism moves alike for every method and tolerance, turned in
+space, and a hundred times as large."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class World:
 @dataclass(frozen=True)
 class Claim:
     """The claim about a case up to ``until``, s: the compared changes of modes (kind, joint), and further requirements. All runs
-    end as done."""
+    must end with the outcome ``done``."""
 
     until: float
     watched: tuple[tuple[str, str], ...] = ()
@@ -78,7 +78,7 @@ def coordinates(scene: sm.Scene) -> list[str]:
 
 
 def assembled(scene: sm.Scene) -> Case:
-    """The scene at its start: the positions that the loops determine are found and written into it."""
+    """The scene at its start. The function computes the positions that the loops determine and writes them into the scene."""
     r = simulate(scene, until=1e-9, every=1e-9, outputs=coordinates(scene))
     q, qd = ({n: column(r, n, x, 0) for n in scene.joints} for x in ("q", "qd"))
     joints = {n: _started(j, q[n], qd[n]) for n, j in scene.joints.items()}
@@ -117,7 +117,7 @@ def ends(r: Result, world: World) -> np.ndarray:
 
 
 def complaints(name: str, world: World, method: str, rtol: float, exact: Result, own: World) -> list[str]:
-    """Defects of a run, compared with a tight run in its own world."""
+    """Defects of a run, compared with a tight run in the world of the case."""
     claim, r = CLAIMS[name], run(name, world, method, rtol)
     if not r.outcome.ok:
         return [str(r.outcome)]
@@ -133,12 +133,13 @@ def complaints(name: str, world: World, method: str, rtol: float, exact: Result,
 
 
 def steps_by_impulses(scene: sm.Scene) -> bool:
-    """Whether method moreau accepts the scene. It refuses laws that are stiff near rest (big_ball)."""
+    """True if method moreau accepts the scene. The method refuses laws that are stiff near rest (big_ball)."""
     return all(REGISTRY[scene.law_of(j.friction)].steps for j in scene.joints.values() if j.friction is not None)
 
 
 def check(name: str, world: str, settings) -> None:
-    """Compare a case in a world with its claim at these settings; for the unchanged case, also with a run at a tight tolerance."""
+    """Compare a case in a world with its claim at these settings. Compare the unchanged case also with a run at a tight
+    tolerance."""
     told = worlds(name)
     own = told["as it is"]
     settings = [(m, t) for m, t in settings if m != "moreau" or steps_by_impulses(own.scene)]
@@ -164,6 +165,6 @@ def test_a_hard_case_is_the_same_at_some_settings(name: str, world: str) -> None
 
 @pytest.mark.parametrize("world", ["as it is", "larger"])
 def test_a_ball_whose_sliding_turns_back_before_the_kink_of_its_law_goes_below_it(world: str) -> None:
-    """At the kink, the ball is on the other branch at once. Earlier, the ball was treated as still sliding, and the next step found
-    a distant root."""
+    """At the kink, the ball is on the other branch at once. The next step must start on this branch, and must not find a distant
+    root."""
     check("big_ball", world, [("rosenbrock", 2e-5), ("rosenbrock", 1e-5), ("rk5", 1e-5)])

@@ -1,5 +1,5 @@
-"""Chains with friction at every joint start from rest as dense equations in absolute coordinates require. This holds for all joint
-types, also near the friction cones of balls. The work is bounded for any number of pairs."""
+"""Chains with friction at every joint start from rest as dense equations in absolute coordinates require. The tests include all
+joint types, also near the friction cones of balls. The work is bounded for any number of pairs."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def friction(row: dict[str, float], joint: str) -> list[float]:
 
 
 def modes(decision: Decision, row: dict[str, float]) -> dict[str, str]:
-    """The mode of every pair, by the names that the search uses. The second pair of a joint is that of its second freedom."""
+    """The modes of all pairs, by the names that the search uses. A second pair of a joint belongs to the joint's second freedom."""
     found = {}
     for p in decision.rest:
         state = row[f"{p.joint}.friction.state[{p.freedoms[0] + 1}]"]
@@ -55,7 +55,7 @@ def modes(decision: Decision, row: dict[str, float]) -> dict[str, str]:
 
 
 def obeys(scene: sm.Scene) -> dict[str, str]:
-    """The claim that the friction with which a chain starts satisfies Coulomb's law in equations of bodies in absolute coordinates.
+    """Check that the friction at the start of a chain satisfies Coulomb's law in equations of bodies in absolute coordinates.
     Returns the modes."""
     model, row = begun(scene)
     q = {n: np.array([row[c] for c in row if c.startswith(f"{n}.q[")]) for n in scene.joints}

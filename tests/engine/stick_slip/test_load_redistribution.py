@@ -1,5 +1,5 @@
-"""Many pairs at rest, which several freedoms would move, carry a load that varies. The engine distributes the load among them again
-only when needed, and this is seldom."""
+"""Many pairs at rest carry a varying load. Several freedoms would move these pairs. The engine distributes the load among the pairs
+again only when needed, which is seldom."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def platform(mu: float, push: float) -> Scene:
 @pytest.mark.parametrize(("mu", "push"), [slow((0.1, 60.0)), (0.15, 100.0), slow((0.2, 100.0))])
 @pytest.mark.parametrize(("method", "rtol"), sampled([("auto", 1e-6), ("rk5", 1e-5), ("rk8", 1e-8), ("rosenbrock", 1e-7)], 1))
 def test_loads_that_come_and_go_while_many_pairs_rest_take_few_steps(mu: float, push: float, method: str, rtol: float) -> None:
-    """Earlier, each new distribution of the load left almost no reserve, so that one pair after the other reached its capacity. A
-    torque about its force, which was round-off of other loads, released a small ball. Runs advanced by 1e-7 s a step."""
+    """A new distribution of the load must leave a reserve in every pair. Otherwise one pair after the other reaches its capacity.
+    Round-off of other loads, a torque about the ball's own force, must not release a small ball."""
     r = simulate(platform(mu, push), until=1.0, every=0.1, method=method, rtol=rtol, max_steps=STEPS, outputs=["energy.residual"])
     assert r.outcome.ok, r.outcome
     assert any(e.kind == "stick" for e in r.events)

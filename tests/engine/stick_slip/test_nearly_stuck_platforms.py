@@ -1,6 +1,6 @@
-"""Platforms on three sprung legs (revolute, guide, ball). At the start all balls lie in one plane, and some legs rest because
-others do, but only in that position. Legs that almost rest move with the platform. When the engine stopped them for good, they took
-a hundredth of its energy, or jammed it."""
+"""Platforms on three sprung legs (revolute, guide, ball). At the start all balls lie in one plane. In this position only, some legs
+rest because other legs rest. Legs that almost rest move with the platform. A final stop of such legs would take a hundredth of its
+energy, or jam it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def bar(mass: float, size: tuple[float, float, float], at: np.ndarray, **points:
 
 
 def platform(seed: int) -> sm.Scene:
-    """A platform whose legs stand 120° apart and are tilted inward; they differ in their springs and frictions."""
+    """A platform whose legs stand 120° apart and are tilted inward. Springs and frictions of the legs differ."""
     rng = np.random.default_rng(seed)
     foot, top, height = rng.uniform(0.4, 0.6), rng.uniform(0.2, 0.35), np.array([0.0, 0.0, rng.uniform(0.5, 0.8)])
     bodies, joints, ground, tips = {}, {}, {}, {}

@@ -1,5 +1,5 @@
 """Planets in parallel load the sun's bearing by a share that statics does not determine. The sun sticks, begins to slip and
-continues to slip. The loads of its bearing are those of stiff contacts, at rest and in sliding. Therefore no load jumps, and every
+continues to slip. At rest and in sliding, the loads of its bearing are those of stiff contacts. Therefore no load jumps, and every
 start of sliding has a mode."""
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ the limit."""
 
 
 def smoothed(scene: Scene, v_eps: float) -> Scene:
-    """The train whose sun has the smoothed friction law."""
+    """The train, with the smoothed friction law at the sun."""
     sun = scene.joints["rsun"]
     assert sun.friction is not None
     rubs = replace(sun.friction, law="regularized", v_eps=v_eps)
@@ -56,7 +56,6 @@ def test_loads_do_not_jump_where_the_sun_begins_to_slip(planets: int) -> None:
                 for t in (event.time - NEAR, event.time + NEAR)
             )
             for name in (c.name for c in before.columns if c.name.startswith("rsun")):
-                # earlier, loads jumped by 1 to 5 %
                 assert after[name][-1] == pytest.approx(before[name][-1], rel=1e-4), (seed, name)
                 found += 1
     assert found >= 4
@@ -65,8 +64,8 @@ def test_loads_do_not_jump_where_the_sun_begins_to_slip(planets: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
-    """Under the smoothed law the sun creeps instead of sticking. Its angle is about its largest speed at rest times the time at
-    rest."""
+    """Under the smoothed law the sun creeps instead of sticking. The angle of creep is about the largest speed at rest times the
+    time at rest."""
     scene = scene_from_dict(train(seed, 3))
     exact = simulate(scene, rtol=1e-8)["rsun.q[1]"][-1]
     coarse, fine = (simulate(smoothed(scene, v), method="rosenbrock", rtol=1e-8)["rsun.q[1]"][-1] for v in SMOOTH)
@@ -79,9 +78,9 @@ def test_the_motion_is_the_limit_of_the_smoothed_law(seed: int) -> None:
     ("seed", "planets", "preload", "method"), crossed(range(3), [2, 4], [0.0, 12.0], ["auto", "rk5", "rosenbrock"])
 )
 def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, planets: int, preload: float, method: str) -> None:
-    """Without weight only the brake carries load while it holds. The friction of the other joints is that without load, so that a
-    share of it has no meaning. A preloaded pin holds more, by at most its own torque at the ring. With four planets, ten pairs
-    share loads."""
+    """Without weight only the brake carries load while it holds. The other joints have the friction of an unloaded joint, so a
+    share of this friction has no meaning. A preloaded pin holds more, by at most its own torque at the ring. With four planets, ten
+    pairs share loads."""
     data = train(seed, planets)
     joints = data["joints"]
     for name, joint in joints.items():
@@ -105,17 +104,17 @@ def test_a_brake_holds_an_unloaded_train_and_slips_at_its_torque(seed: int, plan
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("seed", "until"), [(67, 0.25), (11, 0.7)])
 def test_a_braked_train_starts_from_no_acceleration_at_one_instant_whatever_the_settings(seed: int, until: float) -> None:
-    """The ring's brake reaches its torque, then the sun's bearing reaches its capacity. Loads that brace the train would hold it up
-    to 1.5 ms longer, as long as a search found such loads."""
+    """The ring's brake reaches its torque, then the sun's bearing reaches its capacity. The search must not find loads that brace
+    the train. Such loads would hold the train up to 1.5 ms longer."""
     scene = crossed_scene("planets", seed)
     starts, outputs = [], ["rring.qd[1]", "rring.qdd[1]"]
     for method in ("rk5", "rosenbrock"):
         r = simulate(scene, until=until, every=until, method=method, outputs=outputs)
         assert r.outcome.ok
-        assert r.stats.events < 60  # this number includes decisions that only share loads again
+        assert r.stats.events < 60  # this number includes decisions that only redistribute loads
         starts.append(next(e.time for e in r.events if (e.kind, e.joint) == ("slip", "rring")))
     assert starts[1] == pytest.approx(starts[0], abs=5e-6)
-    if seed == 11:  # its weight acts along the axes: only the brake's torque opposes the effort
+    if seed == 11:  # the weight acts along the axes: only the brake's torque opposes the effort
         ring = scene.joints["rring"]
         assert starts[0] == pytest.approx(ring.friction.torque.ramp.end / ring.effort.ramp.end, rel=1e-9)  # type: ignore[union-attr]
     ends = (starts[0] + 1e-5, starts[0] + 2e-3)

@@ -1,5 +1,5 @@
-"""A run ends for lack of a solution of friction only after a search from all starting points. An independent search confirms that
-there is none."""
+"""If friction seems to have no solution, the engine searches from all starting points before it ends the run. An independent search
+confirms that no solution exists."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trunnion.simulation.runtime_interface import simulation_block as bl
 
 
 def thick_pins(seed: int) -> sm.Scene:
-    """Three skew bars in motion on pins so thick and rough that two of three such chains have no solution at all."""
+    """Three skew bars in motion on thick, rough pins. Two of three such chains have no solution at all."""
     rng = stream("thick pins", seed)
     bodies, joints = {}, {}
     for k in range(3):
@@ -33,7 +33,7 @@ def thick_pins(seed: int) -> sm.Scene:
 
 
 def begins(scene: sm.Scene) -> bool:
-    """Whether the engine finds a solution at the start; its solution obeys the laws."""
+    """True if the engine finds a solution at the start. This solution must obey the laws."""
     model, settings = Model(scene, ENERGY), bl.Settings(rtol=1e-8)
     model.block.configure(settings)
     assert model.block.assemble() == 1
@@ -43,7 +43,7 @@ def begins(scene: sm.Scene) -> bool:
 
 
 def has_answer(scene: sm.Scene) -> bool:
-    """The result of the independent search."""
+    """True if the independent search finds a solution."""
     starts = {n: j.start for n, j in scene.joints.items() if j.start is not None}
     q, qd = ({n: np.array([getattr(s, what)]) for n, s in starts.items()} for what in ("q", "qd"))
     return bool(answers(scene, q, qd))

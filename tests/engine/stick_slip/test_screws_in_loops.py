@@ -50,16 +50,17 @@ def test_a_spindle_with_two_nuts_lets_go_at_one_instant_whatever_the_settings(se
     runs = [simulate(scene, method=m, rtol=rtol) for m, rtol in (("auto", 1e-6), ("rk5", 1e-6), ("auto", 1e-9))]
     times = [release(r) for r in runs]
     assert times == pytest.approx([times[0]] * len(times), abs=1e-9)
-    # One freedom moves all pairs: it starts where the sliding friction of all pairs balances the torque, with zero acceleration.
+    # One freedom moves all pairs. The freedom starts to move, with zero acceleration, where the sliding friction of all pairs
+    # balances the torque.
     after = simulate(scene, until=times[0] + 1e-5, every=times[0] + 1e-5, rtol=1e-9, outputs=["turn.qdd[1]"])
-    # this is small relative to the acceleration by the torque without friction
+    # the limit is small relative to the acceleration by the torque without friction
     assert abs(after["turn.qdd[1]"][-1]) < 1e-3 * 4.0 * times[0] / 5e-4
 
 
 def crank_and_screw(seed: int, back: float) -> dict[str, Any]:
-    """A flywheel turns a crank, whose rod moves a nut; the nut's thread turns a spindle on a thrust bearing. The spindle drives the
-    nut towards the end of its stroke. back: friction arm of the thrust face over the arm at which a force on the nut drives the
-    spindle. Above 1 the nut cannot drive the spindle."""
+    """A flywheel turns a crank, whose rod moves a nut. The thread of the nut turns a spindle on a thrust bearing. The spindle
+    drives the nut towards the end of its stroke. back: ratio of two arms, the friction arm of the thrust face and the arm at which
+    a force on the nut drives the spindle. With back > 1, the nut cannot drive the spindle."""
     rng = np.random.default_rng([12, seed])
     crank, rod, angle = 0.05, float(rng.uniform(0.15, 0.25)), float(rng.uniform(0.5, 0.9))
     r, mu, flank = float(rng.uniform(0.006, 0.01)), float(rng.uniform(0.05, 0.15)), float(rng.uniform(0, 0.4))
@@ -102,8 +103,8 @@ def test_a_crank_jams_at_its_dead_centre_exactly_where_the_screw_cannot_be_drive
 @pytest.mark.slow
 def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_continues_after_the_impact(seed: int) -> None:
     """Where the nut reverses, the lever's rate prescribes the spindle's acceleration. A force on the nut brakes the spindle more by
-    the thrust bearing than it drives the spindle by the thread. The spindle's own torque acts against this acceleration. Then no
-    modes obey the laws."""
+    the thrust bearing than it drives the spindle by the thread. The spindle's own torque acts against this acceleration. In this
+    state, no modes obey the laws."""
     data = crossed_dict("screw_levers", seed)
     r = simulate(scene_from_dict(data), outputs=["turn.*"])
     thread, bearing = data["joints"]["thread"], data["joints"]["turn"]["friction"]
@@ -123,9 +124,9 @@ def test_a_lever_jams_where_its_screw_cannot_be_driven_back_and_continues_after_
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("method", ["rosenbrock", "rk5", "auto"])
 def test_a_screw_that_loses_its_root_jams_by_every_method(method: str) -> None:
-    """At 0.770411 s, the root of friction merges with an unstable one, and no later motion is determined. With contacts of four
-    stiffnesses, each four times the last, the screw stops later, but closer and closer to this time (after 0.85, at 0.83, 0.81 and
-    0.785 s). A stiff step over this time has no solution in its middle."""
+    """At 0.770411 s, the root of friction merges with an unstable root, and no later motion is determined. With contacts of four
+    stiffnesses, each four times the previous stiffness, the screw stops later. Its stops approach this time: after 0.85, at 0.83,
+    0.81 and 0.785 s. A stiff step over this time has no solution in its middle."""
     r = simulate(scene_from_dict(crossed_dict("screw_levers", 20)), method=method, rtol=1e-8, kernel="parts")
     assert (r.outcome.name, r.outcome.joint) == ("jammed", "turn")
     assert r.outcome.time == pytest.approx(0.770411, abs=1e-6)
@@ -133,8 +134,8 @@ def test_a_screw_that_loses_its_root_jams_by_every_method(method: str) -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_spindle_whose_torque_reverses_while_it_rests_slips_at_the_torque_of_its_new_direction(side: float) -> None:
-    """A torque that presses a nut's load down turns into one that raises it. The thread's normal force depends on the direction in
-    which its friction acts. Earlier, the thread kept the direction of before and slipped at a smaller torque."""
+    """A torque first presses the load of a nut down, then reverses and raises the load. The thread's normal force depends on the
+    direction of friction, so the thread must take its new direction before it slips."""
     r, pitch, mu, beta, load, rest, collar = 0.0075, 0.006, 0.11, 0.1, 12.0, 0.4, 0.01
     lead, rub = math.atan(pitch / (2 * math.pi * r)), mu / math.cos(beta)
     raising = load * (r * (math.tan(lead) + rub) / (1 - rub * math.tan(lead)) + rest * collar)

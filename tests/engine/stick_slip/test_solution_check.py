@@ -1,5 +1,5 @@
-"""Independent code checks every accepted solution. It detects each violated law and passes correct solutions. A run with a wrong
-solution recovers or reports it."""
+"""Independent code checks every accepted solution. The check detects each violated law and passes correct solutions. A run with a
+wrong solution recovers, or reports the wrong solution."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def test_a_held_block_that_is_given_other_friction_moves() -> None:
 
 @pytest.mark.parametrize(("off", "broken"), [(1e-7, set()), (1.5e-6, set()), (4e-6, {Breaks.LAW})])
 def test_friction_is_measured_against_the_law_and_what_loads_it(off: float, broken: set) -> None:
-    """The first check of a solution rejects an error of 1.5 parts in a million. This check knows only the friction, not the size of
-    the load."""
+    """The first check of a solution rejects an error of 1.5 parts in a million. It knows only the friction. It does not know the
+    size of the load."""
     block = begun(block_on_table(speed=1.0))
     solution(block)[-1] *= 1.0 + off
     assert block.broken() == broken
@@ -83,7 +83,7 @@ def test_laws_and_limits_at_rest_are_the_same_without_their_derivatives(name: st
     unit.k_prepare_all(None, ctypes.c_void_p(block.parameters.ctypes.data), ctypes.c_void_p(constants.ctypes.data))
 
     def called(function: str, first: np.ndarray, second: np.ndarray, part: str, *outs: int) -> list[np.ndarray]:
-        """The arrays of these lengths after a function of the kernel has filled them."""
+        """Call a function of the kernel that fills arrays of these lengths. Returns the arrays."""
         found = [np.zeros(n) for n in outs]
         pointer = [ctypes.c_void_p(a.ctypes.data) for a in (first, second, block.x, constants[sizes[part] :], *found)]
         getattr(unit, function)(*pointer)
@@ -172,7 +172,7 @@ def test_loops_that_do_not_stay_closed_are_seen(seed: int) -> None:
     ("kind", "seed"), [("tree", 0), ("tree", 1), ("tree", 2), ("tree", 3), ("loop", 0), ("loop", 1), ("loop", 6)]
 )
 def test_the_check_accepts_a_random_mechanisms_solution_and_refuses_its_neighbours(kind: str, seed: int) -> None:
-    """The mechanism may have any size. A friction that is wrong by a hundredth violates its own law, or that of rest."""
+    """The mechanism may have any size. A friction with an error of 1 % violates the law of its pair or the law of rest."""
     scene = rubbing(kind, seed).scene
     block = block_after(scene, 1.0 / rate_scale(scene, np.zeros(1), length_scale(scene)), 1e-6)
     block.evaluate()

@@ -1,4 +1,4 @@
-"""While nothing moves and no load changes, the number of steps does not grow with time, and later events are not missed."""
+"""While nothing moves and no load changes, the number of steps does not grow with time, and the run misses no later event."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ step grows from 1e-6 s to 1e5 s in fourteen steps. The slip takes as many steps.
 
 
 def pile(seed: int, late: float, size: float = 1.0) -> tuple[sm.Scene, float]:
-    """Up to three blocks at rest on top of each other on a leaning table, in units of ``size``, m. A force that begins to grow at
-    ``late``, s, pushes the top block. Also the hand-calculated time of the first slip, s."""
+    """Up to three blocks rest on top of each other on an inclined table, in units of ``size``, m. A force that begins to grow at
+    ``late``, s, pushes the top block. Also returns the hand-calculated time of the first slip, s."""
     rng = stream("pile", seed)
     gravity, lean = 9.81 * size, float(rng.uniform(0.02, 0.1))
     masses = [float(x) for x in rng.uniform(0.5, 5.0, int(rng.integers(1, 4)))]

@@ -1,4 +1,5 @@
-"""Bodies on feet that touch a plane at points: friction in two directions, and feet whose loads statics does not determine."""
+"""Bodies on feet that touch a plane at points. Friction acts in two directions. Statics does not determine the loads of all
+feet."""
 
 from __future__ import annotations
 
@@ -62,11 +63,11 @@ def test_a_block_that_is_pushed_obliquely_slides_on_a_curved_path_sticks_and_sli
         speed = np.hypot(*y[2:])
         events.append(("stick", t + speed * mass / (hold - force(t) @ y[2:] / speed)))
         events.append(("slip", np.sqrt(1.0 - aside**2) / grow))
-        until = events[-1][1] + 1e-4  # the block has not moved on yet
+        until = events[-1][1] + 1e-4  # at this time, the block has not yet moved on
     r = simulate(made, until=until, rtol=1e-11, kernel="parts", method=("auto", "rk5", "rosenbrock")[seed % 3])
     assert r.outcome.ok, r.outcome
     assert [e.kind for e in r.events] == [k for k, _ in events]
-    # the direction of the reference turns as it stops
+    # the direction of the reference rotates as the reference stops
     assert [e.time for e in r.events][:1] == pytest.approx([t for _, t in events][:1], abs=1e-9)
     assert [e.time for e in r.events][1:] == pytest.approx([t for _, t in events][1:], abs=1e-9)
     assert [r[f"fly.q[{k}]"][-1] for k in (1, 2)] == pytest.approx(y[:2], abs=1e-8)
@@ -76,8 +77,8 @@ def test_a_block_that_is_pushed_obliquely_slides_on_a_curved_path_sticks_and_sli
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_plate_on_three_feet_slides_and_spins_as_an_independent_integration_says(seed: int) -> None:
-    """The loads of the feet follow from the moments of weight and friction; each foot rubs against its own velocity. The comparison
-    ends before a foot comes to rest, where the integration stalls."""
+    """The loads of the feet follow from the moments of weight and friction. Each foot has friction against its own velocity. The
+    comparison ends before a foot comes to rest, where the independent integration stalls."""
     rng = np.random.default_rng(seed)
     mu, mass, inertia, high = rng.uniform(0.1, 0.4), rng.uniform(0.5, 3), rng.uniform(0.01, 0.1), rng.uniform(0.0, 0.1)
     turn = rng.uniform(0, 2) + np.array([0.0, 2.1, 4.2]) + rng.uniform(-0.3, 0.3, 3)
@@ -115,7 +116,7 @@ def test_a_plate_on_three_feet_slides_and_spins_as_an_independent_integration_sa
 @pytest.mark.parametrize("seed", range(120))
 def test_a_box_on_four_feet_lands_slides_stops_and_then_tips_or_slides_as_by_hand(seed: int) -> None:
     """At the impact and while the box slides, μ h/b of the load moves from the rear to the front feet. At rest, equal contacts
-    share the load equally. A push at the height k tips the box at F k = m g b, or slides it at F = μ m g."""
+    share the load equally. A push at the height k tips the box at F k = m g b. It slides the box at F = μ m g."""
     rng = np.random.default_rng(seed)
     half, wide, high, mass = rng.uniform(0.15, 0.3), rng.uniform(0.1, 0.2), rng.uniform(0.2, 0.4), rng.uniform(1, 5)
     slides = seed % 2 == 0
@@ -189,8 +190,8 @@ def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_body_on_statically_indeterminate_feet_slides_and_spins_with_the_loads_of_equally_stiff_feet(seed: int) -> None:
-    """Feet lose their load and get it again without an event: their gap stays 0. Open contacts with gap 0 close at the start. With
-    seeds 70 and 76, friction of all feet has no solution; the body slides on three."""
+    """Feet lose their load and get it again without an event, because their gap stays 0. Open contacts with gap 0 close at the
+    start. With seeds 70 and 76, friction of all feet has no solution; the body slides on three feet."""
     for again in range(99):
         try:
             feet, mu, mass, y0, end = slide_on_feet([seed, again])

@@ -1,4 +1,4 @@
-"""A cam follower lifts off above its float speed, flies, and lands, as an independent integration of its events says."""
+"""Above its float speed, a cam follower lifts off, flies and lands. The instants agree with an independent integration."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ LIFT = CubicSpline(ANGLES, RADII, bc_type="periodic")
 
 
 def instants(speed: float, restitution: float, until: float) -> Iterator[tuple[str, float]]:
-    """Events of a mass on a spring that the cam carries, by SciPy: it opens where the normal force is 0, and closes where the gap
-    is 0."""
+    """Events by SciPy of a mass on a spring that the cam carries. The contact opens where the normal force is 0, and closes where
+    the gap is 0."""
 
     def at(t: np.ndarray | float, n: int = 0) -> np.ndarray:
         return LIFT(np.mod(-speed * t, 2 * np.pi), n) * (-speed) ** n

@@ -34,7 +34,7 @@ def test_contacts_beside_devices_end_alike_at_every_setting(family: str, seed: i
 @pytest.mark.slow
 @pytest.mark.parametrize("family", CONTACTS)
 def test_many_contacts_beside_devices_end_alike_at_every_setting(family: str) -> None:
-    """Lists the scenes that differ or have a named outcome (``-rP``). A pin may strike the edge of its wheel."""
+    """The test lists the scenes that differ or have a named outcome (``-rP``). A pin may strike the edge of its wheel."""
     different, named = [], []
     for seed in range(SEEDS):
         found = runs(crossed(family, seed), SETTINGS)

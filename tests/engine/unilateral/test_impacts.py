@@ -1,4 +1,5 @@
-"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts, sweeps over them."""
+"""Impacts of joints that only push: instants of a bouncing block, impulses with friction, limits of impacts, sweeps over impact
+parameters."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ def times(r: Result, kind: str, joint: str = "") -> list[float]:
 def test_a_block_bounces_at_the_instants_of_the_closed_form_and_rests_at_their_limit(
     restitution: float, law: str, kernel: str, method: str
 ) -> None:
-    """Flights last e, e², e³ … of the time of 2 v/g; the sum of the geometric series is the instant of rest."""
+    """Flights last e, e², e³ … times 2 v/g. The sum of this geometric series is the instant of rest."""
     table = {"type": "point_on_plane", "inboard": "ground", "outboard": "block", "axis": [0, 0, 1]}
     table["unilateral"] = {"restitution": restitution, "impact_law": law, "starts": "open"}
     start = {"q": [0.3, 0, 1, 1, 0, 0, 0], "qd": [0.5, 0, 0, 0, 0, 0]}
@@ -47,8 +48,8 @@ def test_a_block_bounces_at_the_instants_of_the_closed_form_and_rests_at_their_l
 
 
 def impulses(W: np.ndarray, v: np.ndarray, mu: float, target: float, least: float) -> np.ndarray:
-    """Normal and tangential impulse after which the point moves with ``target`` along the normal, or the least normal impulse: it
-    sticks if friction is within the cone, otherwise it slips."""
+    """Normal and tangential impulse. The normal impulse gives the point the rate ``target`` along the normal, or is the least
+    impulse. The point sticks if friction is within the cone, otherwise it slips."""
 
     def normal(line: np.ndarray) -> np.ndarray:
         """Impulses along a line p = line · pn, for the rate ``target``."""
@@ -107,7 +108,7 @@ def test_a_wheel_slides_until_it_rolls_and_leaves_no_energy_unexplained(kernel: 
 
 
 def test_a_falling_wheel_with_friction_gains_spin_at_each_impact() -> None:
-    """The tangential impulse is μ times the normal impulse until the wheel rolls at an impact."""
+    """The tangential impulse is μ times the normal impulse until the wheel leaves an impact rolling."""
     mu, radius, mass, e, v = 0.1, 0.2, 1.0, 0.5, 3.0
     fly = in_plane("wheel", (radius + 0.5, 0.0, 0.0), (0.0, v, 0.0))
     own = rim("wheel", radius, mu, restitution=e, starts="open")
@@ -126,7 +127,7 @@ def test_a_falling_wheel_with_friction_gains_spin_at_each_impact() -> None:
 
 
 def test_a_block_on_a_rail_bounces_between_two_hard_walls() -> None:
-    """Without gravity it takes L/(e^k v) from the k-th wall to the next; between impacts its speed is constant."""
+    """Without gravity, the flight from the k-th wall to the next wall takes L/(e^k v). The speed is constant between impacts."""
     length, e, v = 0.4, 0.8, 2.0
     rail = {"type": "prismatic", "inboard": "ground", "outboard": "block", "axis": [1, 0, 0], "start": {"q": 0.1, "qd": v}}
     walls = {

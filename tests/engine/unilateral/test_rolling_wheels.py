@@ -86,8 +86,9 @@ def test_a_wheel_slips_and_then_rolls_along_a_curve_as_an_independent_integratio
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("seed", range(120))
 def test_a_wheel_with_a_brake_on_a_slope_rolls_locks_slides_and_stops_as_by_hand(seed: int) -> None:
-    """The load rests on the wheel, and a carriage guides both along the slope. The ground transmits at most μ N r, with N = m' g
-    cos α of load and wheel, and the brake torque is larger. The wheel therefore slips, locks, and slides until it stops."""
+    """The load rests on the wheel, and a carriage guides load and wheel along the slope. The ground transmits at most μ N r, with N
+    = m' g / cos α of load and wheel. The brake torque is larger than this limit. The wheel therefore slips, locks, and slides until
+    it stops."""
     rng = np.random.default_rng(seed)
     slope, mu, radius = rng.uniform(0.05, 0.3), rng.uniform(0.5, 0.9), rng.uniform(0.1, 0.4)
     carriage, load, wheel = rng.uniform(0.1, 0.5), rng.uniform(5, 20), rng.uniform(1, 5)

@@ -17,8 +17,8 @@ Function = Callable[[float], float]
 
 
 def first_root(functions: list[Function], start: float, end: float, points: int = 400) -> tuple[float, int] | None:
-    """The first time after ``start`` at which a function falls through zero, and the index of the function. The first points are
-    left out: there, a function that begins at 0 is round-off."""
+    """The first time after ``start`` at which a function falls through zero, and the index of the function. The search leaves out
+    the first points, because there a function that begins at 0 is round-off."""
     grid = start + (end - start) * np.linspace(0.0, 1.0, points)[3:] ** 2
     values = np.array([[f(t) for t in grid[1:]] for f in functions])
     found = [(int(k[0]), i) for i, row in enumerate(values) if len(k := np.flatnonzero((row[:-1] > 0.0) & (row[1:] <= 0.0)))]
@@ -30,7 +30,7 @@ def first_root(functions: list[Function], start: float, end: float, points: int 
 
 def flights(p: np.ndarray, v: np.ndarray, half: float, play: float, restitution: float, mouth: bool) -> Iterator[tuple[float, str]]:
     """Impacts of a point that flies straight inside a slot |x| ≤ half with round ends. The last entry is the time at which the
-    point leaves by the mouth at +half. Each impact reverses ``restitution`` times the normal rate."""
+    point leaves by the mouth at +half. Each impact multiplies the normal rate by −``restitution``."""
     t = 0.0
     while True:
         hits = []
@@ -79,8 +79,8 @@ def test_a_pin_flies_between_the_walls_and_round_ends_of_its_slot_as_by_hand(see
 
 
 class Geneva:
-    """A driver turns with constant rate; its pin enters the slots of a wheel with friction in its pivot. Closed form for the motion
-    of the wheel while the pin pushes it, and while it runs out freely."""
+    """A Geneva wheel. A driver turns at constant rate. Its pin enters the slots of a wheel with friction in its pivot. The methods
+    give the motion of the wheel in closed form, while the pin pushes it and while it turns freely."""
 
     def __init__(self, rng: np.random.Generator):
         self.slots = int(rng.integers(3, 7))
@@ -195,8 +195,8 @@ def test_a_pin_enters_drives_and_leaves_a_geneva_wheel_at_the_instants_of_the_cl
 
 
 def test_a_pin_without_play_across_its_slot_bounces_at_rigid_ends() -> None:
-    """A point_on_curve holds the pin on the line; the ends of the pin_in_slot stop it ``play`` beyond the line. On a slope, the pin
-    bounces as a ball on the ground."""
+    """A ``point_on_curve`` holds the pin on the line. The ends of the ``pin_in_slot`` stop the pin ``play`` beyond the line. On a
+    slope, the pin bounces like a ball on the ground."""
     tilt, length, play, e = 0.5, 0.4, 0.01, 0.6
     line = {"inboard": "ground", "outboard": "b", "axis": [0, 1, 0], "reference": [0, 0, 1]}
     line["curve"] = {"points": [[0.0, 0.0], [-length * np.sin(tilt), length * np.cos(tilt)]]}
@@ -212,7 +212,7 @@ def test_a_pin_without_play_across_its_slot_bounces_at_rigid_ends() -> None:
 
 
 def test_compiled_kernel_and_sweep_agree_with_the_closed_form_of_a_geneva_wheel() -> None:
-    """The pin enters along the slot. So it touches the wall where the crank has turned by φ with r (1 − cos φ) = play."""
+    """The pin enters along the slot. It touches the wall where the crank has turned by φ with r (1 − cos φ) = play."""
     g = Geneva(np.random.default_rng(3))
     enters = (g.start - 0.5 * np.pi + np.pi / g.slots) / g.rate
     plays = [1e-4, 3e-4]

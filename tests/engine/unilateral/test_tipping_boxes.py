@@ -22,7 +22,7 @@ def standing(mu: float, effort: object = RAMP):
 
 @pytest.mark.parametrize(("kernel", "method"), crossed(("parts", "compiled"), ("rk5", "rosenbrock", "auto")))
 def test_a_pushed_box_tips_where_friction_holds_it_and_slides_where_it_does_not(kernel: str, method: str) -> None:
-    """The box tips about its corner where F h = m g b, and slides where F = μ m g, whichever is first."""
+    """The box tips about its corner at F h = m g b, and slides at F = μ m g. The smaller of the two forces decides."""
     r = simulate(standing(0.8), until=1.1, rtol=1e-10, kernel=kernel, method=method)
     tips = MASS * G * HALF / HEIGHT / 10.0
     assert [(e.kind, e.joint) for e in r.events] == [("contact_opened", "left")]
@@ -46,7 +46,7 @@ def test_a_pushed_box_tips_where_friction_holds_it_and_slides_where_it_does_not(
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_rocking_box_keeps_the_share_of_speed_that_angular_momentum_leaves(kernel: str) -> None:
     """A box that stands on its right corner falls back. At the impact of the left corner, the right corner opens. The box then
-    turns about the left corner with (I + m (h² − b²))/(I + m (h² + b²)) of its speed (Housner)."""
+    turns about the left corner. The remaining share of its speed is (I + m (h² − b²))/(I + m (h² + b²)) (Housner)."""
     reach, low, tilt = np.hypot(HALF, HEIGHT), np.arctan2(HALF, HEIGHT), 0.1
     at = (reach * np.cos(low - tilt), HALF - reach * np.sin(low - tilt), tilt)
     made = box(0.9, HALF, HEIGHT, MASS, INERTIA, at, (0.0, 0.0, 0.0), starts="open")

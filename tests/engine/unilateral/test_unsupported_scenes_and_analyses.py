@@ -1,4 +1,4 @@
-"""Scenes and analyses that contacts which begin and end do not support are refused by name."""
+"""Some scenes and analyses do not support contacts that begin and end. They are refused by name."""
 
 from __future__ import annotations
 

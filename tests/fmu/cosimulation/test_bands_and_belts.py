@@ -1,4 +1,4 @@
-"""An FMU of a belt drive slides and holds by the closed form; friction and pretension are its parameters."""
+"""The belt of an FMU slides and holds as the closed form states. Friction and pretension are parameters of the FMU."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def made() -> Path:
 
 @pytest.mark.parametrize("more", [{}, {"mu": 0.2}, {"pretension": 40.0}, {"mu": 0.1, "pretension": 100.0}])
 def test_a_belt_drive_as_an_fmu_moves_as_the_closed_form(more: dict[str, float]) -> None:
-    """The belt slides at first. With enough friction it holds after a part of a communication step."""
+    """The belt slides at first. With enough friction, the belt begins to hold within a communication step."""
     d = replace(STARTING, band=replace(STARTING.band, **more))
     host = Host(made(), begin=False, solver__tolerance=1e-11)
     for key, value in d.band.keys.items():

@@ -1,4 +1,4 @@
-"""Communication steps, states, inputs, parameters and refusals, in each flavour that has them."""
+"""Communication steps, states, inputs, parameters and refusals, in each flavour of FMU that supports them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def said(host: Host) -> str:
 
 @BOTH
 def test_communication_steps_of_any_size_lead_to_the_same_motion(flavour: str) -> None:
-    """While no input changes, internal steps do not depend on communication steps: the numbers are the same."""
+    """While no input changes, internal steps do not depend on communication steps, so the results are equal."""
     file = exported("spherical_pendulum", flavour)
     ends = []
     for cuts in (np.linspace(0, 2, 3), np.linspace(0, 2, 2001), np.array([0, 0.001, 0.9, 0.94498, 0.95, 1.3, 2.0])):
@@ -188,7 +188,7 @@ def test_the_stop_time_is_honoured_and_other_start_times_work() -> None:
 
 
 def jamming() -> trunnion.Scene:
-    """Example 8.3 with the guide as the paper's text literally describes it. With more friction, it jams from the start."""
+    """Example 8.3 with the guide as the paper's text literally describes it. With more friction, the guide jams from the start."""
     data = scene_to_dict(trunnion.load_scene("double_pendulum"))
     data["name"] = "jamming"
     return scene_from_dict(data)

@@ -1,4 +1,5 @@
-"""An FMU of a hoist lifts, rests and reverses by the efficiencies of its gear unit, which are its parameters."""
+"""An FMU of a hoist lifts, rests and reverses according to the efficiencies of its gear unit. The efficiencies are parameters of
+the FMU."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""An FMU with this export option gives the global error of each of its outputs in place of the output, if its parameter requires
-this."""
+"""An FMU that is exported with errors has a parameter. If the host sets it, each output gives its global error instead of its
+value."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_errors_that_an_fmu_states_are_those_from_a_far_tighter_run(fmi: int, rt
 
 
 def test_where_decisions_fall_otherwise_no_error_is_reported(tmp_path: Path) -> None:
-    """A block at the limit of rest: one run releases it, the other does not, or errors have grown."""
+    """A block at the limit of rest. One of the two runs releases the block and the other does not, or errors have grown."""
     file = tmp_path / "chaos.fmu"
     export(models_dir() / "stability" / "11_bifurcation.yaml", file, certify=True, outputs=["*.qd[*]"])
     given = {"solver.errors": 1, "solver.tolerance": 1e-4}
@@ -64,7 +64,7 @@ def test_where_decisions_fall_otherwise_no_error_is_reported(tmp_path: Path) -> 
     lost = np.isnan(values).any(axis=0)
     assert lost[-1]
     assert not lost[:5].any()
-    assert np.all(np.diff(lost.astype(int)) >= 0)  # once an error is no longer promised, none is promised later
+    assert np.all(np.diff(lost.astype(int)) >= 0)  # after the first time without an error, no error is stated
 
 
 def test_without_the_parameter_the_numbers_are_those_of_an_fmu_that_has_none(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_errors_go_with_a_state_that_is_kept_written_and_read() -> None:
 
 
 def test_errors_follow_inputs_that_the_host_changes() -> None:
-    """Two links with a torque and an angle as inputs, new at every communication point."""
+    """Two links with a torque and an angle as inputs. The inputs change at every communication point."""
     file = FOLDER / "certified-arm.fmu"
     export(arm(), file, certify=True, outputs=["*.q[*]", "*.qd[*]"])
 

@@ -1,4 +1,4 @@
-"""Joints that jam: an FMU passes a jam where its scene does, and reports one as the engine does."""
+"""Joints that jam: an FMU continues through a jam if its scene does. Otherwise it reports the jam as the engine does."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ GUIDE = "joints.guide.friction.half_length"
 
 
 def through(half_length: float) -> dict[str, object]:
-    """Example 8.3 with a guide so short that it jams; the run continues from there."""
+    """Overrides for example 8.3 with a guide so short that it jams. The run continues after a jam."""
     return {GUIDE: half_length, "simulation.jams": "impact"}
 
 
 @cache
 def jamming(half_length: float, flavour: str) -> Path:
-    """The FMU of that scene."""
+    """The FMU of example 8.3 with the overrides of ``through``."""
     file = FOLDER / f"through-{half_length}-{flavour}.fmu"
     export("double_pendulum", file, flavour=flavour, overrides=through(half_length), outputs=["guide.q*", "events.*"])
     return file
@@ -35,9 +35,9 @@ def jamming(half_length: float, flavour: str) -> Path:
 @BOTH
 @pytest.mark.parametrize("half_length", [0.22, 0.15], ids=["jams on its way", "jams at its start"])
 def test_a_scene_that_goes_through_its_jams_does_so_in_its_fmu(half_length: float, flavour: str) -> None:
-    """The engine passes the same jams. Its rounding differs from an FMU's, and errors of rtol 1e-6 grow at each of up to six
-    impacts. Travels of 6 m are therefore compared to 1e-4 m. (After 4.94 s the guide jams as it reverses. The number of these jams
-    depends on the tolerance: at 1e-9, three or none.)"""
+    """The engine passes the same jams. Rounding differs between engine and FMU, and errors of rtol 1e-6 grow at each of up to six
+    impacts. The test therefore compares travels of 6 m to 1e-4 m. (After 4.94 s the guide jams as it reverses. The number of these
+    jams depends on the tolerance: at 1e-9, three or none.)"""
     until, steps, names = 4.9, 49, ["events.count", "guide.q[1]"]
     asked = {"every": until / steps, "overrides": through(half_length), "outputs": names}
     expected = trunnion.simulate("double_pendulum", until=1.1 * until, **asked)  # an FMU does not know where its host stops

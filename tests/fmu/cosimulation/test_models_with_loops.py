@@ -35,8 +35,8 @@ def test_the_fmu_refuses_values_that_the_scene_refuses(model: str) -> None:
 
 
 def test_an_fmu_of_either_kind_gives_the_force_of_a_rod() -> None:
-    """The force is compared with a hand calculation. It causes the friction of the guide. A parameter sets the length of the
-    rod."""
+    """The test compares the force with a hand calculation. This force causes the friction of the guide. A parameter sets the length
+    of the rod."""
     file = FOLDER / "ladder.fmu"
     export(ladder(), file, outputs="r0.axial_force", kind="both")
     host = Host(file, joints__r0__length=0.55)

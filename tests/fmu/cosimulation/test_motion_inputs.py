@@ -1,4 +1,4 @@
-"""Motions that follow inputs. A host couples them without derivatives, or with rates and accelerations as inputs."""
+"""Motions that follow inputs. A host sets the inputs without derivatives, or sets rates and accelerations as further inputs."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def made(part: str) -> Path:
 
 
 def coupled(step: float, derivatives: int = 0, **settings: float) -> float:
-    """The motor's angle at END. A host steps both parts side by side and passes values at communication points, together with so
-    many derivatives of the angle."""
+    """The motor's angle at END. A host steps motor and crank-slider side by side. At communication points it passes values, and
+    this number of derivatives of the angle."""
     drive, load = Host(made("motor")), Host(made("crank"), **settings)
     for k in range(round(END / step)):
         q, rate, acceleration = drive.get("shaft.q[1]", "shaft.qd[1]", "shaft.qdd[1]")
@@ -51,8 +51,8 @@ def whole() -> float:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("bandwidth", [20.0, 100.0, 400.0])
 def test_coupled_without_derivatives_the_error_is_of_first_order_in_the_step(bandwidth: float) -> None:
-    """The load is that of the last step, which causes the only error of first order. For any bandwidth, the error halves with the
-    step, or falls faster where the second order matters."""
+    """The motor gets the load of the previous step, which causes the only error of first order. For any bandwidth, the error halves
+    with the step. The error falls faster where its second order matters."""
     errors = np.array([abs(coupled(h, inputs__angle__bandwidth=bandwidth) - whole()) for h in (0.01, 0.005, 0.0025)])
     assert errors[0] < 0.07
     assert (errors[1:] / errors[:-1] < 0.55).all()
@@ -127,7 +127,7 @@ def test_only_inputs_of_motions_have_rate_and_acceleration() -> None:
 
 @pytest.mark.parametrize(("inertia", "diverges"), [(1.0, True), (50.0, False)])
 def test_a_source_lighter_than_what_it_moves_is_reported(inertia: float, diverges: bool) -> None:
-    """A rotor, stepped here, moves the arm's hip. The arm's inertia about the hip is about 5 kg m²."""
+    """The test steps a rotor that moves the arm's hip. The arm's inertia about the hip is about 5 kg m²."""
     h, angle, rate, arm = 1e-3, 0.2, 0.0, Host(exported("arm"))
     for k in range(30):
         acceleration = arm.get("hip.drive.reaction[1]")[0] / inertia

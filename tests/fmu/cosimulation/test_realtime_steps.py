@@ -1,4 +1,4 @@
-"""Bounded steps in exports: the same numbers as the engine's, parameters for their bounds, overruns that the host sees."""
+"""Bounded steps in exports give the engine's numbers. The bounds are parameters, and the host sees overruns."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def test_the_fmu_and_the_c_library_step_as_the_engine_does(made: tuple[Path, Exp
 
 
 def test_bounds_of_steps_are_parameters_and_steps_beyond_them_are_reported(made: tuple[Path, Export]) -> None:
-    """With a bound of one iteration, the fallback makes all steps. Each such step is counted, and named in an output and in the
-    log. Without this bound there are no such steps."""
+    """With a bound of one iteration, the fallback makes all steps. The FMU counts these steps and reports them in an output and in
+    the log. Without this bound, the fallback makes no steps."""
     host = Host(made[0], stop=1.0, logging=True)
     host.set(**{"solver.iterations": 1})
     got = stepped(host, ["realtime.overrun", "realtime.overruns"], 20)

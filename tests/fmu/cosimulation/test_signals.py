@@ -1,5 +1,5 @@
-"""An FMU has the corners and jumps of its signals, also for hosts that make the steps themselves. An input that begins late keeps
-its start value until then."""
+"""An FMU reproduces corners and jumps of its signals, also in hosts that make the steps themselves. An input that begins late keeps
+its start value until it begins."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LOADS = {
 
 
 def scene(moved: bool = True, **late: object) -> trunnion.Scene:
-    """A rubbing block for every load and, if ``moved``, an arm that follows an input."""
+    """A block with friction for every load and, if ``moved``, an arm that follows an input."""
     rub = {"mu": 0.3, "half_width": 0.01, "half_height": 0.01, "half_length": 0.5}
     rail = {"type": "prismatic", "axis": "x", "inboard": "ground", "pin": "outboard", "friction": rub}
     joints = {name: {**rail, "outboard": f"b_{name}", "effort": load} for name, load in (LOADS | late).items()}

@@ -1,5 +1,5 @@
-"""A host turns a sleeve on its shaft. The sleeve slides while its input moves, and rests when the input does, although a drive that
-follows an input only approaches it gradually."""
+"""A host turns a sleeve on its shaft. The sleeve slides while its input changes, and rests when the input rests, although a drive
+approaches its input only gradually."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""An FMU accepts states as bytes only when they are complete and from this very FMU. It refuses all others, and the run
-continues."""
+"""An FMU accepts the bytes of a state only if they are complete and come from the same FMU. The FMU refuses all other bytes, and
+the run continues."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Choice between the host's and the FMU's own tolerance: the tighter one counts, unless the user decides otherwise, and the log
-says so."""
+"""Choice between the tolerances of host and FMU: the tighter tolerance counts, unless the user decides otherwise. The log reports
+the choice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of an FMU is drawn once for a mechanism, and again for another start."""
+"""The picture of an FMU is drawn once for each mechanism and start."""
 
 from __future__ import annotations
 

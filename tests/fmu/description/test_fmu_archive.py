@@ -1,4 +1,4 @@
-"""The FMU file: it is complete and correct, has the same bytes every time, and its errors are explained."""
+"""The FMU file is complete and correct, and has the same bytes at every export. Its errors are explained."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_input_names_are_variables_and_motions_bring_their_bandwidth() -> None:
 
 
 def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The runtime and the shell are the same in all FMUs, and compiling them is nine tenths of the work."""
+    """All FMUs have the same runtime and shell. Compiling these two takes nine tenths of the time."""
     exported("arm")
     compiled: list[str] = []
     run = c_compiler.run
@@ -160,8 +160,8 @@ def test_parallel_compilation_covers_all_units_but_the_model_tables(monkeypatch:
 def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(
     delivered_flags: Callable[[str, str], tuple[str, ...]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A delivered FMU runs for a long time, so it is optimised; a kernel that is tried once need not be. A library that was
-    compiled with the switch is also used without it."""
+    """Delivered FMUs run for a long time, so they are always optimised; the environment switches off the optimisation of kernels
+    only. A library that was compiled with the switch is used without the switch, too."""
     calls: list[Sequence[str]] = []
     run = c_compiler.run
 

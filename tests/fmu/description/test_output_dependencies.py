@@ -1,4 +1,5 @@
-"""Declared dependencies of outputs include all actual dependencies, which the test finds by differences, and few others."""
+"""Declared dependencies of outputs include all actual dependencies and few others. The test finds actual dependencies by
+differences."""
 
 from __future__ import annotations
 
@@ -51,7 +52,7 @@ def moved(host: Host, name: str, by: float, outputs: list[str]) -> set[str]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("file", [lambda: made("arm"), lambda: made("motor"), lambda: made("crank"), lambda: of_parts("arm")])
 def test_no_output_depends_on_more_than_is_declared(file) -> None:
-    """Immediate dependencies and those at the start, on inputs and on parameters. Results of the audit are not included."""
+    """Dependencies during the motion and at the start, on inputs and on parameters. The test excludes results of the audit."""
     now, start = declared(file(), at_start=False), declared(file(), at_start=True)
     for steps, h in STEPS:
         host = Host(file())
@@ -67,8 +68,8 @@ def test_no_output_depends_on_more_than_is_declared(file) -> None:
 
 
 def test_little_more_is_declared_than_there_is() -> None:
-    """Four in five of the outputs that are declared to depend on the angle change with it in one of three states. The others are
-    zero by numbers, not by structure, or are states of contacts."""
+    """Of the outputs that are declared to depend on the angle, four in five change with the angle in one of three states. The other
+    outputs are zero only for these numbers, or are states of contacts."""
     now, found = declared(made("arm"), at_start=False), set()
     for steps, h in STEPS:
         host = Host(made("arm"))

@@ -1,5 +1,5 @@
-"""FMI-LS-REF: an FMU with its reference results. The manifest is compared with what the standard's schema requires; the FMU's own
-run is compared with the results."""
+"""FMI-LS-REF: an FMU with its reference results. The tests compare the manifest with the standard's schema, and the FMU's own run
+with the results."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ def table(z: zipfile.ZipFile, name: str) -> dict[str, np.ndarray]:
 
 
 def largest_share(file: Path, **start: float) -> float:
-    """The largest difference between the FMU's run by its default experiment and its reference, relative to the allowed one."""
+    """The largest difference between the FMU's run by its default experiment and its reference, relative to the allowed
+    difference."""
     with zipfile.ZipFile(file) as z:
         expected, allowed = table(z, "reference.csv"), table(z, "allowed_differences.csv")
     names = [n for n in expected if n != "time"]

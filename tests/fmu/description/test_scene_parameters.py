@@ -1,5 +1,5 @@
-"""A scene's own parameters are parameters of its FMU where the FMU can change all that depends on them. Then they give the same run
-as in the scene. The others are listed as left out."""
+"""A parameter of a scene is a parameter of the FMU if the FMU can change everything that depends on it. The FMU's run then equals
+the run of the scene. The export lists all other parameters as left out."""
 
 from __future__ import annotations
 

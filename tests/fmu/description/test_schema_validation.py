@@ -1,4 +1,4 @@
-"""Every bundled model in every form of an FMU: fmpy's validation and the schemas of the standards find no problem."""
+"""fmpy's validation and the schemas of the standards find no problem in any form of an FMU of any bundled model."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ TERMINALS = Path(str(fmpy.__file__)).parent / "schema" / "fmi3" / "fmi3Terminals
 
 
 def forms(made: ExportedScene, with_sources: bool) -> Iterator[tuple[str, dict[str, bytes]]]:
-    """(description of the form, its files without compiled ones) of a model in one standard and for one kind of use."""
+    """(description of the form, its files without compiled files) of a model, in one standard and for one kind of use."""
     for flavour in ("native", "python") if made.standard == "2.0" and made.kind == "cs" else ("native",):
         for sources in (False, True) if with_sources and flavour == "native" else (False,):
             yield f"{made.standard} {made.kind} {flavour}{' with sources' * sources}", made.documents(flavour, sources)
 
 
 def problems(files: dict[str, bytes]) -> list[str]:
-    """Problems that fmpy and the schemas find in such files, and missing files that a description names."""
+    """Problems that fmpy and the schemas find in the files of a form, and missing files that the description names."""
     box = io.BytesIO()
     with zipfile.ZipFile(box, "w") as z:
         for name, text in files.items():
@@ -58,7 +58,7 @@ def test_no_form_of_any_model_has_a_problem(name: str) -> None:
     model, first = started(scene, None, "compiled")
     found = {}
     for standard in ("2.0", "3.0"):
-        for kind in ("cs",) if name == "arm" else KINDS:  # a motion of the arm follows an input, which excludes model exchange
+        for kind in ("cs",) if name == "arm" else KINDS:  # a motion of ``arm`` follows an input, which excludes model exchange
             made = ExportedScene(model, first, 0.0, True, standard, kind)
             found |= {what: problems(files) for what, files in forms(made, True)}
     assert len(found) == (5 if name == "arm" else 13)

@@ -79,7 +79,7 @@ def test_real_variables_have_the_quantity_of_their_unit() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", ["double_pendulum", "spherical_pendulum", "crank_slider"])
 def test_declared_derivatives_equal_differences(model: str) -> None:
-    """The test uses differences of half a microsecond on both sides, which are as precise as round-off over this time."""
+    """The test uses central differences over half a microsecond on each side. They are as precise as round-off over this time."""
     host, h = Host(exported(model)), 1e-6
     pairs = [(v.name, v.derivative.name) for v in host.md.modelVariables if v.derivative is not None]
     assert {"position", "velocity", "qd"} <= {base.split(".")[-1].partition("[")[0] for _, base in pairs}

@@ -1,4 +1,4 @@
-"""The variables of an FMU: which numbers are parameters, their limits, and that a stop time does not change the run."""
+"""The variables of an FMU: parameters and their limits. A stop time does not change the run."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_no_number_of_friction_may_be_negative(law: str) -> None:
 
 
 def test_vectors_are_whole_where_that_is_asked_for() -> None:
-    """Vectors include their zeros: a turned gravity gives the motion of a scene with this gravity."""
+    """Vectors include components that are zero in the scene: a turned gravity gives the motion of a scene with this gravity."""
     file = FOLDER / "whole.fmu"
     export("spherical_pendulum", file, whole_vectors=True)
     names = {v.name for v in read_model_description(file).modelVariables}
@@ -89,7 +89,7 @@ def test_vectors_are_whole_where_that_is_asked_for() -> None:
     turned = trunnion.simulate("spherical_pendulum", overrides={"gravity": [2.0, -3.0, -9.81]}, until=1.0, every=0.1)
     found = np.array(host.run(0.0, 5, 0.1, "pendulum.position[1]", "pendulum.position[2]"))
     for k in (1, 2):
-        # ten times the tolerance of the run
+        # the limit is ten times the tolerance of the run
         assert found[:, k - 1] == pytest.approx(turned[f"pendulum.position[{k}]"][1:6], abs=1e-5)
 
 

@@ -16,8 +16,8 @@ GETTERS = {"Float64": "getFloat64", "Enumeration": "getInt64", "UInt64": "getUIn
 
 
 class Host3:
-    """An instance in fmpy with names instead of references. events: it handles events; early: steps may return early; between:
-    function that is called between communication points; begin: until the step mode."""
+    """An instance in fmpy with names instead of references. events: the host handles events; early: steps may return early;
+    between: function that is called between communication points; begin: until the step mode."""
 
     def __init__(self, file: Path, events: bool = True, early: bool = True, between: Callable | None = None, begin: bool = True,
                  stop: float | None = None, tolerance: float | None = None, logging: bool = False, wanted: Iterable[str] = (),
@@ -58,7 +58,7 @@ class Host3:
         return int(self.of[name].dimensions[0].start) if self.of[name].dimensions else 1
 
     def get(self, *names: str) -> list:
-        """Values of variables by name, those of arrays one after the other."""
+        """Values of variables by name; all elements of an array follow each other."""
         out: list = []
         for n in names:
             found = getattr(self.fmu, GETTERS[self.of[n].type])([self.reference[n]], nValues=self.size(n))

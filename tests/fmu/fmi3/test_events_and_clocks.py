@@ -1,5 +1,5 @@
-"""FMI 3.0: every stick, slip, reversal, separation and impact is an event at its own instant. Stopping there does not change the
-run."""
+"""FMI 3.0: every stick, slip, reversal, separation and impact is an event at its own instant. Stopping at events does not change
+the run."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_each_event_is_reported_once_at_its_instant_by_the_clock_of_its_joint_an
 
 
 def at_points(got: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """The last of the rows at each of these times."""
+    """The last row at each of these times."""
     return np.array([np.flatnonzero(np.isclose(got["time"], t, rtol=0, atol=1e-12))[-1] for t in times])
 
 
@@ -83,7 +83,8 @@ def test_outputs_at_communication_points_are_those_of_fmi_2_bit_for_bit(model: s
 
 
 def test_outputs_are_those_up_to_an_event_until_the_event_is_handled_and_then_those_just_after() -> None:
-    """The acceleration jumps at a reversal. It is compared with accelerations of the FMI 2.0 FMU slightly before and after."""
+    """The acceleration jumps at a reversal. The test compares it with accelerations of the FMI 2.0 FMU slightly before and after
+    the reversal."""
     (time, clocks, before, after), *_ = Host3(exported("spherical_pendulum", fmi=3)).run(1.0, 0.1, *BALL)[0]
     assert clocks == ["ball.events.reversal"]
     host, apart = Host(exported("spherical_pendulum")), 1e-6
@@ -92,7 +93,7 @@ def test_outputs_are_those_up_to_an_event_until_the_event_is_handled_and_then_th
     earlier = host.get(*names)
     host.fmu.doStep(time - apart, 2 * apart)
     later = host.get(*names)
-    # within a microsecond, accelerations change by less than this
+    # accelerations change by less than this within a microsecond
     assert before[3:] == pytest.approx(earlier[3:], rel=1e-4, abs=1e-4)
     assert after[3:] == pytest.approx(later[3:], rel=1e-4, abs=1e-4)
     assert abs(before[4] - after[4]) > 0.1
@@ -189,7 +190,8 @@ def test_an_input_that_is_changed_at_an_event_acts_from_there_on() -> None:
 
 
 def test_times_at_which_loads_and_drives_break_are_known_ahead_to_the_last_bit() -> None:
-    """The knots of a table, in co-simulation and in model exchange of either standard; there are none after the last one."""
+    """Knots of a table are known in co-simulation and in model exchange, in both standards. After the last knot no time is
+    known."""
     knots = [0.5, 0.50001, 1.0, 1.00001]
     host, found = Host3(exchange("swing", 3, "both"), begin=False), []
     host.fmu.enterInitializationMode(startTime=0.0)

@@ -1,4 +1,4 @@
-"""FMI 3.0: refused calls, their status and message, and what the command refuses."""
+"""FMI 3.0: refused calls with their status and message, and requests that the command refuses."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ OUT_OF_PLACE: dict[str, Callable] = {
 
 
 def _of(host: Host3) -> dict[str, str]:
-    """What fmpy needs for another instance of a host's FMU."""
+    """Arguments with which fmpy makes another instance of the FMU of a host."""
     return {"guid": host.md.instantiationToken, "unzipDirectory": host.fmu.unzipDirectory, "instanceName": "other",
             "modelIdentifier": host.md.coSimulation.modelIdentifier}  # fmt: skip
 

@@ -168,7 +168,7 @@ def test_derivatives_of_outputs_are_those_of_fmi_2() -> None:
 
 
 class Between:
-    """The host's action when it is called between communication points; it may then use its instance."""
+    """The action of a host that is called between communication points. During this call, the host may use its instance."""
 
     def __init__(self, act: Callable | None = None):
         self.host: Host3 | None = None
@@ -230,7 +230,7 @@ def test_between_communication_points_inputs_can_be_set_and_parameters_cannot() 
     plain.step(0.4)
     assert set(said) == {ERROR}
     assert host.get("motor") == [5.0]
-    # the FMU gets the input one of its own steps later
+    # the FMU gets the input one internal step later
     assert host.get("knee.q[1]") == pytest.approx(plain.get("knee.q[1]"), abs=1e-2)
     assert host.get("knee.q[1]") != plain.get("knee.q[1]")
 

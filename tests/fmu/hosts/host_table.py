@@ -70,7 +70,7 @@ def values_in(tool: str, folder: Path, files: Sequence[Path]) -> list[Values | s
 
 
 def _run(words: list[str], seconds: float) -> subprocess.CompletedProcess[str]:
-    """The finished process; its return code is TIMEOUT if it does not end within this time."""
+    """The finished process. Its return code is TIMEOUT if it does not end within the given time."""
     try:
         return subprocess.run(words, capture_output=True, text=True, timeout=seconds, check=False)
     except subprocess.TimeoutExpired as e:
@@ -78,7 +78,7 @@ def _run(words: list[str], seconds: float) -> subprocess.CompletedProcess[str]:
 
 
 def _end(told: subprocess.CompletedProcess[str]) -> str:
-    """Why a process ended."""
+    """The reason for which a process ended."""
     if told.returncode == TIMEOUT:
         return "does not end"
     if told.returncode < 0:
@@ -103,7 +103,7 @@ def _of_program(tool: str, file: Path) -> Values | str:
 
 
 def difference(a: Values, b: Values) -> float:
-    """The largest difference of values that both have, relative to 1 or the value."""
+    """The largest difference of values that both results contain, relative to 1 or the value."""
     if DIFFERENCE in a:
         return a[DIFFERENCE]
     both = a.keys() & b.keys()

@@ -260,7 +260,7 @@ if __name__ == "__main__":
     for file in files:
         try:
             found = globals()[tool](file, float(stop), float(step))
-        except Exception as e:  # noqa: BLE001 whatever a tool raises is its refusal
+        except Exception as e:  # noqa: BLE001 any exception of a tool is its refusal
             found = traceback.format_exception_only(e)[-1].splitlines()[-1]
         print("\n" + MARK + json.dumps(found), flush=True)
     os._exit(0)

@@ -31,8 +31,8 @@ Told = list[tuple[float, str, str]]
 
 
 def swing() -> trunnion.Scene:
-    """Two horizontal links. An input presses the first against a stop. The second has friction, and a table whose knots are events
-    pushes it."""
+    """Two horizontal links. An input presses the first link against a stop. The second link has friction. A table pushes the second
+    link, and each knot of the table is an event."""
     bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
     rub = {"mu": 0.3, "mu_static": 0.39, "radius": 0.1, "half_length": 0.05}
     load = {"table": {"time": [0, 0.5, 0.50001, 1, 1.00001, 3], "value": [0, 0, 40, 40, 0, 0]}}
@@ -96,14 +96,14 @@ BUILT = {"swing": swing, "driven": driven, "thrown": thrown, "bristles": bristle
 
 @cache
 def exchange(name: str, fmi: int = 2, kind: str = "me", changes: tuple[tuple[str, Any], ...] = ()) -> Path:
-    """The FMU of a bundled model with changes, or of one in ``BUILT``."""
+    """The FMU of a bundled model, or of a scene in ``BUILT``, with changes."""
     file = FOLDER / f"{name}-{fmi}-{kind}-{abs(hash(changes))}.fmu"
     export(scene_of(name, changes), file, fmi=fmi, kind=kind)
     return file
 
 
 def scene_of(name: str, changes: tuple[tuple[str, Any], ...] = ()) -> trunnion.Scene:
-    """The scene of the same name and changes."""
+    """The scene with the same name and changes."""
     return BUILT[name]() if name in BUILT else apply(trunnion.load_scene(name), dict(changes))
 
 

@@ -86,7 +86,7 @@ def test_directional_derivatives_equal_the_engines_matrices(name: str) -> None:
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_casadi_evaluates_the_model_at_any_state_and_gets_the_engines_matrices(fmi: int, tmp_path: Path) -> None:
-    """CasADi sets states as variables in continuous-time mode, and reads written lists of dependencies only."""
+    """CasADi sets states as variables in continuous-time mode. It reads dependencies only if the description lists them."""
     linear = trunnion.linearize(scene_of("swing"))
     model = casadi.DaeBuilder("m", str(extract(exchange("swing", fmi), unzipdir=str(tmp_path))))
     ode = model.create("f", ["x", "u"], ["ode"])

@@ -1,4 +1,4 @@
-"""Model exchange: an importer's solver gives our results, with the same events; guarantees of its calls; refusals."""
+"""Model exchange: the solver of an importer gives Trunnion's results and events. Guarantees of the FMU's calls, and refusals."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def test_a_brake_that_yields_in_a_braced_train_yields_in_an_importers_solver_too
 
 
 def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> None:
-    """8.3 over 5 s in SciPy's DOP853 at 1e-11 (at 1e-8 its error is 9e-6; CVode's and the engine's rk8's are 4e-6)."""
+    """8.3 over 5 s in SciPy's DOP853 at 1e-11. (At 1e-8, its error is 9e-6. The errors of CVode and of the engine's rk8 are
+    4e-6.)"""
     made, events = engine_run(scene_of("double_pendulum"), 5.0)
     host, names = Importer(exchange("double_pendulum")), [n for n in made.names if ".q[" in n]
     got = run_scipy(host, 5.0, 1e-11, names)
@@ -93,8 +94,8 @@ def three_balls() -> trunnion.Scene:
 
 @pytest.mark.slow
 def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_friction_jumps_across() -> None:
-    """The indicator was once negative at the point from which the run continued: at 0.505 s in CVode at 1e-8, and at 0.869 s at
-    1e-10."""
+    """Round-off decides the sign of the indicator at the point from which the run continues: at 0.505 s in CVode at 1e-8, and at
+    0.869 s at 1e-10."""
     scene, file = three_balls(), FOLDER / "three-balls.fmu"
     export(scene, file, kind="me", kernel="parts")
     made = trunnion.simulate(scene, until=1.0, every=EVERY, rtol=1e-11, kernel="parts")
@@ -116,7 +117,7 @@ def test_friction_begins_where_a_drive_starts_from_rest() -> None:
 
 
 def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
-    """The stiffness of the stops amplifies errors, which fall with the solver's tolerance."""
+    """The stiffness of the stops amplifies errors. The errors fall with the solver's tolerance."""
     made, events = engine_run(scene_of("swing"), 2.4)
     got, told, _ = run_me(exchange("swing"), 2.4, ["hip.q[1]", "knee.q[1]"], relative_tolerance=1e-10)
     assert {e[1] for e in events} == {"slip", "stick", "end_stop_engaged", "end_stop_released"}
@@ -145,7 +146,7 @@ def test_fmpy_finds_no_problem_in_any_bundled_model(name: str) -> None:
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("name", ["a b", "joints.1", "der(a", "a[1,]"])
 def test_a_name_of_another_form_is_a_problem_that_fmpy_finds(name: str) -> None:
-    """The name comes after any number of legal ones, whose forms are parsed once."""
+    """The invalid name follows any number of legal names; each form of these names is parsed once."""
     with zipfile.ZipFile(io.BytesIO(described("swing")[0])) as z:
         text = z.read("modelDescription.xml").decode()
     first = re.search(r'<ScalarVariable name="([^"]+)"', text)
@@ -157,7 +158,7 @@ def test_a_name_of_another_form_is_a_problem_that_fmpy_finds(name: str) -> None:
 
 
 def test_derivatives_and_indicators_are_functions_of_time_and_state() -> None:
-    """The numbers are the same whatever calls are made in between, up to round-off of the iteration for friction."""
+    """Other calls in between do not change the numbers, except by round-off of the iteration for friction."""
     host = Importer(exchange("double_pendulum"))
     x = host.states()
     told = host.rates(), host.indicators()
@@ -181,7 +182,7 @@ def test_a_state_that_is_restored_continues_with_the_same_bits() -> None:
 
 
 def test_no_indicator_is_zero_after_an_event_and_an_importer_without_root_finding_sees_the_same_events() -> None:
-    """By Euler's method the first events are those of the engine, each at the end of a step."""
+    """With Euler's method, the first events are those of the engine, each at the end of a step."""
     host, h = Importer(exchange("double_pendulum")), 1e-4
     _, events = engine_run(scene_of("double_pendulum"), 1.0)
     for k in range(int(0.9 / h)):

@@ -158,8 +158,8 @@ def test_the_runtime_needs_no_function_that_windows_lacks(target: str, tmp_path:
 @pytest.mark.slow
 def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
     """The motion is the same to 1e-9 m: the C libraries' sines differ in the last bit. The library needs only the system's own C
-    library, so that nothing else is built for it. The loader of the python flavour works in the same way. wine has no Python, so
-    that a library in the role of the slave replaces pythonfmu's."""
+    library, so that no other library is built for it. The loader of the python flavour works in the same way. wine has no Python,
+    so a library in the role of the slave replaces pythonfmu's library."""
     wanted()
     host = built("x86_64-windows-gnu", tmp_path / "host.exe")
     file = FOLDER / "windows.fmu"
@@ -183,7 +183,7 @@ def test_the_windows_library_steps_as_the_linux_one(tmp_path: Path) -> None:
 
 
 def claim_that_of_fmi_3_finds_the_same_events(tmp_path: Path) -> None:
-    """The test runs in the same folder, in which wine is already set up."""
+    """The check runs in the folder in which wine is already set up."""
     file = FOLDER / "windows-3.fmu"
     export("spherical_pendulum", file, platform="win64", fmi=3)
     host = built("x86_64-windows-gnu", tmp_path / "host3.exe", HOST.with_name("fmi3_host.c"))

@@ -20,7 +20,7 @@ SOURCE = Path(__file__).with_name("embedded_python_host.c")
 
 
 def pythons() -> list[tuple[str, Path]]:
-    """(home, its libpython) of this Python, and of those from 3.9 on that are installed beside it."""
+    """(home, its libpython) of this Python, and of other installed Python versions from 3.9 on."""
     own = Path(sys.base_prefix)
     homes = {own, *own.parent.glob("3.*")} if own.name.startswith("3.") else {own}
     found = {f.name: (str(home), f) for home in sorted(homes) for f in home.glob("lib/libpython3.*.so.1.0")}
@@ -30,8 +30,8 @@ def pythons() -> list[tuple[str, Path]]:
 @pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="loads the linux64 library")
 @pytest.mark.skipif(not pythons(), reason="no Python here has a shared library")
 def test_a_host_that_is_not_python_ends_when_it_is_done(tmp_path: Path) -> None:
-    """The test uses every available libpython. At their end, some of them wait for the thread in which the module ``threading`` was
-    imported."""
+    """The test uses every available libpython. At the end of the process, some versions wait for the thread in which the module
+    ``threading`` was imported."""
     file = exported("spherical_pendulum", "python")
     folder = Path(extract(str(file), str(tmp_path / "fmu")))
     host = built("x86_64-linux-gnu.2.17", tmp_path / "host", SOURCE)

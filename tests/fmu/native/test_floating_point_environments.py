@@ -39,7 +39,7 @@ def bits_in(run: dict[str, Any], environment: int) -> str:
 
 
 def run_of(file: Path, folder: Path) -> dict[str, Any]:
-    """What the host needs to know of an FMU, which is unpacked into the folder."""
+    """Description of a run of an FMU for the host. The function unpacks the FMU into the folder."""
     with zipfile.ZipFile(file) as z:
         z.extractall(folder)
     told = read_model_description(file)

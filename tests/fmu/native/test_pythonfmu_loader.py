@@ -104,8 +104,8 @@ RUN = "import sys; from fmpy import simulate_fmu; simulate_fmu(sys.argv[1], vali
 @pytest.mark.default_cases(1)
 @BOTH
 def test_an_fmu_runs_in_any_folder(flavour: str, tmp_path: Path) -> None:
-    """Each run has a process of its own, because a bad path may end it. pythonfmu itself replaces %20 by a blank; such a path is
-    refused."""
+    """Each run has a separate process, because a bad path may end the process. pythonfmu itself replaces %20 by a blank; such a
+    path is refused."""
     plain = tmp_path / flavour
     extract(str(exported("spherical_pendulum", flavour)), str(plain))
     for name in [*PATHS, "a%20b"]:

@@ -71,7 +71,7 @@ def foreign(target: Sequence[str], arguments: Sequence[str]) -> str:
 
 
 class Loaded:
-    """A library compiled for this machine, which counts its lengths, and one mechanism of it."""
+    """A library compiled for this machine, and one mechanism of it. The library counts arrays that need more than their bound."""
 
     def __init__(self, folder: Path, made: Library):
         sources = write(folder, made)

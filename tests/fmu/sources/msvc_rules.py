@@ -1,5 +1,5 @@
-"""Rules of Microsoft's C compiler, which cannot run here: a search of the text for code that it refuses and other compilers
-accept."""
+"""Rules of Microsoft's C compiler, which is not available here. The search finds C text that this compiler refuses and other
+compilers accept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exported sources on other kinds of machines: each builds without a warning, and each computes the same."""
+"""Exported sources build without a warning on machines of other kinds, and compute the same results there."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def made() -> Library:
 
 @pytest.fixture(scope="module")
 def there(made: Library, tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
-    """The example's rows as the program for this machine prints them, with the same C library as the others."""
+    """Rows of the example, printed by the program for this machine. Programs for other machines use the same C library."""
     return _rows(made, tmp_path_factory.mktemp("here"), "x86_64-linux-musl")
 
 

@@ -1,4 +1,4 @@
-"""A scene as a page: WebAssembly that needs nothing from outside. The page steps and draws the scene while the user changes its
+"""A scene as a page with WebAssembly. The page needs no other files. It steps and draws the scene while the user changes
 numbers."""
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ IMPORTS = 2
 
 
 def model_of(page: str) -> Any:
-    """The data of its mechanism that a page receives."""
+    """The data of the mechanism that a page receives."""
     found = re.search(r'<script id="model" type="application/json">(.*?)</script>', page, re.DOTALL)
     assert found is not None
     return json.loads(found[1])

@@ -74,8 +74,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_side(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """fmpy's order: first all parts step, then it passes on outputs; before the first step it passes nothing. It does not apply
-    factors, offsets and units: the FMU of the scene does, and adds its sources."""
+    """In fmpy all parts step first, then fmpy passes outputs to inputs. Before the first step it passes nothing. fmpy ignores
+    factors, offsets and units; the FMU of the scene applies them, and adds its sources."""
     assert main(["ssp", str(folder / "system.yaml"), "-o", str(folder / "pair.ssp")]) == 0
     assert "components rotor, arm; 3 connections, 2 parameters" in capsys.readouterr().out
     file, h, steps = str(folder / "pair.ssp"), 0.01, 20
@@ -135,8 +135,8 @@ def test_an_input_with_sources_is_their_sum_in_values_derivatives_and_states(fol
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_each_documented_system_converges_to_the_scene_of_the_whole_by_first_order(name: str, tmp_path: Path) -> None:
-    """fmpy reads neither bindings nor values, and has no sums: values are start values of the FMUs, and the FMUs add. Springs are
-    components without masses."""
+    """fmpy reads no bindings and no values, and adds no signals. Therefore the FMUs have these values as start values, and the FMUs
+    add. Springs are components without masses."""
     made = export_system(MODELS / f"{name}.yaml", tmp_path / "whole.ssp")
     columns, steps = SYSTEMS[name]
     until = 1.0
@@ -238,8 +238,8 @@ def mapped(folder: Path, parameters: object, mappings: object) -> Path:
 def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A scene's FMU starts with its values in every host; SSV and SSM files have them for hosts that read these. The files say the
-    same when they are given instead of their contents. A value is converted into the unit of its variable before the factor."""
+    """A scene's FMU starts with its values in every host. SSV and SSM files contain the values for hosts that read such files. A
+    given file has the same effect as its contents. A value is converted into the unit of its variable before the factor."""
     made = mapped(folder, VALUES, LINKS)
     assert main(["ssp", str(folder / "mapped.yaml"), "-o", str(folder / "again.ssp")]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "  parameters that no variable takes: gear"

@@ -1,1 +1,1 @@
-"""FMUs in use with fmpy, as scripts: ``python -m tests.fmu.systems.scenarios.parameter_study`` and the others."""
+"""Uses of FMUs with fmpy, as scripts. For example: ``python -m tests.fmu.systems.scenarios.parameter_study``."""
