@@ -1,4 +1,4 @@
-"""Results to present: one made by hand (which needs no kernel), and runs of the paper's examples."""
+"""Results for the tests of plots: one result made by hand, which needs no kernel, and runs of the paper's examples."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ REVERSALS = (1.0, 2.5)
 
 
 def made(scene: Scene, until: float = 4.0, rows: int = 401, values: dict[str, np.ndarray] | None = None) -> Result:
-    """A result of a scene with every column: zeros but for identity orientations and the values given."""
+    """A result of a scene with every column. Values are zero, except identity orientations and the given values."""
     table = columns(build(scene).system)
     data = np.zeros((rows, 1 + len(table)))
     data[:, 0] = np.linspace(0.0, until, rows)
@@ -43,7 +43,7 @@ def made(scene: Scene, until: float = 4.0, rows: int = 401, values: dict[str, np
 
 @pytest.fixture
 def pendulum() -> Result:
-    """A result of example 8.1 with invented curves: a contact angle turns twice and jumps, torque in one component."""
+    """A result of example 8.1 with invented curves. A contact angle turns twice and jumps, and the torque has one component."""
     t = np.linspace(0.0, 4.0, 401)
     angle = np.remainder(2 * np.pi * t / 2 + np.pi, 2 * np.pi) - np.pi
     curves = {
@@ -78,8 +78,8 @@ def double() -> Result:
 
 @pytest.fixture(scope="package")
 def starts() -> Iterator[Callable[..., Any]]:
-    """Starts a browser with flags of its own. While the browser exists no other event loop can run, so that it ends with the tests
-    of this folder."""
+    """A function that starts a browser with given flags. While the browser exists, no other event loop can run, so the browser ends
+    with the tests of this folder."""
     with browsers() as start:
         yield start
 
@@ -101,7 +101,7 @@ def press(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def shown(chrome: Any, press: Path) -> Iterator[Opened]:
-    """The press in a window of a desktop screen; at the end the page must have no errors."""
+    """The press in a window of the size of a desktop screen. At the end, the page must have no errors."""
     out = opened(chrome, press)
     yield out
     assert out.wrong == []

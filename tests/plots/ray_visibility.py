@@ -1,5 +1,5 @@
-"""The body that must be visible at a place of the picture, by rays cast through every triangle. Also the number of places that show
-another body."""
+"""The body that must be visible at a place of the picture, found by rays cast through every triangle. Also the number of places
+that show another body."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HATCHED = 45.0
 
 
 def rays(cam: dict[str, Any], spots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(beginning, direction) of the lines of sight through pixels (n × 2), from the page's matrix inverted here."""
+    """(start, direction) of the lines of sight through pixels (n × 2). The function inverts the page's matrix itself."""
     inverse = np.linalg.inv(np.array(cam["matrix"], float).reshape(4, 4).T)
     flat = np.column_stack([2 * spots[:, 0] / cam["w"] - 1, 1 - 2 * spots[:, 1] / cam["h"]])
     ends = []
@@ -55,8 +55,9 @@ def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) 
 
 
 def cut_at(corners: np.ndarray, begin: np.ndarray, along: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """Distance along each ray to each triangle ahead, ∞ where the ray misses it (rays × triangles). With a ray's moment b × d, its
-    coordinates in a triangle (a, u, v) come from v · (b − a) × d = v · (b × d) − d · (v × a), and the same with u."""
+    """Distance along each ray to each triangle ahead; ∞ if the ray misses the triangle (rays × triangles). With a ray's moment b ×
+    d, its coordinates in a triangle (a, u, v) come from v · (b − a) × d = v · (b × d) − d · (v × a), and from the same formula with
+    u."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(u, v)
     det = -along @ normal.T
@@ -69,12 +70,12 @@ def cut_at(corners: np.ndarray, begin: np.ndarray, along: np.ndarray, moment: np
 
 
 def nearest(firsts: list[np.ndarray]) -> np.ndarray:
-    """Which part each ray meets first (−1: none)."""
+    """The part that each ray meets first (−1: none)."""
     return np.where(np.isfinite(firsts).any(axis=0), np.argmin(firsts, axis=0), -1)
 
 
 def first_hit(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """The part that each ray meets first (−1: none), by intersection with every triangle."""
+    """The part that each ray meets first (−1: none), found by intersection with every triangle."""
     return nearest([first for _, first, _ in hits(page, m, begin, along)])
 
 
@@ -96,8 +97,8 @@ def hue(rgb: np.ndarray) -> float:
 
 
 def compared(page: Opened, shown: Callable[..., np.ndarray], grain: float = 25.0) -> tuple[int, int]:
-    """(number of checked places, number of those that show another body than ``shown`` of the rays through them). Only places with
-    one body around are checked, whose colour changes by ``grain`` at most."""
+    """(number of checked places, number of places whose body differs from the body ``shown`` by the rays). The function checks only
+    places with one body around them whose colour changes by at most ``grain``."""
     picture, cam, m = page.pixels(), page.ask("camera(moment(clock.t))"), page.ask("moment(clock.t)")
     hues = [hue(np.array([int(c[k : k + 2], 16) for k in (1, 3, 5)])) for c in page.ask("run.parts.map((p) => p.color)")]
     x, y = np.meshgrid(np.arange(60, cam["w"] - 60, 9), np.arange(60, cam["h"] - 140, 9))

@@ -111,7 +111,7 @@ def test_prescribed_and_dependent_coordinates_are_left_out(slider: Result) -> No
     assert "slider_pin.q[1]" in drawn
     assert "guide.qdd[1]" in drawn
     assert not any(name.startswith(("crank_pivot.q", "crank_pin.")) for name in drawn)
-    assert "crank_pivot.drive.effort[1]" in drawn  # the effort of its motion is not a coordinate
+    assert "crank_pivot.drive.effort[1]" in drawn  # the effort of the drive is not a coordinate
 
 
 def test_a_result_with_few_columns_still_makes_a_page(pendulum: Result) -> None:
@@ -168,7 +168,7 @@ def test_a_figure_names_the_joints_that_it_leaves_out_and_how_to_see_them() -> N
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("name", ["stewart_platform", "wishbone_corner", "scissor_lift", "toggle_press", "andrews"])
 def test_no_name_in_a_picture_covers_another_or_leaves_it(name: str) -> None:
-    """The test uses the boxes that the renderer itself gives for texts."""
+    """The test uses the boxes of texts that the renderer itself gives."""
     drawn = mechanism(load_scene(name))
     renderer = FigureCanvasAgg(drawn).get_renderer()
     boxes = []

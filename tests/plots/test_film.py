@@ -1,4 +1,4 @@
-"""Films show the same as the page: depth, the positions of the columns, the right duration, in every available format."""
+"""Films agree with the page in depth, positions of columns and duration, in every available format."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_nearer_of_two_hides_the_other_in_whatever_order_they_are_drawn(near
 
 
 def test_bodies_that_cross_hide_each_other_along_their_line_of_crossing() -> None:
-    """Two plates intersect like an X seen from above the line of intersection: each hides the other on its own side."""
+    """Two plates intersect in an X, seen along the line of intersection. Each plate hides the other plate on one side."""
     plates = [Solid.made(placed(box(60.0, 40.0, 1.0, FINE), turned(a), np.zeros(3))) for a in (0.5, -0.5)]
     picture = drawn((plates[0], RED, 0.0), (plates[1], BLUE, 0.0))
     left, right = picture[40, 28], picture[40, 52]
@@ -57,7 +57,8 @@ def turned(angle: float) -> np.ndarray:
 
 
 def test_a_ball_covers_the_pixels_of_its_circle() -> None:
-    """The covered pixels agree within the line drawn around the ball (two pixels) and the facets of forty sides."""
+    """The covered pixels agree with the circle, except for the line drawn around the ball (two pixels) and the facets of forty
+    sides."""
     picture = drawn((BALL, RED, 0.0))
     covered = float((picture.min(axis=2) < 0.9).sum())
     assert np.pi * 19.5**2 < covered < np.pi * 21.5**2
@@ -77,8 +78,8 @@ def test_a_hidden_body_shows_faintly_and_a_visible_body_fully() -> None:
 
 
 def test_contact_points_are_where_the_columns_put_them(swing: Result) -> None:
-    """In the picture, a contact point is the projection of the ball's radius times the normal of the table (the ball's centre is
-    the origin)."""
+    """In the picture, a contact point is the projection of the ball's radius times the normal in the table. (The ball's centre is
+    the origin.)"""
     frames = Frames(swing)
     for row in (15, 40, 90):
         n = np.array([swing[f"ball.contact[1].normal[{k}]"][row] for k in (1, 2, 3)])
@@ -128,7 +129,7 @@ def test_a_film_is_written_as_mp4(swing: Result, tmp_path: Path, monkeypatch: py
         frames = [f.to_ndarray(format="rgb24") for f in container.decode(video=0)]
     assert len(frames) == 6
     wanted = Frames(swing).at(0.0).astype(float)
-    assert np.abs(frames[0] - wanted).mean() < 4.0  # compression changes colours, which go up to 255, by less than this
+    assert np.abs(frames[0] - wanted).mean() < 4.0  # compression changes colours, which go up to 255, by less than 4
 
 
 def test_mp4_without_its_package_is_refused_before_any_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

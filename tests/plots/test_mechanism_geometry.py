@@ -1,4 +1,4 @@
-"""Drawn bodies are in their computed positions: solids are closed, joints hold together, contacts lie on their pins."""
+"""Drawn bodies are at their computed positions. Solids are closed, joints hold together, and contacts lie on their pins."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trunnion.simulation.results.result import Result
 
 
 def volume(mesh: Mesh) -> float:
-    """Enclosed volume (divergence theorem); it is right only for closed meshes whose faces all point outward."""
+    """Enclosed volume by the divergence theorem. It is correct only for closed meshes whose faces all point outward."""
     total = 0.0
     for face in mesh.faces:
         p = mesh.vertices[list(face)]
@@ -75,7 +75,7 @@ def joint_gap(result: Result, row: int) -> float:
 @pytest.mark.default_cases(5)
 @pytest.mark.parametrize("name", design_names())
 def test_pins_that_are_symbols_are_no_thicker_than_what_they_join(name: str) -> None:
-    """Earlier, a trolley of 40 mm on a panel of two metres was drawn with pins of 100 mm."""
+    """A trolley of 40 mm on a panel of two metres must not be drawn with pins of 100 mm."""
     scene = load_scene(name)
     drawn = scenery(scene)
     for j in drawn.joints:
@@ -139,7 +139,7 @@ def test_columns_that_a_picture_needs_are_named_when_missing(pendulum: Result) -
 @pytest.mark.parametrize("crossed", [False, True])
 @pytest.mark.parametrize("radii", [(0.05, 0.12), (0.1, 0.1), (0.15, 0.04)])
 def test_the_strap_of_a_belt_has_the_length_of_the_belt_and_touches_both_pulleys(crossed: bool, radii: tuple[float, float]) -> None:
-    """The volume of its plates gives the length; arcs of 12° are 0.2 % longer than their chords."""
+    """The volume of the strap's plates gives the length. Arcs of 12° are 0.2 % longer than their chords."""
     r, apart = np.array(radii), 0.4
     turn = np.arccos((r[0] + r[1] if crossed else r[0] - r[1]) / apart)
     length = 2 * apart * np.sin(turn) + 2 * (np.pi - turn) * r[0] + 2 * ((np.pi - turn) if crossed else turn) * r[1]

@@ -1,4 +1,4 @@
-"""The animation is used by mouse, touch and keyboard, light or dark, on a desktop and on a phone."""
+"""The animation works with mouse, touch and keyboard, in light and dark, on a desktop and on a phone."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ CORNERS = """Array.from(times, (t) => {
 def test_the_whole_motion_fits_the_free_part_of_the_window(
     name: str, size: dict[str, int], chrome: Any, files: dict[str, Path]
 ) -> None:
-    """Every projected corner of every body at every row is within the window and outside all controls. The picture is no smaller
-    than needed: it takes more than half of the width or the height."""
+    """At every row, every projected corner of every body is within the window and outside all controls. The picture is large
+    enough: it takes more than half of the width or the height."""
     page = opened(chrome, files[name], "", size)
     f, spots = page.ask("free()"), np.array(page.ask(CORNERS))
     low, high = spots.min(axis=0), spots.max(axis=0)

@@ -1,4 +1,5 @@
-"""The animation has depth: nearer bodies hide those behind, points are where the matrices place them, patches are on pins."""
+"""The animation has depth: near bodies hide far bodies, points are where the matrices place them, and contact patches are on
+pins."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from trunnion.simulation.run import simulate
 
 @pytest.fixture(scope="module")
 def axle(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
-    """The wishbone axle, in which arms pass behind wheels, without symbols that are drawn over the bodies."""
+    """The wishbone axle, in which arms pass behind wheels. Symbols that are drawn over the bodies are switched off."""
     scene = load_scene("wishbone_corner")
     run = simulate(scene, until=0.1, outputs=needed(scene))
     page = opened(chrome, animate(run, tmp_path_factory.mktemp("view") / "axle.html"), "?values=0", kept=True, dots=1)
@@ -33,8 +34,8 @@ SECTIONS = [("view", 0.7, 0.5), ("view", 0.8, 2.2), ("x", 0.7, -0.6), ("z", 0.5,
 
 
 def each_once(views: list[tuple[Any, ...]]) -> list[Any]:
-    """Each view in parallel and in perspective projection; by default every view is tested in one of them, in the other with ``-m
-    slow``."""
+    """Each view in parallel and in perspective projection. By default, every view is tested in one projection, and with ``-m slow``
+    in the other projection."""
     both = [(view, parallel, i % 2 == parallel) for i, view in enumerate(views) for parallel in (False, True)]
     return [pytest.param(*view, parallel, marks=() if now else pytest.mark.slow) for view, parallel, now in both]
 
@@ -42,7 +43,7 @@ def each_once(views: list[tuple[Any, ...]]) -> list[Any]:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("turned", "parallel"), each_once([(view,) for view in TURNED]))
 def test_every_pixel_shows_the_body_nearest_to_the_eye(axle: Opened, turned: tuple[float, float], parallel: bool) -> None:
-    """The test compares with rays cast through every triangle, at places with only one body around."""
+    """The reference casts rays through every triangle, at places with only one body around them."""
     axle.do(f"view = firstView(); turn({turned[0]}, {turned[1]}); look.parallel = {str(parallel).lower()}; look.xray = false")
     seen, wrong = compared(axle, first_hit)
     assert seen > 150
@@ -75,7 +76,7 @@ def nested(chrome: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("across", "at", "turned", "parallel"), each_once(SECTIONS))
 def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float, turned: float, parallel: bool) -> None:
-    """In a section, the inside of cut bodies is filled. The test compares with rays that begin at the plane."""
+    """In a section, the inside of cut bodies is filled. The reference uses rays that begin at the plane of the section."""
     nested.do(f"view = firstView(); turn({turned}, 0.2); look.parallel = {str(parallel).lower()}")
     nested.do(f"look.cutFrom = view.toward.slice(); look.cut = '{across}'; look.cutAt = {at}")
     cut = np.array(nested.ask("cutting()"))
@@ -85,8 +86,8 @@ def test_a_section_shows_bodies_as_solid(nested: Opened, across: str, at: float,
 
 
 def test_a_wheel_hides_the_arms_behind_it(axle: Opened) -> None:
-    """From outside, the wheel is visible where the arms end in it; from inside, the arms are. The flat picture cannot show this
-    difference."""
+    """From outside, the wheel is visible where the arms end in the wheel. From inside, the arms are visible. The flat picture
+    cannot show this difference."""
     axle.do("view = firstView(); look.parallel = true; along('side')")
     if axle.ask("view.toward[1]") < 0:
         axle.do("turn(Math.PI, 0)")
@@ -103,7 +104,8 @@ def test_a_wheel_hides_the_arms_behind_it(axle: Opened) -> None:
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_points_are_where_the_matrix_puts_them(axle: Opened, parallel: bool) -> None:
-    """``project`` (names, pointer) and the matrix of the graphics card agree to 0.01 pixels (the matrix is float)."""
+    """The function ``project`` (names, pointer) and the matrix of the graphics card agree to 0.01 pixels (the matrix has single
+    precision)."""
     axle.do(f"view = firstView(); turn(0.7, 0.2); zoom(1.7); look.parallel = {str(parallel).lower()}")
     points = np.random.default_rng(3).uniform(-0.8, 0.8, (40, 3))
     cam = axle.ask("camera(moment(clock.t))")
@@ -132,7 +134,7 @@ def centre(run: Result, body: str, row: int, arm: tuple[float, float, float]) ->
 
 
 def rims(run: Result, name: str, row: int) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """(place on the pin's middle line, direction of that line, radius) of each contact, from the examples' own numbers."""
+    """(place on the middle line of the pin, direction of this line, radius) of each contact, from the numbers of the examples."""
     if name == "slider":
         p, turn = centre(run, "slider", row, (0, 0, 0))
         return [(p + s * 0.05 * turn[:, 2], turn[:, 2], 0.01) for s in (-1, 1)]
@@ -154,8 +156,9 @@ CONTACTS = (
 def test_every_contact_of_the_table_has_its_patch_on_its_pin(
     name: str, chrome: Any, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """Pins come from the examples' own numbers and the bodies' columns, to 1e-5 m: the page's rows are floats, and joints are
-    closed to the tolerance of the run. The patch is raised by 0.6 % of the radius, and a facet of it is lower by as much."""
+    """The numbers of the examples and the columns of the bodies give the pins, to 1e-5 m. The page stores rows in single precision,
+    and joints are closed to the tolerance of the run. The patch is raised by 0.6 % of the radius, and a facet of the patch is lower
+    by the same amount."""
     run = request.getfixturevalue(name)
     page = opened(chrome, animate(run, tmp_path / "c.html"))
     columns = run.matching("*.contact[*].normal_force")
@@ -175,7 +178,8 @@ def test_every_contact_of_the_table_has_its_patch_on_its_pin(
 
 
 def test_a_contact_is_seen_where_it_is_in_the_colour_of_its_state(swing: Result, chrome: Any, tmp_path: Path) -> None:
-    """Seen along its normal, the ball's contact shows at ball centre (the origin) + radius times the table's normal."""
+    """Seen along its normal, the contact of the ball appears at the ball's centre (the origin) plus radius times the normal in the
+    table."""
     page = opened(chrome, animate(swing, tmp_path / "s.html"), "?values=0", dots=1)
     for row in (15, 40, 90):
         n = [float(swing[f"ball.contact[1].normal[{k}]"][row]) for k in (1, 2, 3)]
@@ -197,7 +201,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_shapes_are_closed(shape: str) -> None:
-    """Every edge occurs once in each direction, so that no face is missing (earlier, the lowest ring of balls was)."""
+    """Every edge occurs once in each direction, so no face is missing."""
     mesh: Mesh = SHAPES[shape]
     _, ids = np.unique(mesh.vertices.round(9), axis=0, return_inverse=True)
     sides = [(int(ids[f[k]]), int(ids[f[(k + 1) % len(f)]])) for f in mesh.faces for k in range(len(f))]

@@ -45,7 +45,7 @@ def test_the_page_carries_the_rows_of_the_run(swing: Result) -> None:
 
 
 def test_springs_between_points_are_shown_from_end_to_end() -> None:
-    """Both springs of the governor: parts as the scene names them, with the initial length of its geometry."""
+    """Both springs of the governor are shown as the parts that the scene names. Their initial length is that of their geometry."""
     run = simulate("governor", until=0.01)
     data = content(run)
     parts = [p["name"] for p in data["parts"]]
@@ -61,7 +61,7 @@ def test_springs_between_points_are_shown_from_end_to_end() -> None:
 
 
 def test_rods_are_shown_as_lines_of_their_length() -> None:
-    """The rods are in the data of the viewer, and in a picture."""
+    """The viewer's data contain the rods, and a picture shows them."""
     run = simulate(ladder(), until=0.4, every=0.1, outputs=(*needed(ladder()), "r0.*"))
     data = content(run)
     moved = motion(run, [p["name"] for p in data["parts"]])
@@ -100,7 +100,7 @@ def test_a_result_without_positions_is_a_problem(pendulum: Result, tmp_path: Pat
 
 
 def chromium() -> str:
-    """The browser; skips when there is none, unless it is required."""
+    """The browser. Without a browser the test is skipped, or fails if the browser is required."""
     found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if not found:
         if "chromium" in os.environ.get("TRUNNION_REQUIRE", ""):
@@ -135,15 +135,15 @@ def test_a_browser_opens_a_viewer_file_from_disk_at_the_time_asked_for(swing: Re
 
 
 def test_friction_that_follows_no_load_needs_no_contacts_to_be_seen() -> None:
-    """Patterns without a match are refused, so that the page must not require any. Otherwise a door whose seal has friction could
-    not be animated."""
+    """The page refuses patterns without a match, so it must not require contacts. A door whose seal has friction can then be
+    animated."""
     scene = load_scene("door_closer")
     run = simulate(scene, until=0.05, every=0.05, outputs=needed(scene))
     assert content(run)["joints"][0]["contacts"] == []
 
 
 def test_joints_that_have_no_values_take_no_place_beside_the_picture() -> None:
-    """Earlier, the 15 fixed joints of a robot of 30 joints came first: four of them were open and empty."""
+    """The 15 fixed joints of a robot of 30 joints must not come first, open and empty."""
     pivots = {f"pivot{k}": sm.Joint("revolute", f"base{k}", f"arm{k}", axis="y") for k in range(2)}
     mounts = {f"mount{k}": sm.Joint("fixed", "ground", f"base{k}") for k in range(6)}
     body = sm.Body(mass=1.0, inertia=(1.0, 1.0, 1.0), center=(0.1, 0.0, 0.0))

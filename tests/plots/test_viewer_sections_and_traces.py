@@ -1,4 +1,4 @@
-"""Sections, transparency and traces of the animation; the replacement without WebGL; the size of the file."""
+"""Sections, transparency and traces of the animation; the flat picture without WebGL; the size of the file."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from trunnion.simulation.results.result import Result
 
 @pytest.mark.slow
 def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
-    """With the plane at its far end, no body is visible. With the plane at its near end, all bodies are. With the plane half way,
-    only the parts behind it are."""
+    """With the plane at its far end, no body is visible. With the plane at its near end, all bodies are visible. With the plane
+    half way, only the parts behind the plane are visible."""
     shown.do("run.joints.forEach((j) => { j.pins = []; j.contacts = []; }); run.rails.length = 0; things = prepared()")
     shown.do("look.parallel = true; along('side'); section('x')")
 
@@ -36,7 +36,8 @@ def test_a_section_leaves_out_what_is_beyond_it(shown: Opened) -> None:
 
 @pytest.mark.slow
 def test_glass_shows_what_is_inside(chrome: Any, press: Path) -> None:
-    """Where arrows are within the links, the picture shows their colour faintly through solid bodies, and fully through glass."""
+    """Where arrows are within the links, the picture shows the arrows' colour faintly through solid bodies, and fully through
+    glass."""
     page = opened(chrome, press, dots=1)
     arrows = "shown.m.contacts.map((c) => shown.cam.project(add(c.point, c.normal, 0.6 * c.force * run.arrow)))"
     inner = [tuple(map(int, p[:2])) for p in page.ask(arrows)]

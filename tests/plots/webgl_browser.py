@@ -1,4 +1,4 @@
-"""A browser with a graphics card in software, and the reports of its pages about themselves."""
+"""A browser with a software graphics card, and the reports of its pages."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def missing(why: str) -> None:
 
 @contextmanager
 def browsers() -> Iterator[Callable[..., Any]]:
-    """A function of flags that starts Chromium as Playwright drives it (of which a process can have one)."""
+    """A function of flags that starts Chromium through Playwright. A process can have one Playwright."""
     try:
         from playwright.sync_api import Error, sync_playwright
     except ImportError as e:
@@ -58,7 +58,7 @@ class Opened:
         return self.page.evaluate(f"(() => ({script}))()")
 
     def until(self, what: str) -> None:
-        """Wait until an expression holds (the page's policy forbids Playwright's own waiting as soon as it has to wait)."""
+        """Wait until an expression is true. (The page's policy forbids Playwright's own repeated waiting.)"""
         for _ in range(600):
             if self.ask(what):
                 return
@@ -98,8 +98,8 @@ def opened(
     dots: float = COARSE,
     **context: Any,
 ) -> Opened:
-    """The page of a file, shown; closed when the test ends unless it is ``kept``. dots: dots of the screen for each pixel of the
-    page."""
+    """The shown page of a file. The page is closed when the test ends unless it is ``kept``. dots: dots of the screen for each
+    pixel of the page."""
     page = browser.new_context(viewport=size, device_scale_factor=dots, **context).new_page()
     if not kept:
         OPEN.append(page.context)

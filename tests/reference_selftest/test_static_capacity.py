@@ -1,5 +1,5 @@
-"""The capacity of a shaft or sleeve at rest is its friction at the static coefficient (theory, "Rest"). Friction grows with the
-coefficient for every load while the arm of axial friction times the coefficient stays below the half length."""
+"""The capacity of a shaft or sleeve at rest is its friction at the static coefficient (theory, "Rest"). For every load, friction
+grows with the coefficient, as long as the arm of axial friction times the coefficient is below the half length."""
 
 import numpy as np
 import pytest

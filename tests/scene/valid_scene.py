@@ -1,4 +1,4 @@
-"""A valid scene with one of everything, ways to invalidate it, and its problems then."""
+"""A valid scene with one of everything, changes that make it invalid, and its problems after a change."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ simulation: {until: 0.2}
 
 
 def edited(changes: dict[str, Any]) -> dict[str, Any]:
-    """The valid scene with other values at dotted paths; GONE removes."""
+    """The valid scene with other values at dotted paths. The value GONE removes a key."""
     data = copy.deepcopy(VALID)
     for text, value in changes.items():
         path = parse_path(text)
@@ -136,7 +136,7 @@ def edited(changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def problems_of(data: dict[str, Any]) -> list[Problem]:
-    """Problems of a scene given as a dict; none when it is fine."""
+    """Problems of a scene given as a dict; an empty list for a valid scene."""
     try:
         scene_from_dict(data)
     except SceneError as e:

@@ -26,8 +26,8 @@ def missing(tool: str, why: str) -> None:
 
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
-    """URL of a PostgreSQL server that runs while the tests do (from the package pgserver)."""
-    folder = Path(tempfile.mkdtemp(prefix="pg-"))  # the path is short, because the name of its socket is limited
+    """URL of a PostgreSQL server (package pgserver). The server runs until the tests end."""
+    folder = Path(tempfile.mkdtemp(prefix="pg-"))  # the path is short, because the length of a socket's name is limited
     try:
         with installed(folder) if importlib.util.find_spec("pgserver") is None else packaged(folder) as url:
             yield url
@@ -58,7 +58,7 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
 
 @pytest.fixture(scope="package")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
-    """A server in this process (HTTP without sockets), with two workers; shared by all tests of the service."""
+    """A server in this process (HTTP without sockets), with two workers. All tests of the service share this server."""
     settings = Settings(tmp_path_factory.mktemp("served"), workers=2, limits=Limits(cases=5000, body=200_000), retry_delay=0.05)
     with InProcess(settings) as s:
         yield s
@@ -66,7 +66,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
 
 @pytest.fixture(scope="package")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """``trunnion serve`` with one worker; shared by all tests of the service that need no other."""
+    """``trunnion serve`` with one worker. All tests that need no other server share this server."""
     with Served(tmp_path_factory.mktemp("own") / "data", "--workers", "1") as s:
         yield s
 

@@ -1,4 +1,4 @@
-"""Servers for tests: one inside this process, and one as its users run it."""
+"""Servers for tests: one server inside this process, and one server as users run it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def as_stored(table: Any) -> Any:
 
 
 def eventually(what: Callable[[], Any], patience: float = PATIENCE) -> Any:
-    """The first true value of ``what``, which is called until ``patience`` seconds have passed; fails then. The calls become less
+    """Call ``what`` until it returns a true value, which is returned. Fails after ``patience`` seconds. The calls become less
     frequent, because the server's answers take processor time from the awaited work."""
     end, pause = time.monotonic() + patience, 0.03
     while not (found := what()):
@@ -90,7 +90,7 @@ class Talk:
 
 
 class AppTransport(httpx.BaseTransport):
-    """Sends requests to an application in an event loop on a thread of its own."""
+    """Sends requests to an application. The application runs in an event loop on a separate thread."""
 
     def __init__(self, app: Any):
         self.app, self.inner = app, httpx.ASGITransport(app, raise_app_exceptions=False)
@@ -116,7 +116,7 @@ class AppTransport(httpx.BaseTransport):
         return self.wait(answered())
 
     def close(self) -> None:
-        """Cancel what is left, and stop the event loop."""
+        """Cancel the remaining tasks, and stop the event loop."""
 
         async def cancelled() -> None:
             left = asyncio.all_tasks() - {asyncio.current_task()}
@@ -153,7 +153,7 @@ class InProcess(Talk):
 
 @contextmanager
 def unstarted(settings: Settings) -> Iterator[InProcess]:
-    """The application without the work of a server's start: it has no workers, and can only refuse requests that need one."""
+    """The application without the work of a server's start. It has no workers, and refuses requests that need a worker."""
     s = InProcess(settings)
     try:
         yield s
@@ -163,7 +163,7 @@ def unstarted(settings: Settings) -> Iterator[InProcess]:
 
 
 class Served(Talk):
-    """``trunnion serve`` as a process of its own."""
+    """``trunnion serve`` as a separate process."""
 
     def __init__(self, data: Path, *options: str, port: int = 0, paths: Sequence[str] = ()):
         self.data, self.options, self.paths = data, options, paths
@@ -198,7 +198,7 @@ class Served(Talk):
         self.process = None
 
     def stop(self) -> None:
-        """End the server as its users do, and wait until it has."""
+        """End the server as its users do, and wait until the server has ended."""
         if self.process is not None:
             self.process.send_signal(signal.SIGTERM)
             try:
@@ -216,7 +216,7 @@ class Served(Talk):
 
 
 def spawned(process: psutil.Process) -> bool:
-    """Whether a process is a helper process that Python started, and that has not ended."""
+    """True if a process is a helper process of Python and is still running."""
     try:
         return any(way in " ".join(process.cmdline()) for way in ("spawn_main", "multiprocessing.forkserver"))
     except psutil.Error:

@@ -1,4 +1,4 @@
-"""PostgreSQL servers for tests: from the package pgserver, or from the programs a system has installed."""
+"""PostgreSQL servers for tests. They come from the package pgserver, or from programs that a system has installed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def packaged(folder: Path) -> Iterator[str]:
 
 @contextmanager
 def installed(folder: Path) -> Iterator[str]:
-    """A server from initdb and pg_ctl of the system, run by the user postgres when we are root; its URL."""
+    """A server from initdb and pg_ctl of the system, and its URL. The user postgres runs it if this process runs as root."""
     places = [*sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)]
     found = shutil.which("initdb", path=os.pathsep.join([os.environ.get("PATH", ""), *map(str, places)]))
     if found is None:

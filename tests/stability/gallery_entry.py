@@ -14,8 +14,8 @@ EDGE = 1e-6
 @dataclass(frozen=True)
 class Edge:
     """A threshold of a row. at: the threshold in words, for the table; scene(x): the scene at 1 + x times the threshold; verdict:
-    function of a scene; below, beyond: correct verdicts on both sides. Without ``beyond`` there is no threshold and the scene is
-    tested once. slow: whether equivalent scenes are tested only among the slow tests."""
+    function of a scene; below, beyond: correct verdicts on both sides. Without ``beyond``, the row has no threshold, and the scene
+    is tested once. slow: whether equivalent scenes are tested only among the slow tests."""
 
     at: str
     scene: Callable[[float], sm.Scene]

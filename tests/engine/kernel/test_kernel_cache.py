@@ -217,8 +217,7 @@ def test_libraries_carry_no_debugging_tables(tmp_path: Path) -> None:
 
 
 def test_a_build_that_loses_the_compilers_cache_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another process may prune the compiler's cache after the build has begun. In this test, a file replaces the folder of this
-    cache."""
+    """Another process may prune the compiler's cache during the build. In this test, a file replaces the cache's folder."""
     compile_one(tmp_path, 1)
     run, shared = c_compiler._zig, c_compiler.shared_cache(tmp_path)
     tries: list[Path] = []

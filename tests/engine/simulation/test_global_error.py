@@ -120,7 +120,7 @@ def test_chaos_loses_its_promise_by_name_and_keeps_it_until_then() -> None:
 
 
 def test_a_decision_that_the_error_overturns_ends_the_promise() -> None:
-    """The block stops where spring force and static friction differ by one part in a million, or are equal."""
+    """The block stops where spring force and static friction differ by one part in a million."""
     scene = models_dir() / "stability" / "25_marginal.yaml"
     loose, tight = (certain(simulate(scene, rtol=rtol, certify=True)).promise for rtol in (1e-6, 1e-9))
     assert (loose.why, loose.about) == ("marginal", "reversal of slide")

@@ -1,5 +1,5 @@
-"""A sliding band around a drum, in flat pieces: at each corner the two tensions, the normal force along the bisector and friction
-are in balance. With more corners, the result tends to that of a round drum, with an error of 1/n²."""
+"""A sliding band around a drum, in flat pieces. At each corner, the two tensions, the normal force along the bisector and friction
+are in balance. With n corners, the difference from a round drum is proportional to 1/n²."""
 
 from __future__ import annotations
 

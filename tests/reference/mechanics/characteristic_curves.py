@@ -1,4 +1,4 @@
-"""Curves of nonlinear springs and dampers, by SciPy: monotone cubic pieces that continue straight beyond their ends."""
+"""Curves of nonlinear springs and dampers, by SciPy: monotone cubic pieces. Beyond their ends, the curves continue straight."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Characteristic:
         return self.integral(x - low - high) + more
 
     def _beyond(self, x):
-        """How far x is below the first and above the last point."""
+        """Distances of x below the first point and above the last point."""
         return np.minimum(x - self.at[0], 0.0), np.maximum(x - self.at[-1], 0.0)
 
 

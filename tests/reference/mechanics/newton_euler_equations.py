@@ -101,7 +101,7 @@ class Equations:
         self._solve()
 
     def _rotors(self) -> np.ndarray:
-        """Add the inertias of rotors along freedoms to M. Returns the forces that rotors need for their share of known
+        """Add the inertias of rotors along freedoms to M. Returns the forces by which rotors resist the known part of the
         accelerations."""
         self.spun, bias = {}, np.zeros(6 * len(self.index))
         for n, j in self.state.scene.joints.items():
@@ -114,7 +114,7 @@ class Equations:
         return bias
 
     def _solve(self) -> None:
-        """Null-space method on the scaled rows; multipliers of least norm where they are not unique."""
+        """Null-space method on the scaled rows. Multipliers that are not unique have least norm."""
         L = typical_length(self.state)
         col = np.tile([1.0, 1.0, 1.0, 1 / L, 1 / L, 1 / L], len(self.index))
         row = np.array([1.0 if np.any(r.F) else L for r in self.rows])
@@ -137,7 +137,7 @@ class Equations:
         first = row * (self.J @ self.u[:, 0] - gamma[:, 0])
         self.inconsistency = float(np.max(np.abs(first), initial=0.0))
 
-    # -- what follows from a solution; all arrays have 1 + n_eta columns --
+    # -- results of a solution; all arrays have 1 + n_eta columns ---------
 
     def drive_effort(self, name: str) -> dict[int, np.ndarray]:
         """Multipliers of the driven freedoms of a joint: effort on the outboard part."""
@@ -184,7 +184,7 @@ class Equations:
         return np.array(cols).reshape(-1, self.f.shape[1])
 
     def loose(self, name: str) -> np.ndarray:
-        """Possible changes, by redundancy, of the joint's wrench on the inboard part: 6 x redundancy, at the outboard point."""
+        """Changes of the joint's wrench on the inboard part that redundancy allows: 6 x redundancy, at the outboard point."""
         out = np.zeros((6, self.redundant.shape[1]))
         for i, r in enumerate(self.rows):
             if r.joint == name:

@@ -1,5 +1,5 @@
-"""Signals with brief threshold crossings: harmonics, tables, ramps, and inputs that a host declares with derivatives. All are
-functions in closed form."""
+"""Signals with brief threshold crossings: harmonics, tables, ramps, and inputs that a host declares with derivatives. All signals
+have a closed form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal as the scene describes it, as a function, and with times that bracket its maxima and crossings."""
+    """A signal: its description in a scene, its function, and times that bracket its maxima and crossings."""
 
     data: Any
     value: Callable[[float], float]

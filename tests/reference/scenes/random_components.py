@@ -64,9 +64,9 @@ def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> d
         return ends
     if way == 1:  # One named axis for both sides, with the default reference.
         return {**ends, "axis": str(rng.choice(AXIS_NAMES))}
-    if way == 2:  # One general axis for both sides, with the default or a given reference.
+    if way == 2:  # one general axis for both sides, with the default reference or a given reference
         return {**ends, "axis": unit(rng), "reference": unit(rng) if rng.random() < 0.5 else None}
-    side = sm.Side(inboard, "a", axis=unit(rng))  # An axis of its own for one side, the joint's for the other.
+    side = sm.Side(inboard, "a", axis=unit(rng))  # a separate axis for one side; the other side has the axis of the joint
     return {"inboard": side, "outboard": ends["outboard"], "axis": str(rng.choice(AXIS_NAMES))}
 
 
@@ -75,7 +75,7 @@ def _end(rng, part: str) -> str:
 
 
 def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2) -> sm.Friction:
-    """Friction small enough for one root: mu r and mu e / c well below the arms of the masses."""
+    """Friction small enough for one root: mu r and mu e / c are well below the arms of the masses."""
     law = str(rng.choice(laws))
     element = REGISTRY[kind].friction
     sliding = element in ("sleeve", "shaft")
@@ -178,7 +178,7 @@ def drive(rng, t: float) -> tuple[sm.Drive, float, float]:
         out = sm.Drive(harmonic=sm.Harmonic(*(float(x) for x in rng.uniform([0.1, 0.2, -2, -1], [0.6, 1, 2, 1]))))
     else:
         times = np.cumsum(rng.uniform(0.2, 0.6, 5)) - 0.2
-        # The kind of spline draws no random number of its own, so that the rest of the scene stays the same.
+        # the kind of spline is not drawn at random, so that the rest of the scene stays the same
         way = ("natural", "clamped", "monotone")[int(1e6 * times[0]) % 3]
         out = sm.Drive(table=sm.Table(tuple(float(x) for x in times), numbers(rng, 5, 1.0), interpolation=way))
     q, qd, _ = drive_motion(out, t)

@@ -1,5 +1,5 @@
-"""Forward kinematics written directly from notation.md ("Joints and frames"): poses of all bodies at the start, gaps of the
-loops."""
+"""Forward kinematics, written directly from notation.md ("Joints and frames"). It gives the poses of all bodies at the start and
+the gaps of the loops."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def motion(j: Joint, q: np.ndarray, qd: np.ndarray, t: float) -> tuple[np.ndarra
 
 
 def start(j: Joint) -> tuple[np.ndarray, np.ndarray] | None:
-    """Start coordinates and rates, those of a drive where it prescribes them; None when the scene gives none."""
+    """Start coordinates and rates of a joint. A drive gives the values that it prescribes. None if the scene gives no values."""
     if j.drive is not None:
         return np.array([j.drive.constant.start]), np.array([j.drive.constant.rate])
     if j.type == "fixed":
@@ -86,8 +86,8 @@ def start(j: Joint) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 class Poses:
-    """Orientation R and origin r of every body, a time t from the start at the start rates (or all coordinates
-    ``q``)."""
+    """Orientation R and origin r of every body. Every joint has moved at its start rates for a time t, or all coordinates are
+    ``q``."""
 
     def __init__(self, scene: Scene, t: float = 0.0, q: float | None = None):
         self.scene = scene
@@ -129,8 +129,8 @@ class Poses:
 
 
 def gaps(poses: Poses) -> dict[str, np.ndarray]:
-    """Gaps of every joint without start values: offset of the points (of a rod, its error of length), and for a revolute also the
-    tilt of the axes."""
+    """Gaps of every joint without start values: the offset of its points (for a rod, the error of its length), and for a revolute
+    also the tilt of the axes."""
     out = {}
     for name, j in poses.scene.joints.items():
         if start(j) is not None:

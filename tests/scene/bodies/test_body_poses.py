@@ -1,4 +1,5 @@
-"""Bodies with given poses have these poses when a run starts, in any body frame, and joints follow from them."""
+"""Bodies with given poses have these poses when a run starts, in any body frame. The coordinates of joints follow from the
+poses."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ POINTS = {"a": [0, 0, 0], "b": [0.3, 0.2, 0], "c": [0.9, 0, 0.1]}
 
 
 def linkage() -> dict[str, Any]:
-    """A spatial slider-crank whose bodies are rotated in all three ways of writing."""
+    """A spatial slider-crank. Its bodies use the three notations of a rotation."""
     return {
         "gravity": [0, -9.81, 0],
         "bodies": {
@@ -62,7 +63,7 @@ def test_every_body_starts_where_and_how_it_is_placed() -> None:
 
 
 def redescribed(data: dict[str, Any], seed: int) -> dict[str, Any]:
-    """The same linkage, every body described in another frame."""
+    """The linkage, with every body described in another frame."""
     scene, rng = scene_from_dict(data), np.random.default_rng(seed)
     for name, body in data["bodies"].items():
         pose, shift, turn = pose_of(scene, name), rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3))
@@ -89,7 +90,7 @@ def test_the_frame_in_which_a_body_is_described_does_not_matter(seed: int) -> No
     one, two = (trunnion.simulate(scene_from_dict(d)) for d in (linkage(), redescribed(linkage(), seed)))
     for column in ("a.q[1]", "d.q[1]", "b.q[1]", "b.q[2]", "crank.end.position[3]", "rod.position[1]", "a.reaction.force[2]"):
         size = np.abs(one[column]).max()
-        assert np.abs(one[column] - two[column]).max() <= 1e-7 * max(size, 1.0), column  # a thousand times the runs' tolerance
+        assert np.abs(one[column] - two[column]).max() <= 1e-7 * max(size, 1.0), column  # limit: 1000 times the runs' tolerance
 
 
 def test_a_placed_scene_is_the_one_whose_sides_are_written_by_hand() -> None:

@@ -1,4 +1,4 @@
-"""Mass properties: solid shapes compared with sums over many small cells, explicit ones as given."""
+"""Mass properties: those of solid shapes are compared with sums over many small cells; explicit ones are taken as given."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_a_box_is_the_sum_of_its_cells():
     volume, inertia = summed(x, y, z, np.full(x.shape, a * b * c / n**3))
     m, center, found = mass_properties(Body(box=(a, b, c), density=2.0, center=(1, 2, 3)))
     assert (m, center) == (pytest.approx(2 * volume), (1, 2, 3))
-    # cells of 1/40 of the box give errors of 1/40² of each moment
+    # cells of 1/40 of the box cause errors of 1/40² in each moment
     np.testing.assert_allclose(found, 2 * inertia, rtol=1e-3, atol=1e-12)
 
 
@@ -87,8 +87,8 @@ def test_zeros_stay_exact_zeros():
 
 
 def whole(x: float) -> float:
-    """The number, or 0 where its square is too small for the reference: LAPACK's eigenvalues are wrong by 3e-4 when a matrix holds
-    1e-128 and 3."""
+    """The number, or 0 if its square is too small for the reference. (LAPACK's eigenvalues are wrong by 3e-4 for a matrix with the
+    entries 1e-128 and 3.)"""
     return x if abs(x) > 1e-100 else 0.0
 
 

@@ -1,5 +1,4 @@
-"""Surfaces of bodies, packed as text. Unpacking gives the same surface, also mirrored, and text that is not a surface is
-reported."""
+"""Surfaces of bodies, packed as text. Unpacking gives the same surface, also mirrored. Other text is reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The work of reading, as a function of the size of what is read. Tests count calls and use no clock."""
+"""The work of reading as a function of the size of the text. Tests count calls and use no clock."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ LINEAR = 3.375
 
 
 def calls(work: Callable[[], object]) -> int:
-    """Calls of Python and C functions that ``work`` makes, also if it ends in an error. The profiler counts them in C: a counter in
-    Python would take several times as long as the work itself."""
+    """Number of calls of Python and C functions in ``work``, even if it ends in an error. The profiler counts the calls in C: a
+    counter in Python would take several times as long as the work itself."""
     profiler = Profile()
     with suppress(SceneError), profiler:
         work()
@@ -26,7 +26,7 @@ def calls(work: Callable[[], object]) -> int:
 
 
 def growth(made: Callable[[int], Any], work: Callable[[Any], object]) -> float:
-    """Calls for MANY over calls for FEW, after results that are computed only once exist."""
+    """Calls for MANY divided by calls for FEW. Results that are computed only once exist before."""
     few, many = made(FEW), made(MANY)
     work_of = {id(x): (lambda x=x: work(x)) for x in (few, many)}
     calls(work_of[id(few)])
@@ -34,7 +34,8 @@ def growth(made: Callable[[int], Any], work: Callable[[Any], object]) -> float:
 
 
 def extended(n: int, body: dict[str, Any] | None = None, joint: dict[str, Any] | None = None, to: str = "b{i}") -> dict[str, Any]:
-    """The valid scene with n more bodies, each on a joint to ``to``. ``body`` and ``joint`` are keys added to each of them."""
+    """The valid scene with n additional bodies. Each body is on a joint to ``to``. ``body`` and ``joint`` are keys that are added
+    to each body and joint."""
     data = edited({})
     for i in range(n):
         data["bodies"][f"b{i}"] = {"mass": 1, "inertia": [0, 0, 0], **(body or {})}
@@ -43,7 +44,7 @@ def extended(n: int, body: dict[str, Any] | None = None, joint: dict[str, Any] |
 
 
 def under(path: str, made: Callable[[int], Any]) -> Callable[[int], dict[str, Any]]:
-    """A function n → the scene with the result of ``made`` for n at this path."""
+    """A function n → the scene in which ``made(n)`` stands at this path."""
     return lambda n: edited({path: made(n)})
 
 

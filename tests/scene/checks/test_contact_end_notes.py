@@ -1,4 +1,5 @@
-"""``check`` asks about sliding contacts that stay on a long part although the other part is as short as their distance."""
+"""``check`` asks whether sliding contacts are on the right part, if they are on a long part and the other part is as short as their
+distance."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ AXES = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1]}
 
 
 def slide(axis: str, rail: float | None, carriage: float, half_length: float, **joint: Any) -> dict[str, Any]:
-    """A carriage on a rail; rail None: on the ground. Lengths along the axis, m; all cross-sections are 20 mm wide."""
+    """A carriage on a rail, or on the ground if ``rail`` is None. Lengths along the axis, m; all cross-sections are 20 mm wide."""
 
     def bar(length: float) -> dict[str, Any]:
         return {"box": [length if e else 0.02 for e in AXES[axis]], "density": 7800}

@@ -1,4 +1,4 @@
-"""Scenes in which any value is replaced by another either load or have problems; there is no other result."""
+"""If any value of a scene is replaced by another value, the scene either loads or has problems. No other result occurs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PLACES = places(VALID)[1:]
 
 
 def put(data: Any, path: Path, value: Any, key: bool) -> None:
-    """Replace a value, or add a key beside it, where the place still exists."""
+    """Replace a value, or add a key beside it, if the place still exists."""
     for k in path[:-1]:
         inside = isinstance(data, dict) and k in data
         listed = isinstance(data, list) and isinstance(k, int) and k < len(data)

@@ -1,7 +1,8 @@
-"""Numbers that a scene refuses are refused by every interface, in the same words; accepted numbers are accepted by all.
+"""If a scene refuses a number, every interface refuses the number, with the same message. All interfaces accept accepted
+numbers.
 
-The limits of each kind of number are written out here by hand. The interfaces are compared for a number of every kind that models
-have."""
+This file states the limits of each kind of number by hand. The tests compare the interfaces for a number of every kind that occurs
+in models."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ BEYOND = {
 
 
 def said(change: Any) -> list[str]:
-    """The problems, without hints, that a call raises; none when it succeeds."""
+    """The problems that a call raises, without hints; an empty result if the call succeeds."""
     try:
         change()
     except SceneError as e:
@@ -52,7 +53,7 @@ def said(change: Any) -> list[str]:
 
 
 def with_units(data: dict[str, Any]) -> dict[str, Any]:
-    """The data with the units of parameters, which plain numbers in JSON would lose."""
+    """The data in which parameters have units. Plain numbers in JSON would lose the units."""
     named = {n: f"{float(v)!r} {unit_of(v.dimension)}" if isinstance(v, Quantity) else v for n, v in data["parameters"].items()}
     return data | {"parameters": named}
 
@@ -71,7 +72,7 @@ def from_text(scene: trunnion.Scene, path: str, value: float) -> trunnion.Scene:
 
 
 def swept(scene: trunnion.Scene, path: str, value: float) -> None:
-    """Prepare the one case of a sweep over this value."""
+    """Prepare a sweep of one case with this value."""
     _, wrong = Preparer(scene, [path], Run()).rows(np.array([[value]]))
     if wrong:
         raise wrong[0]
@@ -94,7 +95,7 @@ def reports_by_interface(scene: trunnion.Scene, path: str, value: float) -> dict
 
 
 def kinds(scene: trunnion.Scene) -> dict[tuple[Any, ...], tuple[str, float]]:
-    """One number of every kind: (path, value), by its path without names."""
+    """One number of every kind, as (path, value). The key is the path without names."""
     out: dict[tuple[Any, ...], tuple[str, float]] = {}
     for p in list_parameters(scene):
         path = parse_path(p.path)
@@ -107,14 +108,14 @@ def kinds(scene: trunnion.Scene) -> dict[tuple[Any, ...], tuple[str, float]]:
 
 
 def small(scene: trunnion.Scene) -> bool:
-    """Whether the scene has so few numbers that building it takes little time."""
+    """True if the scene has so few numbers that building it takes little time."""
     return len(list_parameters(scene)) < 400
 
 
 @cache
 def new_kinds() -> dict[str, dict[tuple[Any, ...], tuple[str, float]]]:
-    """One number of every kind that earlier models lack, by model. Small models come first, because they are tested with more
-    values."""
+    """One number of every kind that earlier models lack, by model. Small models come first, because more values of them are
+    tested."""
     seen: set[tuple[Any, ...]] = set()
     out: dict[str, dict[tuple[Any, ...], tuple[str, float]]] = {}
     for model in sorted(model_names(), key=lambda m: not small(load_scene(m))):
@@ -132,8 +133,8 @@ def test_every_model_has_numbers_of_kinds_that_are_refused() -> None:
 
 
 def trials() -> list[Any]:
-    """Every model with a number below zero. Small models are also tested with zero and with half of the number, every third of them
-    by default."""
+    """Every model with a negative number. Small models are also tested with zero and with half of the number, but by default only a
+    third of them."""
     models = [m for m in model_names() if new_kinds()[m]]
     few = [m for m in models if small(load_scene(m))]
     more = [pytest.param(m, (0.0, 0.5), marks=() if i % 3 == 0 else pytest.mark.slow) for i, m in enumerate(few)]
@@ -166,7 +167,7 @@ def test_a_number_beyond_its_bound_is_refused_and_one_inside_is_not(path: str) -
 
 
 def given_in_full(path: str) -> trunnion.Scene:
-    """The scene with one of everything, and a number at ``path`` where it has none."""
+    """The scene with one of everything. If the scene has no number at ``path``, one is added."""
     scene = scene_from_dict(VALID)
     known = {p.path for p in list_parameters(scene)}
     return scene if path in known else apply(scene, {path: 0.05})

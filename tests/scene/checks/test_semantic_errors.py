@@ -1,4 +1,4 @@
-"""Every mistake of meaning is reported at its place, with an explanation; a valid scene has none."""
+"""Every mistake of meaning is reported at its place, with an explanation. A valid scene has no problem."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Expressions have the documented value, dimension and derivative, and cannot run any other code."""
+"""Expressions have the documented value, dimension and derivative. They cannot run any other code."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.scene.expressions.formula_values_and_dimensions import slope, valu
 from trunnion.scene.units.unit_parser import UNITS
 
 SMOOTH = [f for f in FUNCTIONS if f not in ("atan2", "abs", "min", "max")]
-ACCURACY = 1e-12  # a few dozen operations, each rounded once, of numbers near one
+ACCURACY = 1e-12  # a few dozen operations on numbers near one, each rounded once
 
 
 def grown(rng: random.Random, depth: int) -> str:
@@ -44,7 +44,7 @@ def test_random_expressions_have_the_value_python_gives_and_the_slope_of_a_compl
     found, by = slope(root, at, {n: {n: 1.0} for n in at})
     assert found == value(root, at)
     for name in at:
-        step = 1e-30  # a complex step takes no difference, so that it may be this small
+        step = 1e-30  # a complex step forms no difference, so it may be this small
         moved = {f: getattr(cmath, f) for f in SMOOTH} | at | {name: at[name] + step * 1j}
         exact = complex(eval(python, moved)).imag / step
         assert by.get(name, 0.0) == pytest.approx(exact, rel=ACCURACY, abs=ACCURACY)

@@ -1,5 +1,5 @@
-"""Includes, assemblies and copies equal the scene that they stand for, and report mistakes at the place where these were
-written."""
+"""Includes, assemblies and copies equal the scene for which they stand. Mistakes are reported at the place where the user wrote
+them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Copies of an assembly move like the first one, mirrored, turned or shifted, and find their neighbours."""
+"""Copies of an assembly, mirrored, turned or shifted, move like the first assembly and find their neighbours."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ SPATIAL: dict[str, Any] = {
 
 
 def copied(copies: dict[str, Any], gravity: list[float], **more: Any) -> Scene:
-    """The mechanism with its copies."""
+    """The mechanism and copies of it."""
     part = json.loads(json.dumps(SPATIAL))
     data = {"gravity": gravity, "assemblies": {"m": {"use": part, "copies": copies, **more}}}
     return scene_from_dict(data | {"simulation": {"until": 0.4, "rtol": 1e-10}})
@@ -82,7 +82,7 @@ def test_a_copy_moves_as_the_first_one_seen_in_the_mirror_or_turned(case: str) -
     for body in ("link", "fork", "nut", "ram", "link.end"):
         one, two = place(f"m1_{body}"), place(f"m2_{body}")
         assert np.abs(one - one[0]).max() > 1e-3, "it moves"
-        assert np.abs(one @ matrix.T + shift - two).max() < 1e-8  # a hundred times the tolerance of the run
+        assert np.abs(one @ matrix.T + shift - two).max() < 1e-8  # the limit is a hundred times the tolerance of the run
     for column in ("hinge.q[1]", "cross.q[1]", "cross.q[2]", "thread.q[1]", "guide.q[1]", "guide.qd[1]"):
         first, second = run[f"m1_{column}"], run[f"m2_{column}"]
         assert np.abs(first - second).max() < 1e-6 * max(1.0, np.abs(first).max()), column
@@ -91,7 +91,7 @@ def test_a_copy_moves_as_the_first_one_seen_in_the_mirror_or_turned(case: str) -
 
 
 def guided(rng: np.random.Generator, kind: str) -> dict[str, Any]:
-    """A bead on a curve, or a follower on a cam that turns, without symmetry."""
+    """A bead on a curve, or a follower on a turning cam. Neither has a symmetry."""
     inertia, wheel = [0.001] * 3, {"mass": 1.0, "inertia": [0.001] * 3, "position": [0.0, 0.0, 0.0]}
     plane = {"type": "planar", "axis": "z", "reference": "x", "inboard": "ground", "outboard": "bead", "at": [0, 0, 0]}
     if kind == "curve":
@@ -126,7 +126,7 @@ def test_a_mirrored_curve_guides_along_the_mirror_image(mirror: str, kind: str, 
     one, two = (np.column_stack([run[f"m{k}_bead.position[{i}]"] for i in (1, 2, 3)]) for k in (1, 2))
     matrix = np.diag([-1.0 if a == mirror else 1.0 for a in "xyz"])
     assert np.abs(one - one[0]).max() > 1e-3, "it moves"
-    assert np.abs(one @ matrix - two).max() < 1e-8  # a hundred times the tolerance of the run
+    assert np.abs(one @ matrix - two).max() < 1e-8  # the limit is a hundred times the tolerance of the run
 
 
 def test_an_assembly_is_turned_and_placed_as_a_whole() -> None:

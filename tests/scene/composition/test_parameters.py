@@ -1,4 +1,4 @@
-"""Scenes with parameters equal those with the numbers written out: in runs, sweeps, derivatives, fits and commands."""
+"""A scene with parameters equals the scene with all numbers written out: in runs, sweeps, derivatives, fits and commands."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_the_derivative_by_a_parameter_is_the_chain_rule_over_what_follows_it(sc
     assert by == sizes | {"bodies.arm.points.pivot[1]": -0.5}
     one = trunnion.sensitivity(scene, ["parameters.a", *by], ["pivot.q[1]"], every=0.1)
     d = one.derivatives[:, 0]
-    # derivatives by start values have errors of differences
+    # derivatives with respect to start values have the errors of difference quotients
     assert d[:, 0] == pytest.approx(d[:, 1:] @ np.array(list(by.values())), rel=1e-9)
     assert one.parameter_units[0] == "m"
     assert abs(d[-1, 0]) > 0.1
@@ -124,7 +124,7 @@ def test_a_number_that_is_small_by_chance_does_not_spoil_the_others(scene: Scene
     found = trunnion.sensitivity(odd, "parameters.a", ["pivot.q[1]"], every=0.2).derivatives[-1, 0, 0]
     step = 1e-4
     runs = [trunnion.simulate(apply(odd, {"parameters.a": A + d}), rtol=1e-12)["pivot.q[1]"][-1] for d in (-step, step)]
-    assert found == pytest.approx((runs[1] - runs[0]) / (2 * step), rel=1e-4)  # a difference of second order has this error
+    assert found == pytest.approx((runs[1] - runs[0]) / (2 * step), rel=1e-4)  # the error of a difference of second order
 
 
 def test_a_parameter_that_nothing_follows_is_noted(scene: Scene) -> None:

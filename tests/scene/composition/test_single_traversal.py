@@ -1,5 +1,5 @@
-"""From the user's input to a built system, the code traverses a scene's data once. The cases of a batch traverse only their
-differences."""
+"""Between the user's input and the built system, the code traverses a scene's data once. For the cases of a batch, it traverses
+only their differences."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ GIVEN = {
 
 @pytest.fixture
 def counts(monkeypatch):
-    """Number of times that each stage, and the building of a system, is entered."""
+    """Number of calls of each stage and of the building of a system."""
     found: Counter[str] = Counter()
 
     def counted(owner, name, label):

@@ -1,5 +1,4 @@
-"""Usual variants of input by people and their tools: decimal commas, ``on`` as a word for true, folders without a scene, other
-units."""
+"""Common variants of input by people and their tools: decimal commas, ``on`` for true, folders without a scene, other units."""
 
 from __future__ import annotations
 

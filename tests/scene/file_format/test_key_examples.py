@@ -30,7 +30,7 @@ def loaded() -> Scene:
 
 
 def replaced(key: str) -> Scene:
-    """The scene of examples, in which the text of one key's example takes the place of the key's value."""
+    """The scene of examples, in which the text of one key's example replaces the key's value."""
     example = examples()[KEYS[key]]
     data = deepcopy(as_read())
     node: Any = data

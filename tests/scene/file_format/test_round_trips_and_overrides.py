@@ -1,4 +1,4 @@
-"""Scenes that are written and read again are the same; overrides change only the values that they name."""
+"""A scene that is written and read again is the same scene. Overrides change only the values that they name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Files: YAML 1.2 and JSON, lines of every problem, limits. Any wrong content gives a list of problems and nothing else."""
+"""Files in YAML 1.2 and JSON: lines of every problem, and limits. Any wrong content gives a list of problems and no other
+result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clients that read much delay no other client: rows of jobs are read in turn, and unchanging data are read once."""
+"""Clients that read much delay no other client. The server reads rows of jobs in turn, and reads unchanging data only once."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_too_many_readers_are_refused_but_no_answer_that_has_begun() -> None:
 
 @pytest.fixture(scope="module")
 def job(server: InProcess) -> str:
-    """A crossed sample that stores rows."""
+    """A job with a crossed sample that stores rows."""
     sample = {"ranges": {MU: [0.1, 0.6]}, "count": 32, "method": "saltelli"}
     there = server.submit(SMALL | {"vary": None, "sample": sample, "trajectories": ["ball.q[1]"], "spacing": 0.1})
     server.ended(there)

@@ -66,7 +66,7 @@ def test_a_server_that_renews_keeps_its_lease_for_any_clock(
     for shift in (0.0, -HOUR, -2 * HOUR):
         for s in (store, other):
             monkeypatch.setattr(s, "now", lambda c, shift=shift: clock(c) + shift)
-        steady[0] += 40.0  # two of these are longer than a lease
+        steady[0] += 40.0  # two of these steps are longer than a lease
         assert [j.id for j in store.claim(ME, 60.0)] == [job.id]
         assert other.claim(OTHER, 60.0) == []
     other.close()
@@ -98,7 +98,7 @@ def test_a_clock_that_was_set_back_leaves_the_pace_as_it_is(store: WorkStore, mo
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, dict[str, str]]]:
-    """A server that requires keys, and keys."""
+    """A server that requires keys, and its keys."""
     with unstarted(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0")) as s:
         found = {}
         for name, role in (("read", "read"), ("mine", "submit"), ("yours", "submit"), ("admin", "admin")):
@@ -203,7 +203,7 @@ def test_a_grid_with_too_many_values_is_refused() -> None:
 
 
 def reply(port: int, data: bytes, seconds: float) -> bytes:
-    """A server's answer to some bytes, until it closes the connection or this time has passed."""
+    """A server's answer to some bytes. The function reads until the server closes the connection or the given time has passed."""
     with socket.create_connection(("127.0.0.1", port), seconds) as s:
         s.settimeout(seconds)
         s.sendall(data)
@@ -234,12 +234,13 @@ def test_slow_heads_and_bodies_are_refused_and_a_server_ends_when_asked(tmp_path
         assert s.get("/healthz").status_code == 200
         assert s.process is not None
         s.process.send_signal(signal.SIGTERM)
-        assert s.process.wait(PATIENCE) in (0, -signal.SIGTERM)  # even if a client keeps its connection
+        assert s.process.wait(PATIENCE) in (0, -signal.SIGTERM)  # the server also ends if a client keeps its connection
 
 
 @pytest.mark.slow
 def test_an_idle_connection_stays_open_for_longer_than_clients_reuse_it(served: Served) -> None:
-    # httpx reuses a connection that was idle for up to 5 s; a server that closes at that moment makes its next request fail
+    # httpx reuses a connection that was idle for up to 5 s; a server that closes this connection at that moment makes the next
+    # request fail
     with closing(http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE)) as c:
         for idle in 0.0, 1.2 * (httpx.Limits().keepalive_expiry or 0.0):
             time.sleep(idle)

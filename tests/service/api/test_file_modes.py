@@ -1,4 +1,4 @@
-"""Other accounts of the machine cannot read what a server stores, also in a folder that existed before."""
+"""Other accounts of the machine cannot read the files that a server stores, even in a folder that existed before."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def test_fmi_3_can_be_requested_and_unsupported_options_are_reported(server: InP
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
 def test_an_fmu_that_needs_too_much_memory_is_given_up(tmp_path: Path) -> None:
-    with unstarted(Settings(tmp_path, limits=Limits(memory=1e8))) as s:  # even twice this memory is too little to load the exporter
+    with unstarted(Settings(tmp_path, limits=Limits(memory=1e8))) as s:  # twice this is too little to load the exporter
         answer = s.post("/v1/fmus", {"scene": "spherical_pendulum"})
         assert (answer.status_code, answer.json()["problems"][0]["where"]) == (422, "body")
         assert not any(c.process.is_alive() for c in s.service.exports.workers if c.process)

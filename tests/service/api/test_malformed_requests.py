@@ -1,4 +1,4 @@
-"""Malformed requests always give a problem document, and never a server error; memory and files stay bounded."""
+"""Malformed requests always give a problem document and never a server error. Memory and files stay bounded."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_rubbish_is_refused_with_problems_and_leaves_nothing_behind(bounded: Ser
         if answer.status_code >= 400:
             assert answer.headers["content-type"] == "application/problem+json"
             assert answer.json()["problems"] or answer.status_code in (400, 413), (body, answer.text)
-        elif answer.status_code == 202:  # the change was harmless, and the request was accepted
+        elif answer.status_code == 202:  # the change was harmless, so the server accepted the request
             bounded.client.delete(answer.headers["location"])
             there += 4  # allowed files of the job: its document, a part or two, and a marker
     assert sum(n for s, n in statuses.items() if s >= 400) > 0.5 * count

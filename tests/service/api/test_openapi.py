@@ -1,4 +1,5 @@
-"""The OpenAPI document is complete and correct: for any request, the answer is one that it describes, and never a server error."""
+"""The OpenAPI document is complete and correct. For any request, the document describes the answer, and the answer is never a
+server error."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from tests.service.http_servers import MU, SMALL, InProcess, Served
 
 
 def checks() -> list[Any]:
-    """The checks of every answer. (Schemathesis takes a second to import, so that only its tests import it.)"""
+    """The checks of every answer. (Importing Schemathesis takes a second, so only these tests import it.)"""
     from schemathesis.checks import not_a_server_error
     from schemathesis.specs.openapi import checks
 
@@ -23,7 +24,7 @@ def checks() -> list[Any]:
 
 @pytest.fixture(scope="module")
 def job(bounded: Served) -> str:
-    """An existing job with indices and rows. Without one, requests about jobs would always get "not found"."""
+    """An existing job with indices and rows. Without a job, requests about jobs would always get "not found"."""
     sample = {"ranges": {MU: [0.1, 0.6]}, "count": 32, "method": "saltelli"}
     there = bounded.submit(SMALL | {"vary": None, "sample": sample, "trajectories": ["ball.q[1]"], "spacing": 0.1})
     bounded.ended(there)
@@ -32,7 +33,7 @@ def job(bounded: Served) -> str:
 
 @pytest.fixture(scope="module")
 def study(bounded: Served) -> str:
-    """A job that has an answer."""
+    """A study that has an answer, as a job."""
     there = bounded.submit(SMALL | {"vary": None, "refine": {"bounds": {MU: [0.1, 0.6]}, "cases": 20}})
     bounded.ended(there)
     return there
@@ -40,7 +41,7 @@ def study(bounded: Served) -> str:
 
 @pytest.fixture(scope="module")
 def fit(bounded: Served) -> str:
-    """A job that is a fit."""
+    """A fit, as a job."""
     run = {"time": (TIME / 4).tolist(), "curves": {X: noisy(1).tolist()}}
     there = bounded.submit({"scene": GLIDER, "fit": {"parameters": [QD], "runs": [run]}, "rtol": 1e-6})
     bounded.ended(there)
@@ -59,8 +60,8 @@ COSTLY = {"fmus": 5, "module": 5, "run": 60, "sensitivities": 20, "animation": 1
 
 
 def tried(schema: Any, examples: int, *jobs: str) -> list[str]:
-    """Send right and wrong requests to every operation, those about a job also with an existing one; return the defects of the
-    answers."""
+    """Send right and wrong requests to every operation. Requests about a job are also sent for an existing job. Returns the defects
+    of the answers."""
     from schemathesis import GenerationMode
 
     wrong: list[str] = []
@@ -71,15 +72,15 @@ def tried(schema: Any, examples: int, *jobs: str) -> list[str]:
             for real in ("", *jobs) if "{job}" in operation.path else ("",):
                 try:
                     one(operation, mode, min(examples, COSTLY.get(operation.path.rpartition("/")[2], examples)), real)
-                except Unsatisfiable:  # no such request exists for this operation
+                except Unsatisfiable:  # this operation has no request of this kind
                     continue
-                except (Exception, BaseExceptionGroup) as e:  # noqa: BLE001  # all are tried before any is complained about
+                except (Exception, BaseExceptionGroup) as e:  # noqa: BLE001  # all operations are tried before defects are reported
                     wrong.append(f"{operation.label}: {e}")
     return wrong
 
 
 def one(operation: Any, mode: Any, examples: int, job: str) -> None:
-    """Send many requests to one operation, about this job unless it is ""."""
+    """Send many requests to one operation. Unless ``job`` is "", the requests concern this job."""
 
     held_to = checks()
 
@@ -101,7 +102,8 @@ def test_every_answer_is_one_the_document_describes(api_schema: Any, job: str) -
 def test_every_one_of_ten_thousand_answers_is_one_the_document_describes(
     api_schema: Any, job: str, study: str, fit: str, bounded: Served
 ) -> None:
-    """``python -m pytest tests/service/api/test_openapi.py -m slow -n 0 -s`` prints the requests by operation, and the findings."""
+    """``python -m pytest tests/service/api/test_openapi.py -m slow -n 0 -s`` prints the number of requests by operation, and the
+    findings."""
     before, wrong = requests(bounded), tried(api_schema, 130, job, study, fit)
     sent = requests(bounded) - before
     print(f"\n{sent} requests, {len(wrong)} findings")

@@ -1,5 +1,5 @@
-"""Requests of one client delay no other client: checks are linear, run outside the event loop, wait their turn, and end when they
-take too long."""
+"""Requests of one client delay no other client. Checks of scenes take linear time, run outside the event loop, wait in a queue, and
+end when they take too long."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_text_and_values_of_a_scene_have_limits() -> None:
 
 
 def test_no_long_body_is_read_by_the_server_itself(server: InProcess) -> None:
-    """Earlier, a million values where a few tags are expected delayed all clients for half a second."""
+    """A million values where a few tags are expected must not delay other clients."""
     document, alone = server.get("/openapi.json").json(), list[str]()
     for path, methods in document["paths"].items():
         for method, operation in methods.items():
@@ -103,7 +103,7 @@ def asked(pool: WorkerPool, *calls: Any) -> list[Any]:
 
 
 class Told(WorkerProcess):
-    """A worker without a process that records which requests it served."""
+    """A worker without a process. It records the requests that it served."""
 
     served: list[str]
 
@@ -153,18 +153,18 @@ def test_a_worker_that_takes_too_long_or_has_died_is_replaced() -> None:
 
 
 class Slow(WorkerProcess):
-    """A worker without a process. seconds: time until each of its answers arrives, s."""
+    """A worker without a process. seconds: times until its answers arrive, s."""
 
     def __init__(self, *seconds: float):
         super().__init__(0)
         self.seconds, self.answers = list(seconds), [READY, (True, "answer", [])]
 
     def start(self) -> None:
-        """Begin to start: there is a connection."""
+        """Begin to start: the connection exists from now on."""
         self.connection = self
 
     def poll(self, seconds: float) -> bool:
-        """Whether the next answer comes within this time."""
+        """True if the next answer comes within the given time."""
         return self.seconds.pop(0) < seconds
 
     def send(self, request: Any) -> None:
@@ -176,7 +176,8 @@ class Slow(WorkerProcess):
 
 
 def test_the_time_in_which_a_worker_starts_is_not_the_requests() -> None:
-    """Earlier, on a busy machine the first request was refused with the advice to send a smaller one."""
+    """A request may take the time of the limit after the worker has started. The start of a worker on a busy machine does not
+    count."""
     assert Slow(0.9 * START_SECONDS, 0.1).run_task(check_scene, (), 0.2) == ("answer", [])
     with pytest.raises(TookTooLong):
         Slow(0.1, 0.3).run_task(check_scene, (), 0.2)
@@ -196,7 +197,7 @@ def test_a_worker_gets_no_more_memory_than_its_limit() -> None:
 
 
 def crowd(url: str, key: str, stop: threading.Event, clients: int, answers: list[int]) -> list[threading.Thread]:
-    """Clients with a key that send hostile checks until the test stops them. answers: statuses of their answers as they arrive."""
+    """Clients with a key send hostile checks until the test stops them. answers: status of each answer as it arrives."""
     body, headers = json.dumps(wide_yaml(9000)).encode(), {"X-API-Key": key, "Content-Type": "application/json"}
 
     def ask() -> None:
@@ -219,16 +220,16 @@ def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_
         job, stop = s.submit(SMALL | {"vary": {MU: "0.1:0.6:400"}, "until": 400.0}), threading.Event()
         answers: list[int] = []
         threads = crowd(str(s.client.base_url), reader, stop, 12, answers)
-        with ThreadPoolExecutor(1) as pool:  # this client follows the job and stays connected
+        with ThreadPoolExecutor(1) as pool:  # this client follows the job and keeps its connection
             follower = httpx.Client(base_url=s.client.base_url, timeout=None, headers={"X-API-Key": own})
             following = pool.submit(follower.get, f"/v1/jobs/{job}/events")
             ready, before = [], []
             for _ in range(30):
                 before.append(len(answers))
                 ready.append(s.get("/readyz").status_code)
-            # a client that waits for its turn only once sees at most two; one that queues behind all sees twelve
+            # a client that waits for its turn only once sees at most two of these answers; a client behind all others sees twelve
             assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2
-            # this check is served before those of the twelve others
+            # the server serves this check before the checks of the twelve other clients
             assert s.post("/v1/scenes/check", {"scene": "spherical_pendulum"}).status_code == 200
             assert set(ready) <= {200, 503}
             assert s.job(job)["state"] in ("queued", "running")

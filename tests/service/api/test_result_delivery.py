@@ -1,4 +1,5 @@
-"""Finished results over HTTP: not sent again when unchanged, in parts, compressed. The server sends answers at once."""
+"""Delivery of finished results over HTTP: unchanged results are not sent again; results are sent in parts and compressed. The
+server sends answers at once."""
 
 from __future__ import annotations
 
@@ -58,7 +59,8 @@ def test_text_comes_compressed_to_whom_that_suits(server: InProcess, small: str)
 
 
 def test_answers_are_sent_at_once_and_not_held_until_the_last_one_was_received() -> None:
-    """Without TCP_NODELAY the body of an answer waits until its head is acknowledged: 44 ms for each, on an idle or busy server."""
+    """Without TCP_NODELAY, the body of an answer waits until the client acknowledges the head. This takes 44 ms for each answer, on
+    an idle or busy server."""
 
     async def accepted() -> int:
         sent = asyncio.get_running_loop().create_future()

@@ -1,5 +1,5 @@
-"""Jobs are found by tags and text, expire, and are deleted with all their files. The quota of a key is respected. The audit log
-records actions with their key."""
+"""Jobs are found by tags and text, expire, and are deleted with all their files. Each key has a quota. The audit log records
+actions with their key."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from trunnion.service.store.leases_and_chunks import WorkStore
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, dict[str, str]]]:
-    """A server that requires keys and allows each two jobs and 100 cases; and keys."""
+    """A server that requires keys, and its keys. Each key may have two jobs and 100 cases."""
     limits = Limits(key_jobs=2, key_cases=100)
     with unstarted(Settings(tmp_path_factory.mktemp("guarded"), host="0.0.0.0", limits=limits)) as s:
         found = {}
@@ -115,8 +115,8 @@ def test_expired_jobs_and_leftover_parts_are_deleted(tmp_path: Path, monkeypatch
         parts.write(f"{parts.root}/{name}/job.json", b"{}")
     retention, now = JobRetention(store, parts, Settings(tmp_path, keep=kept_for("30d"))), store.now
     assert retention.delete_expired() == 0
-    assert (tmp_path / "parts" / ("0" * 24)).exists()  # it may belong to another database
-    store.note("me", "deleted", "0" * 24)  # as if the server had ended before it removed the parts
+    assert (tmp_path / "parts" / ("0" * 24)).exists()  # the folder may belong to another database
+    store.note("me", "deleted", "0" * 24)  # the server behaves as if it had ended before it removed the parts
     retention.delete_expired()
     assert not (tmp_path / "parts" / ("0" * 24)).exists()
     store.mark(jobs[0].id, "kept in mind", None)

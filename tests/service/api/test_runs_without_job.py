@@ -1,4 +1,4 @@
-"""A scene runs immediately, without a job, and the server reports the positions of its numbers in its text."""
+"""The server runs a scene immediately, without a job. It reports the positions of the scene's numbers in the scene's text."""
 
 from __future__ import annotations
 

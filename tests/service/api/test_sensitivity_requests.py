@@ -110,7 +110,7 @@ def test_a_request_beyond_the_limits_is_refused_at_once(
 
 
 def test_a_run_that_ends_early_gives_the_reason(server: InProcess) -> None:
-    """Painlevé's rod jams: a problem of the request, with the outcome and its advice."""
+    """Painlevé's rod jams. The answer is a problem document with the outcome and its advice."""
     text = (ROOT / "models/stability/07_painleve.yaml").read_text()
     name = next(p for p in server.post("/v1/scenes/check", {"scene_text": text}).json()["parameters"] if p["path"].endswith(".mu"))
     asked = {"scene_text": text, "parameters": [name["path"]], "outputs": ["*.qd*"]}
@@ -128,8 +128,8 @@ def test_a_request_beyond_its_budget_is_ended_and_frees_its_worker(server: InPro
 
 
 def test_long_requests_hold_up_no_others_and_end_when_their_clients_disconnect(served: Served) -> None:
-    """More requests than the queue accepts, on one worker: other requests are answered, and those beyond the queue are refused. The
-    worker is free for a job when the clients disconnect."""
+    """The test sends more requests than the queue accepts, on one worker. The server answers other requests and refuses those
+    beyond the queue. When the clients disconnect, the worker is free for a job."""
     assert served.post("/v1/sensitivities", ASKED).status_code == 200
 
     async def crowd() -> list[httpx.Response]:
@@ -153,7 +153,7 @@ def test_long_requests_hold_up_no_others_and_end_when_their_clients_disconnect(s
 
 @pytest.mark.slow
 def test_jobs_continue_beside_sensitivity_requests(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Requests for sensitivities take half of the workers at most."""
+    """Requests for sensitivities take at most half of the workers."""
     with Served(tmp_path_factory.mktemp("beside") / "data", "--workers", "2") as s:
         assert s.post("/v1/sensitivities", ASKED).status_code == 200
 
@@ -166,6 +166,6 @@ def test_jobs_continue_beside_sensitivity_requests(tmp_path_factory: pytest.Temp
             t.start()
         assert s.ended(s.submit(SMALL))["state"] == "done"
         assert all(t.is_alive() for t in threads)
-        s.kill()  # a normal end would let them continue for a while
+        s.kill()  # a normal end would let the requests continue for a while
     for t in threads:
         t.join()

@@ -1,4 +1,5 @@
-"""Scenes that users send: their text does not reach generated C, a name selects only bundled models, and their size is limited."""
+"""Scenes that users send. Their text does not reach generated C, a name selects only bundled models, and the size of scenes is
+limited."""
 
 from __future__ import annotations
 

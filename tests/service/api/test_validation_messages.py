@@ -1,4 +1,4 @@
-"""Problems of requests are reported in the words of this program, not in those of the library that validates them."""
+"""The server reports problems of requests in its own words, not in the words of its validation library."""
 
 from __future__ import annotations
 

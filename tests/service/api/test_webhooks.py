@@ -1,4 +1,5 @@
-"""Webhooks report the ends of jobs: signed, repeated on failure, and only to addresses with which the server was started."""
+"""Webhooks report the ends of jobs. Reports are signed, are repeated after failures, and go only to addresses that were given at
+the server's start."""
 
 from __future__ import annotations
 
@@ -51,7 +52,7 @@ def test_webhooks_go_only_to_addresses_below_those_of_the_server(url: str, told:
 
 
 class Listener:
-    """A listener that answers with these statuses in turn, and then always with the last."""
+    """A listener that answers with the given statuses in turn, and then always with the last status."""
 
     def __init__(self, *statuses: int):
         self.got: list[tuple[dict[str, str], bytes]] = []
@@ -65,7 +66,7 @@ class Listener:
                 self.end_headers()
 
             def log_message(self, *words: object) -> None:
-                """Print nothing."""
+                """Do nothing: the listener prints no log."""
 
         self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.url = f"http://127.0.0.1:{self.server.server_port}/told"
@@ -74,7 +75,7 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[InProcess, Listener]]:
-    """A server of one worker that may report to a listener. The listener's first two answers are errors."""
+    """A server of one worker, and a listener to which it may report. The first two answers of the listener are errors."""
     listener = Listener(500, 302, 200)
     patch = pytest.MonkeyPatch()
     patch.setattr(webhooks, "FIRST_DELAY", 0.05)
@@ -95,7 +96,7 @@ def test_the_end_of_a_job_is_delivered_until_accepted_and_signed(told: tuple[InP
         assert headers[SIGNATURE.lower()] == "sha256=" + hmac.new(secret, body, hashlib.sha256).hexdigest()
     message = json.loads(listener.got[-1][1])
     assert (message["event"], message["job"]["id"], message["job"]["state"]) == ("done", job, "done")
-    # all deliveries have one identifier, so that a listener recognises a repeated delivery
+    # all deliveries have one identifier, so that the listener recognises a repeated delivery
     assert len({h["trunnion-delivery"] for h, _ in listener.got}) == 1
     assert (s.service.settings.data / "webhook.secret").stat().st_mode & 0o077 == 0
 

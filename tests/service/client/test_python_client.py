@@ -1,4 +1,5 @@
-"""Jobs as Python objects: the results of ``trunnion.sweep``, from a server, with units, and with dimensions of a grid."""
+"""Jobs as Python objects. Results equal those of ``trunnion.sweep``; they come from a server, with units and with the dimensions of
+a grid."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ def there(served: Served) -> Connection:
 
 @pytest.fixture(scope="module")
 def job(there: Connection) -> Job:
-    """The job of a grid that was run."""
+    """A job of a grid, after its end."""
     made = there.submit("spherical_pendulum", OVER, reductions=[FORCE, "first:reversal"], until=0.5, every="10 ms", tags=["grid"])
     assert made.state == "queued"
     assert made.wait(progress=True, timeout=PATIENCE).state == "done"
@@ -36,7 +37,7 @@ def job(there: Connection) -> Job:
 
 @pytest.fixture(scope="module")
 def whole() -> Any:
-    """The result of ``trunnion.sweep``."""
+    """The result of ``trunnion.sweep`` for the same grid."""
     return trunnion.sweep("spherical_pendulum", OVER, reductions=[FORCE, "first:reversal"], until=0.5, every=0.01)
 
 

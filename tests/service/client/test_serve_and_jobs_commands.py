@@ -29,7 +29,7 @@ class Told:
 
 @pytest.fixture
 def told(served: Served, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Told:
-    """The command, connected to that server."""
+    """The command ``trunnion jobs``, connected to the server."""
     monkeypatch.setenv("TRUNNION_SERVER", f"http://127.0.0.1:{served.port}")
     return Told(capsys)
 

@@ -1,7 +1,7 @@
-"""Load and measurement in separate processes, so that the figures are those of the server, not of the threads of the test.
+"""Load and measurement in separate processes, so that the threads of the test do not affect the figures of the server.
 
 ``python -m tests.service.executor.load_generator crowd URL KEY CLIENTS`` sends hostile checks until it is ended, ``… readers URL
-KEY CLIENTS PATH`` asks for a path again and again; ``python -m tests.service.executor.load_generator probe URL KEY PATH SECONDS``
+KEY CLIENTS PATH`` requests a path repeatedly; ``python -m tests.service.executor.load_generator probe URL KEY PATH SECONDS``
 prints as JSON the time of each answer, s, and the time of each answer of an idle event loop, s.
 """
 
@@ -47,7 +47,7 @@ def readers(url: str, key: str, clients: str, path: str) -> None:
 
 
 def idle() -> int:
-    """The port of a loop that answers everything at once, in a process of its own."""
+    """The port of an event loop in a separate process. The loop answers every request at once."""
     import multiprocessing
 
     here, there = multiprocessing.Pipe()
@@ -72,7 +72,7 @@ def _answering(port: object) -> None:
 
 
 def probe(url: str, key: str, path: str, seconds: str) -> None:
-    """Send one request after the other, in turn with requests to the idle loop."""
+    """Send one request after the other. Requests to the server and to the idle loop alternate."""
     place = urlsplit(url)
     both = {
         "asked": (http.client.HTTPConnection(place.hostname or "", place.port, timeout=60), path),

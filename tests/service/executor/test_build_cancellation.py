@@ -1,7 +1,8 @@
-"""A worker can stop its job while it derives and compiles equations: nothing waits for a compiler, and no incomplete files remain.
+"""A worker can stop its job while it derives and compiles equations. The worker does not wait for a compiler, and no incomplete
+files remain.
 
-The worker's function runs in this process, on a thread of its own as in a worker. The test stops the job at a place in the work,
-not at a time."""
+The worker's function runs in this process, on a separate thread as in a worker. The test stops the job at a fixed place in the
+work."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ JOB = document_of(ASKED, plan_of_request(ASKED, Limits()))
 
 @pytest.fixture
 def parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Parts:
-    """The state of a job that has no kernel yet. The worker checks for a stop wherever it can give up its work."""
+    """The state of a job that has no kernel yet. The worker looks for a stop wherever it can end its work."""
     from trunnion.simulation.runtime_interface.c_signatures import library as stepping
 
     stepping()
@@ -69,8 +70,8 @@ def chunk(parts: Parts, seconds: float = 600.0) -> BaseException | dict[str, Any
 
 
 def stopped_by(monkeypatch: pytest.MonkeyPatch, stop: Callable[[], None]) -> list[Any]:
-    """Compilers that take ten minutes; ``stop`` is called as soon as the first one has started. Returns the compilers that were
-    started."""
+    """Compilers that take ten minutes. The test calls ``stop`` as soon as the first compiler has started. Returns the compilers
+    that were started."""
     started: list[Any] = []
     popen = subprocess.Popen
 
@@ -125,7 +126,7 @@ def test_a_job_builds_a_kernel_whose_build_another_job_has_cancelled(parts: Part
 
 @GROUPS
 def test_a_sweep_that_is_interrupted_waits_for_no_compiler(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The threads of a sweep do not receive the signal, so that the main thread informs them."""
+    """The threads of a sweep do not receive the signal of Ctrl-C, so the main thread informs them."""
     of, its = plan_of_document(JOB), []
     take = _Work.take
     monkeypatch.setattr(_Work, "take", lambda w: (its.append(w), take(w))[1])

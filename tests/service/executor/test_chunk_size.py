@@ -1,4 +1,4 @@
-"""Sizes of chunks: one server can send all chunks and one store can record all results, for any number of workers."""
+"""The sizes of chunks let one server send all chunks and one store record all results, for any number of workers."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_many_workers_have_short_pieces_where_many_are_handed_out_together() -> 
 
 @pytest.mark.slow
 def test_ten_thousand_workers_have_their_fill_of_a_thousand_million_cases() -> None:
-    """In the model of CAPACITY.md, chunks of two seconds, as in an earlier version, leave nine tenths of the workers idle."""
+    """In the model of CAPACITY.md, chunks of two seconds would leave nine tenths of the workers idle."""
     fleet = Fleet(workers=10_000, case=CASE, cut=PIECE / 2, land=PIECE / 2)
     grown, fixed = (simulated(cases, fleet, learns=learns) for cases, learns in ((10**9, True), (10**7, False)))
     assert grown.share > 0.45

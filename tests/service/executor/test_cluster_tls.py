@@ -1,5 +1,5 @@
-"""The cluster behind a server answers only its server: neither another account of the machine, nor a program with a certificate of
-its own."""
+"""The cluster behind a server answers only its own server. It answers neither another account of the machine nor a program with a
+foreign certificate."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ TRIES = textwrap.dedent("""
 
 @pytest.fixture(scope="module")
 def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """A server that requires keys, with one worker, in a folder that everyone may enter up to the server's own."""
+    """A server that requires keys, with one worker. Everyone may enter the folders above the server's own folder."""
     folder = tmp_path_factory.mktemp("keyed")
     for place in (folder, *folder.parents[:2]):
         place.chmod(0o755)
@@ -67,7 +67,7 @@ def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 def listening(s: Served) -> list[int]:
-    """Ports on which the server and its processes listen, without the API's."""
+    """Ports on which the server and its processes listen, except the port of the API."""
     assert s.process is not None
     own = psutil.Process(s.process.pid)
     found = [c for p in (own, *own.children(recursive=True)) for c in p.net_connections("tcp") if c.status == psutil.CONN_LISTEN]
@@ -124,7 +124,7 @@ def test_the_certificates_of_a_scheduler_are_asked_for_all_at_once(tmp_path: Pat
 
 @contextmanager
 def secured(folder: Path, port: int) -> Iterator[list[str]]:
-    """A scheduler with TLS and a worker of it, as separate programs; the options for a server that uses them."""
+    """A scheduler with TLS and one of its workers, as separate programs. Returns the options for a server that uses them."""
     made = Security.temporary()
     files = {"ca": made.tls_ca_file, "cert": made.tls_client_cert, "key": made.tls_client_key}
     for name, text in files.items():

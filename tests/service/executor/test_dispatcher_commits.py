@@ -1,4 +1,4 @@
-"""Many workers are served in few commits, and an interruption in the middle loses no chunk."""
+"""A server needs few commits for many workers. An interruption in the middle of a commit loses no chunk."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CASE = 0.5
 
 
 class Counted(WorkStore):
-    """A store that counts its commits about pieces and ends."""
+    """A store that counts its commits of chunks and of ends of jobs."""
 
     def __init__(self, url: str):
         super().__init__(url)
@@ -91,7 +91,7 @@ def held(dispatcher: Dispatcher) -> ActiveJob:
 
 
 def covered(store: Counted, job: Job) -> list[tuple[int, int]]:
-    """Cases of all pieces, in any state; checks that none is missing and none occurs twice."""
+    """(start, stop) of all chunks, in any state. Checks that no case is missing and none occurs twice."""
     with store.engine.connect() as c:
         found = c.exec_driver_sql("SELECT start, stop FROM chunks ORDER BY start").all()
     ends = [0, *(stop for _, stop in found)]
@@ -126,7 +126,7 @@ def test_pieces_are_as_large_together_as_one_after_the_other(dispatcher: Dispatc
 
 
 def test_where_the_time_of_a_job_is_short_its_pieces_are_cut_one_by_one(dispatcher: Dispatcher) -> None:
-    """Each chunk then has its own grant, and all grants together never exceed the remaining time."""
+    """Each chunk then has its own grant. All grants together never exceed the remaining time."""
     active, cluster = held(dispatcher), dispatcher.cluster
     active.spent = active.job.budget - 1000.0
     assert active.chunks_at_once(100) == 1
@@ -179,8 +179,8 @@ def test_results_that_arrive_during_a_database_outage_are_recorded_after_it(
 
 
 def test_a_job_taken_over_is_settled_in_few_commits_as_its_parts_say(store: Counted, tmp_path: Path) -> None:
-    """A killed server had sent many chunks, and the parts of some of them exist. These chunks are done, the others wait, and no
-    attempt counts."""
+    """A server was killed after it had sent many chunks, and the parts of some of these chunks exist. These chunks are done, all
+    other chunks wait, and no attempt counts."""
     job, _ = store.submit("me", "d", "scene", "", "{}", 5000, 1e9)
     store.claim("killed", 60.0)
     store.begin("killed", job.id)

@@ -1,4 +1,4 @@
-"""Rows that an earlier version computed stay as they are, and each row names the version that computed it."""
+"""Rows that an earlier version computed do not change. Each row names the version that computed it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FIRST, SECOND = range(4), range(4, 6)
 
 
 def early_part(cases: range) -> bytes:
-    """A part as the first versions wrote it: with their names, and without identity and checksum."""
+    """A part in the format of the first versions: with the names of these versions, and without identity and checksum."""
     outcomes = pa.array(["done", "stopped", "apart", "jammed"][: len(cases)])
     columns = {"case": list(cases), "outcome": outcomes, "steps": [7] * len(cases), "max:j.stop.effort[1]": [1.5] * len(cases)}
     sink = io.BytesIO()
@@ -84,7 +84,7 @@ def test_a_column_that_an_earlier_version_did_not_store_is_empty() -> None:
 def test_old_names_of_results_mean_todays_columns() -> None:
     assert current_result("error:max:j.stop.effort[1]") == "error:max:j.end_stop.effort[1]"
     assert current_result("joints.j.stops.stiffness") == "joints.j.end_stops.stiffness"
-    assert current_result("first:stop") == "first:stop"  # results are named by the words of their request, which are kept here
+    assert current_result("first:stop") == "first:stop"  # results keep the names of their request
     known = ["first:stick", "max:j.end_stop.effort[1]"]
     assert [known_result(n, known) for n in ("first:stop", "max:j.stop.effort[1]", "first:nothing")] == [*known, "first:nothing"]
 

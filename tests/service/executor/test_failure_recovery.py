@@ -1,4 +1,4 @@
-"""Whichever process is killed, a job has each of its results exactly once, equal to those of an uninterrupted run."""
+"""Any process may be killed. A job then has each of its results exactly once, and they equal those of an uninterrupted run."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_every_result_is_there_once_after_kills_of_the_server_and_of_workers_at_
 
 @contextmanager
 def dask(port: int) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """A scheduler on loopback and a worker of it, as separate programs."""
+    """A scheduler on loopback and one of its workers, as separate programs."""
     env = dict(os.environ, PYTHONPATH=str(ROOT))
     common: dict[str, Any] = {"env": env, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
     here, quiet = ["--host", "127.0.0.1"], ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
@@ -116,7 +116,7 @@ def test_an_outside_scheduler_runs_the_same_job_also_when_it_is_restarted_on_the
 
 @pytest.fixture(scope="module")
 def brimming(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served, Path]]:
-    """A server whose disk is full for parts whose names contain a line of a file, and that file."""
+    """A server and a file FULL on its disk. The disk is full for parts whose names contain a line of this file."""
     folder = tmp_path_factory.mktemp("brimming")
     results = folder / "results"
     results.mkdir()
@@ -206,7 +206,7 @@ def test_a_second_server_on_the_same_database_continues_the_jobs_of_the_first(
 
 
 def stop_postgres(folder: Path) -> None:
-    """Stop the database at once, as if its machine were switched off."""
+    """Stop the database at once, as after a power cut."""
     from pgserver import pg_ctl
 
     pg_ctl(["-m", "immediate", "-w", "stop"], pgdata=folder, user=None if os.geteuid() else "pgserver")

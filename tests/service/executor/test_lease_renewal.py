@@ -1,4 +1,4 @@
-"""A server renews its leases during long work: no other server takes its jobs because it handles many pieces."""
+"""A server renews its leases during long work. If it handles many chunks, no other server takes its jobs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEASE, PIECES = 6.0, 100
 
 
 class Clock:
-    """A clock that advances with each action, and the times at which its lease was renewed."""
+    """A clock that advances with each action. It records the times at which the lease was renewed."""
 
     def __init__(self) -> None:
         self.now, self.renewed = 1000.0, list[float]()
@@ -44,7 +44,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 
 def settled(jobs: LeasedJobs, clock: Clock) -> None:
-    """Pieces of the previous server, whose parts can be read."""
+    """Chunks of the previous server. Their parts can be read."""
     active = SimpleNamespace(job=SimpleNamespace(id="job"), document="", flying={}, follow=None, sure=False)
     chunks: Any = [SimpleNamespace(job="job", start=k, stop=k + 1) for k in range(PIECES)]
     parts: Any = SimpleNamespace(part=lambda piece: f"job/{piece.start}", names=lambda job: set(map(str, range(PIECES))))
@@ -55,7 +55,7 @@ def settled(jobs: LeasedJobs, clock: Clock) -> None:
 
 
 def recorded(jobs: LeasedJobs, clock: Clock) -> None:
-    """Pieces that returned all at once."""
+    """Many chunks that return at once."""
     future, chunk = object(), SimpleNamespace(job="job", stop=1)
     flying = dict.fromkeys(range(PIECES), (chunk, future))
     many = {"planned": 0, "known": 1, "follow": None}
@@ -80,9 +80,9 @@ def test_leases_are_renewed_while_many_pieces_are_seen_to(many: Any, clock: Cloc
     many(jobs, clock)
     assert clock.now - began == PIECES
     times = [began, *clock.renewed, clock.now]
-    # a third of the lease, plus the work that began before its end
+    # the limit is a third of the lease, plus the work that began before its end
     assert max(b - a for a, b in pairwise(times)) <= LEASE / 3 + 1.0
-    assert jobs.claimed == began  # a job that arrived meanwhile is not skipped
+    assert jobs.claimed == began  # a job that arrives during this work is not skipped
 
 
 def test_a_lease_that_is_lost_while_its_job_is_taken_over_drops_this_job_only() -> None:

@@ -27,8 +27,8 @@ HOSTILE_SECONDS, ORDINARY, HOSTILE = 60.0, 50, 45
 
 
 class Clients:
-    """Ordinary clients: each regularly requests a job and readiness, and sometimes checks a scene. taken: time of each answer, s,
-    by request."""
+    """Ordinary clients. Each client regularly requests a job and readiness, and sometimes checks a scene. taken: time of each
+    answer, s, by request."""
 
     def __init__(self, s: Served, key: str, job: str, stop: threading.Event):
         self.s, self.key, self.job, self.stop = s, key, job, stop
@@ -40,7 +40,7 @@ class Clients:
 
     def go_on(self, i: int) -> None:
         """The loop of one client."""
-        # httpx takes ten times as long, and its own time would be measured
+        # httpx takes ten times as long, so the test would measure httpx
         c = http.client.HTTPConnection("127.0.0.1", self.s.port, timeout=60)
         for n in range(10**9):
             if self.stop.wait(0.5):
@@ -74,7 +74,7 @@ def memory(s: Served) -> float:
 
 
 def beside(*words: str) -> subprocess.Popen[str]:
-    """A process that measures the server from outside this one, whose many threads wait for each other."""
+    """A process that measures the server. It is separate from this process, whose many threads wait for each other."""
     return subprocess.Popen(
         [sys.executable, "-W", "ignore", "-m", "tests.service.executor.load_generator", *words], cwd=ROOT, stdout=-1, text=True
     )

@@ -1,4 +1,5 @@
-"""Every part contains its identity and a checksum of its bytes. A reader finds any damage, and the part is computed again."""
+"""Every part contains its identity and a checksum of its bytes. A reader finds any damage, and the damaged part is computed
+again."""
 
 from __future__ import annotations
 
@@ -84,7 +85,7 @@ def flipped(file: Path) -> None:
 
 
 def exchanged(file: Path) -> None:
-    """Put another part in its place."""
+    """Replace a part by another part."""
     other = next(f for f in sorted(file.parent.glob("part-*")) if f != file)
     shutil.copyfile(other, file)
 
@@ -133,7 +134,7 @@ def test_a_spoilt_document_beside_the_parts_is_written_again(server: InProcess, 
 
 @pytest.mark.parametrize("left", [b"PAR1 is all that is left", b"", None])
 def test_a_chunk_whose_part_cannot_be_read_is_run_again_by_the_next_server(tmp_path: Path, left: bytes | None) -> None:
-    """Earlier, such a chunk kept its job running for ever."""
+    """A chunk without a readable part must not keep its job running for ever."""
     store, parts = WorkStore(f"sqlite:///{tmp_path / 'store.db'}"), Parts(str(tmp_path / "parts"))
     store.upgrade()
     job, _ = store.submit("me", "d", "arm", "", "{}", 20, 60.0)

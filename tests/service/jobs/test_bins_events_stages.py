@@ -1,4 +1,4 @@
-"""Views of a job without fetching all of it: bins, events, its scene, its start, its stages."""
+"""Partial views of a job: bins, events, scene, start, stages. A client does not have to fetch the whole job."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_stages_are_kept_only_of_the_first_piece_and_only_real_ones(tmp_path: Pa
     assert read_stage(parts, "a") == ""
     (tmp_path / "c").write_text("a file where a folder is expected")
     with report_stages(parts, "c", wanted=True) as tell:
-        tell("deriving")  # a report of a stage that cannot be written makes no work fail
+        tell("deriving")  # if the report of a stage cannot be written, the work continues
 
 
 def test_compilation_of_a_kernel_is_reported_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +138,7 @@ def test_compilation_of_a_kernel_is_reported_while_it_lasts(tmp_path: Path, monk
         tell("deriving")
         c_compiler.run(["-o", "nothing"], tmp_path)
         assert read_stage(parts, "a") == "compiling"
-    c_compiler.run(["-o", "nothing"], tmp_path)  # no job is informed
+    c_compiler.run(["-o", "nothing"], tmp_path)  # no job receives a report
 
 
 def test_a_jobs_document_says_its_stage(served: Served) -> None:

@@ -1,4 +1,5 @@
-"""Fits as jobs find the results of the functions, to the bit, whichever process is killed. They keep to budgets and limits."""
+"""Fits as jobs find the results of the Python functions to the last bit, whichever process is killed. They stay within budgets and
+limits."""
 
 from __future__ import annotations
 
@@ -50,13 +51,13 @@ def there(served: Served) -> Connection:
 
 @pytest.fixture(scope="module")
 def job(there: Connection) -> Job:
-    """Two laws, compared, and an experiment."""
+    """A job that compares two laws and an experiment."""
     return there.fit(GLIDER, QD, **GIVEN, candidates=LAWS, trials=TRIALS, label="laws").wait(timeout=PATIENCE)
 
 
 @pytest.fixture(scope="module")
 def evidence() -> trunnion.ModelComparison:
-    """The fits of the job, computed in this process."""
+    """The same fits, computed in this process."""
     return trunnion.compare(GLIDER, LAWS, QD, **GIVEN)
 
 
@@ -168,7 +169,7 @@ def test_the_page_reports_what_was_found(page: Any, job: Job) -> None:
 
 
 def slow(count: int, until: float = 3.0) -> dict[str, Any]:
-    """Fits that take a while: a pendulum's measured swing up to ``until`` (s), by many laws."""
+    """Fits that take some time: many laws for the measured swing of a pendulum up to ``until``, s."""
     from tests.benchmarks.numerical_error.fit_interval_coverage import MU, PENDULUM
 
     time = np.arange(0.0, until + 0.01, 0.05)

@@ -1,4 +1,4 @@
-"""Jobs over REST: what is submitted is computed, as ``trunnion.sweep`` computes it, and can be fetched in every format."""
+"""Jobs over REST compute what ``trunnion.sweep`` computes. Their results can be fetched in every format."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def small(server: InProcess) -> str:
 
 @pytest.fixture(scope="module")
 def expected() -> pa.Table:
-    """What ``trunnion.sweep`` gives for the same batch."""
+    """The result of ``trunnion.sweep`` for the same batch."""
     return as_stored(trunnion.sweep("spherical_pendulum", SMALL["vary"], reductions=KEEP, until=0.5).table)
 
 

@@ -1,4 +1,4 @@
-"""Jobs that follow from others: failed cases again, additional cases."""
+"""Jobs that follow from other jobs: failed cases that run again, and additional cases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Queries of samples: REST, client and page give the answers of ``trunnion.sweep`` and of the command."""
+"""REST, client and page answer queries about samples as ``trunnion.sweep`` and the command do."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RUN: dict[str, Any] = {"until": 0.5, "every": 0.05}
 
 @pytest.fixture(scope="module")
 def job(served: Served) -> Job:
-    """A crossed sample of example 8.3's guide that was run."""
+    """A job with a crossed sample of example 8.3's guide, after its end."""
     there = connect(str(served.client.base_url))
     sample = {"ranges": RANGES, "count": 32, "seed": 4, "method": "saltelli"}
     return there.submit("double_pendulum", sample=sample, reductions=TRAVEL, label="guide", **RUN).wait(timeout=PATIENCE)

@@ -1,4 +1,4 @@
-"""Studies as jobs: their cases follow from results, as in one process, whichever process is killed."""
+"""Studies as jobs. Their results determine their cases, as in one process, whichever process is killed."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def there(served: Served) -> Connection:
 
 @pytest.fixture(scope="module")
 def best(there: Connection) -> Job:
-    """An optimisation that was run."""
+    """An optimisation, after its end."""
     return there.submit("double_pendulum", optimise=BEST, label="best", **RUN).wait(timeout=PATIENCE)
 
 
 @pytest.fixture(scope="module")
 def where(there: Connection) -> Job:
-    """A refinement that was run."""
+    """A refinement, after its end."""
     return there.submit("double_pendulum", refine=WHERE, label="where", **RUN).wait(timeout=PATIENCE)
 
 
@@ -141,7 +141,7 @@ def test_the_page_asks_for_studies_and_draws_what_they_found(page: Any, best: Jo
 
 def test_a_study_that_is_cancelled_reports_how_far_it_has_come(there: Connection) -> None:
     least = {"bounds": BEST["bounds"], "minimise": TRAVEL, "cases": 5000, "tolerance": 1e-9}
-    job = there.submit("double_pendulum", optimise=least, **RUN)  # the study needs all its cases
+    job = there.submit("double_pendulum", optimise=least, **RUN)  # a study needs all its cases
     eventually(lambda: job.refresh().document["done"] > 20)
     job.cancel().wait(timeout=PATIENCE)
     assert (job.state, job.document["cases"]) == ("cancelled", 5000)

@@ -1,5 +1,4 @@
-"""Budgets are kept: a job uses no more time than it has, for any number of workers. A case that never ends takes no time from the
-others."""
+"""A job uses no more time than its budget, for any number of workers. A case that never ends takes no time from other cases."""
 
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ def test_a_job_uses_no_more_time_than_its_budget_whatever_its_cases_take(quick: 
     end = quick.ended(quick.submit(SMALL | NEVER | {"vary": {MU: "0.1:0.6:40"}, "budget": budget}))
     assert (end["state"], end["problems"][0]["where"]) == ("failed", "budget")
     used = end["stepping_seconds"] + end["build_seconds"]
-    assert 0.5 * budget < used < budget + 1.0  # one second, as promised
+    assert 0.5 * budget < used < budget + 1.0  # the job may exceed its budget by one second
 
 
 @pytest.mark.slow
@@ -89,7 +88,7 @@ def test_other_load_of_the_machine_uses_no_time_of_a_budget(clocks: Clocks, tmp_
     assert monitor(1)
     monitor.check()
     clocks.processor = 1.1
-    assert not monitor(2)  # the stepping has its limit of 1 s
+    assert not monitor(2)  # the limit for stepping is 1 s
     monitor.check()
     clocks.processor = 2.1
     with pytest.raises(runs.OutOfTime):
@@ -105,7 +104,7 @@ def test_a_chunk_that_only_waits_ends_in_the_end(clocks: Clocks, tmp_path: Path)
 
 
 def test_the_times_of_a_chunk_are_those_of_the_processor(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A chunk whose building waited for a minute."""
+    """A chunk whose building waited for a minute on the clock."""
     document = json.loads(plan_job(json.dumps(SMALL).encode(), "application/json", Limits())["document"])
     parts, data = Parts(str(tmp_path)), document_bytes(document)
     parts.write(parts.job_file("j"), data)
@@ -143,6 +142,6 @@ def test_no_request_gets_more_for_a_case_than_the_server_gives(quick: InProcess)
 
 
 def a_job(**more: Any) -> Job:
-    """A job as it is stored."""
+    """A job in the form in which the store holds it."""
     plain: dict[str, Any] = dict.fromkeys(Job.__dataclass_fields__, 0)
     return Job(**plain | {"counts": {}, "problems": [], "landed": None, "state": "running", "budget": 60.0} | more)

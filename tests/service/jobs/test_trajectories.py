@@ -1,5 +1,5 @@
-"""Rows of all cases stored while a job runs: checked like the table, counted, fetched, and computed again where they were
-damaged."""
+"""Rows of all cases are stored while a job runs. Like the table, they are checked, counted and fetched. Damaged rows are computed
+again."""
 
 from __future__ import annotations
 

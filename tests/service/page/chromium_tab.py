@@ -1,5 +1,5 @@
-"""The page in headless Chromium, for tests, with the actions they repeat. All tests of the page share one browser and one tab; each
-other module that imports this one has its own."""
+"""The page in headless Chromium, for tests, with actions that tests repeat. All tests of the page share one browser and one tab.
+Any other module that imports this module has its own browser and tab."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ browser = pytest.fixture(launched, scope="module", name="browser")
 
 
 def opened(browser: Any, served: Served) -> Iterator[tuple[Any, list[str]]]:
-    """A tab, and its pages' logged errors and requests to other servers. All tests share it, because a new one compiles all scripts
-    again."""
+    """A tab, with the errors that its pages log and their requests to other servers. All tests share the tab, because a new tab
+    compiles all scripts again."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000}, reduced_motion="reduce")
     context.set_default_timeout(60_000)
     p = context.new_page()
@@ -57,7 +57,7 @@ tab = pytest.fixture(opened, scope="module", name="tab")
 
 @pytest.fixture
 def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
-    """The page, loaded again; the test fails when it logs an error or sends a request to another server."""
+    """The page, loaded again. The test fails if the page logs an error or sends a request to another server."""
     p, errors = tab
     errors.clear()
     p.goto(f"http://127.0.0.1:{served.port}/page/icon.svg")  # the icon is the smallest file of the page
@@ -70,7 +70,8 @@ def page(tab: tuple[Any, list[str]], served: Served) -> Iterator[Any]:
 
 
 def until(page: Any, true: str) -> None:
-    """Wait until an expression holds (asked from here, because the page's policy forbids repeated evaluation in the page)."""
+    """Wait until an expression is true. The test evaluates it from here, because the page's policy forbids repeated evaluation in
+    the page."""
     eventually(lambda: page.evaluate(f"() => {true}"), 60.0)
 
 

@@ -10,7 +10,7 @@ from tests.service.page.page_states import GUIDE, STATES, There, go, looked, sta
 
 
 def report_stages(page: Any, there: There, now: dict[str, Any]) -> None:
-    """Open the page of a running job whose document has the fields ``now``, so that a short stage stays visible for a picture."""
+    """Open the page of a running job. Its document has the fields ``now``, so that a short stage stays visible for a picture."""
     job = there.job("one")
     begun = {"state": "running", "finished": None, "done": 0, "outcomes": {}, "progress": 0.0, "eta_seconds": None}
     document = job.document | begun | now

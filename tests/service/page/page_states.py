@@ -1,4 +1,4 @@
-"""Each state of the page: the way to reach it, and the condition that it is reached."""
+"""Each state of the page: the way to reach the state, and a condition that is true in the state."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ GUIDED: dict[str, Any] = {"scene": "double_pendulum", "reductions": [FORCE, "cou
 
 @dataclass
 class There:
-    """A server, another that requires a key, and finished jobs, each run at its first use."""
+    """A server, a second server that requires a key, and finished jobs. Each job runs at its first use."""
 
     served: Served
     locked: Served

@@ -1,4 +1,4 @@
-"""Cases that ended early do not count as results. Buttons work at the end of a motion and while the server is unreachable."""
+"""Cases that ended early do not count as results. Buttons also work at the end of a motion and while the server is unreachable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The form of the page and its messages: size, fields with mistakes, the request for a key, words of the API."""
+"""The form of the page and its messages: size, fields with mistakes, request for a key, words of the API."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_a_model_is_chosen_and_run_without_scrolling(page: Any, size: tuple[int,
 
 def test_mistakes_in_the_goal_of_a_study_are_shown_at_their_fields(page: Any) -> None:
     page.check("input[value=optimise]")
-    page.select_option("#model", "double_pendulum")  # proposals for another model vanish with it
+    page.select_option("#model", "double_pendulum")  # proposals for the previous model vanish with the model
     until(page, "document.getElementById('goalof').value.includes('guide')")
     page.select_option("#goal", "reach")
     page.fill("#target", "4 kg")

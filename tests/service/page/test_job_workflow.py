@@ -1,4 +1,4 @@
-"""The web page in headless Chromium: a scene is drawn and run, and its results are viewed. The page loads nothing from other
+"""The web page in headless Chromium. A scene is drawn and run, and its results are viewed. The page loads nothing from other
 servers."""
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     for selector, place in (("#sweepplot", "t.x[9], y.l2p(t.y[9])"), ("#timeplot", "1.2, y._length / 2")):
         page.locator(selector).scroll_into_view_if_needed()
         page.mouse.click(*page.evaluate(PLACE % (selector, place)))
-    until(page, "document.getElementById('moving').value === '9'")  # the case of a point that is clicked is played
+    until(page, "document.getElementById('moving').value === '9'")  # a click on a point plays the case of the point
     assert page.evaluate("document.getElementById('sweepplot').layout.annotations.length") == 1
     assert float(page.input_value("#at")) == pytest.approx(1.2, abs=0.01)
     page.click("#casetable summary")
@@ -116,7 +116,7 @@ def test_the_start_is_shown_while_a_job_waits_and_then_its_first_finished_case_i
 
 @pytest.mark.slow
 def test_a_long_job_is_drawn_whole_while_it_grows_and_can_be_cancelled(page: Any, served: Served) -> None:
-    """Any column of the scene can be viewed meanwhile, and missing cases are shown as missing."""
+    """While the job runs, any column of the scene can be viewed. Missing cases are shown as missing."""
     run(page, "0.1:0.6:200000", "2")
     counted = "document.getElementById('sweepnote').textContent"
     until(page, f"{counted}.startsWith('All ')")
@@ -176,7 +176,7 @@ def test_everything_can_be_done_from_the_keyboard(earlier: str, page: Any) -> No
     reached, on = set(), "(() => { const a = document.activeElement; return a.id || a.className || a.tagName; })()"
     page.wait_for_selector("#preview iframe:not(.behind)")
     page.evaluate("document.activeElement.blur()")
-    while "label" not in reached:  # the field of the label is the last one
+    while "label" not in reached:  # the label is the last field
         page.keyboard.press("Tab")
         reached.add(page.evaluate(on))
         assert page.evaluate("document.activeElement !== document.body")

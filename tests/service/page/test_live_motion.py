@@ -1,5 +1,5 @@
-"""The scene runs beside the editor. A dragged number or point is written into the text at its one place, and the motion shown is
-that of the text."""
+"""The scene runs beside the editor. If the user drags a number or a point, the page writes the new value into the text, and shows
+the motion of this text."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def opened(page: Any, model: str) -> str:
 
 
 def settled(page: Any) -> None:
-    """Wait until the text is checked and its motion is shown."""
+    """Wait until the page has checked the text and shows its motion."""
     page.wait_for_timeout(700)  # the page waits for a pause in typing
     page.wait_for_selector("#jobverdict.good")
     page.wait_for_selector("#preview[aria-busy=false]")
@@ -65,7 +65,7 @@ def changed_words(old: str, new: str) -> list[tuple[str, str]]:
 
 
 def agrees(page: Any) -> None:
-    """The motion in the picture is that of the text, to the last bit of the rows."""
+    """Check that the motion in the picture is that of the text, to the last bit of the rows."""
     for seen, right in zip(shown(page), computed(page.input_value("#scene")), strict=True):
         np.testing.assert_array_equal(seen, right)
 

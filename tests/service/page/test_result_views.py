@@ -1,5 +1,5 @@
-"""Views of jobs on the page: the start of a scene, the cursor that moves the mechanism, maps, selections, comparison of jobs. Also
-messages when the server is unreachable, and accessibility."""
+"""Views of jobs on the page: the start of a scene, the cursor that moves the mechanism, maps, selections, comparison of jobs. The
+tests also check messages while the server is unreachable, and accessibility."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_cases_and_columns_lie_over_each_other_and_the_cursor_moves_the_mechanis
     page.click("#addcolumn")
     lines = "document.getElementById('timeplot').data.filter((t) => t.mode === 'lines')"
     until(page, f"{lines}.length === 4")
-    assert len(set(page.evaluate(f"{lines}.map((t) => t.yaxis)"))) == 2  # newtons and metres have axes of their own
+    assert len(set(page.evaluate(f"{lines}.map((t) => t.yaxis)"))) == 2  # newtons and metres have separate axes
     own = trunnion.simulate("spherical_pendulum", overrides={MU: 0.6}, until=1.5)
     marks = page.evaluate("document.getElementById('timeplot').data.find((t) => t.name === 'events of case 1').x")
     assert marks == [e.time for e in own.events]
@@ -163,7 +163,7 @@ LISTED = "[...document.querySelectorAll('#joblist li')].map((row) => row.textCon
 def test_jobs_are_found_dated_and_set_side_by_side(page: Any, grid: Job, three: Job) -> None:
     show(page, "/jobs")
     page.fill("#search", "grid")
-    # rows contain the word in their label, or in the tags of another job
+    # each listed job contains the word in its label or in its tags
     until(page, f"{LISTED}.length && {LISTED}.every((row) => row.includes('grid'))")
     assert page.locator(f"#joblist li:has([data-job='{grid.id}']) time").get_attribute("datetime") == grid.document["created"]
     page.fill("#search", "")
@@ -224,7 +224,7 @@ HEADINGS = "[...document.querySelectorAll('h1')].filter((h) => h.checkVisibility
 
 
 def violations(page: Any) -> str:
-    """The findings of axe, where it is installed."""
+    """The findings of axe; none if axe is not installed."""
     try:
         from axe_playwright_python.sync_playwright import Axe
     except ImportError:
@@ -236,8 +236,8 @@ def violations(page: Any) -> str:
 
 @pytest.mark.slow
 def test_every_view_is_usable_by_all_and_on_a_narrow_screen(page: Any, grid: Job, three: Job) -> None:
-    """The views obey the rules of axe where it is installed. Everywhere, all elements have a name, there is one heading, and
-    nothing is outside the screen."""
+    """If axe is installed, the views obey its rules. In any case, all elements have a name, there is one heading, and nothing is
+    outside the screen."""
     views = {"/": "#count", "/jobs": "#joblist a"} | {f"/jobs/{j.id}": "#timeplot .trace" for j in (grid, three)}
     wide = page.viewport_size
     for address, ready in (views | {f"/compare?jobs={grid.id},{three.id}": "#compareplot .trace"}).items():

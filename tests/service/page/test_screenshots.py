@@ -1,6 +1,6 @@
-"""Every state of the page in four formats, as pictures to be looked at: ``TRUNNION_PICTURES=folder TRUNNION_REQUIRE=chromium,axe
-python -m pytest tests/service/page/test_screenshots.py -m slow -n 0``. In each nothing lies off the screen, and axe finds
-nothing."""
+"""Every state of the page in four formats, as pictures for inspection: ``TRUNNION_PICTURES=folder TRUNNION_REQUIRE=chromium,axe
+python -m pytest tests/service/page/test_screenshots.py -m slow -n 0``. In every picture, all elements lie on the screen, and axe
+finds no fault."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_each_state_of_the_page_fits_and_is_readable(browser: Any, there: There,
         page.emulate_media(color_scheme=scheme)
         high = page.evaluate("document.documentElement.scrollHeight")
         page.set_viewport_size(SIZES[size]["viewport"] | {"height": high})  # elements outside the screen are not redrawn
-        page.wait_for_timeout(1000)  # plots and pictures change their colours in this time
+        page.wait_for_timeout(1000)  # plots and pictures need this time to change their colours
         page.screenshot(path=str(folder / f"{name}-{size}-{scheme}.png"))
         page.set_viewport_size(SIZES[size]["viewport"])
         found.append((scheme, page.evaluate(BEYOND), violations(page)))

@@ -7,7 +7,7 @@ from trunnion.service.store.store_records import Chunk
 
 
 def cut(store: WorkStore, server: str, job: str, size: int, pause: float = 3000.0) -> Chunk | None:
-    """The next chunk to run; None without one."""
+    """The next chunk to run; None if there is no chunk."""
     found = store.cut_chunks(server, job, [size], pause)
     return found[0] if found else None
 

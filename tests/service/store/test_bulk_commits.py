@@ -1,4 +1,4 @@
-"""Many chunks in one commit are stored as in separate commits, in any database: all of them or none."""
+"""Many chunks in one commit are stored as in separate commits, in any database. A commit stores all chunks or none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["store"]
 
 
 def test_many_chunks_cut_at_once_are_those_that_are_cut_one_by_one(store: WorkStore) -> None:
-    """Retries that are due come first, then new cases, and cases that overran last; numbers of attempts are the same."""
+    """Due retries come first, then new cases, then cases that overran. The numbers of attempts are equal."""
 
     def begun() -> Job:
         job = taken(store, 100)

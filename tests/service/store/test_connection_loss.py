@@ -1,5 +1,5 @@
-"""A connection to the database may break after a command to write and before the confirmation. No job is stranded by this, and
-nothing is counted twice."""
+"""A connection to the database may break after a write command and before its confirmation. No job is left without a server, and no
+result counts twice."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def spinner(angle: float) -> sm.Scene:
 
 
 def rubs(scene: sm.Scene) -> str:
-    """The word "rubs" or "spins free", depending on the power of friction at the start. In all other cases that power."""
+    """The word "rubs" or "spins free" for the two correct powers of friction at the start. In all other cases, the power itself."""
     r = ran(scene, rows=1)
     w = np.array([r[f"socket.qd[{k}]"][0] for k in (1, 2, 3)])
     t = np.array([r[f"socket.friction.torque[{k}]"][0] for k in (1, 2, 3)])
@@ -58,8 +58,8 @@ def counted(scene: sm.Scene) -> str:
 
 
 def jumps(scene: sm.Scene) -> str:
-    """Events of a swing: the number of ends of sliding, whether each normal turned by less than 2 atan μ, and whether no wrap was
-    reported."""
+    """Events of a swing, in words: the number of ends of sliding, if each normal turned by at most 2 atan μ and no separation was
+    reported; otherwise the turns, degrees."""
     r = ran(scene)
     turns = [t for e in r.events if e.kind == "reversal" for t in e.turn]
     good = all(0.5 * math.atan(MU) < t <= 2 * math.atan(MU) for t in turns) and not any(e.kind == "separation" for e in r.events)
@@ -76,7 +76,8 @@ def swing(until: float) -> sm.Scene:
 
 
 def same_end(scene: sm.Scene) -> str:
-    """Rows at any spacing, one of them at the event, agree with the solver's own steps at the end, and have the same events."""
+    """Verdict on rows at any spacing, one of them at the event: they agree with the solver's own steps at the end, and the events
+    are the same."""
     until = float(scene.simulation.until)
     grids = (until, until / 7, until / 1000, until / (1 + EDGE), 0.0)
     runs = [simulate(scene, until=until, every=e, rtol=1e-9) for e in grids]

@@ -22,7 +22,8 @@ def four_bar(beyond: float) -> sm.Scene:
 
 
 def reaching(beyond: float) -> sm.Scene:
-    """A crank-slider whose guide is so high that crank and rod must stand upright: they are 1 + beyond times as long as needed."""
+    """A crank-slider whose guide is so high that crank and rod must stand upright. Crank and rod are 1 + beyond times as long as
+    needed."""
     scene = load_scene("crank_slider_free")
     height, joints = 1.5 / (1 + beyond), dict(scene.joints)
     joints["guide"] = replace(joints["guide"], inboard=sm.Side("ground", (0.0, height, 0.0)), start=sm.Start(0.0, 0.0))
@@ -32,8 +33,8 @@ def reaching(beyond: float) -> sm.Scene:
 
 
 def hanging(energy: float, until: float) -> sm.Scene:
-    """The two-four-bar with its cranks down, and ``energy`` times the energy that lifts it until the cranks lie flat (2: over the
-    top)."""
+    """The two-four-bar with its cranks down. Its energy is ``energy`` times the energy that lifts it until the cranks lie flat (2:
+    over the top)."""
     scene, rate = load_scene("n_four_bar"), math.sqrt(7 * 9.81 / 3 * energy)
     joints = dict(scene.joints)
     for name, joint in scene.joints.items():
@@ -44,8 +45,8 @@ def hanging(energy: float, until: float) -> sm.Scene:
 
 
 def lifted(scene: sm.Scene, to: float, word: str, rows: int) -> str:
-    """Whether the cranks turn beyond an angle, in a correct run. The mean of the cranks counts: where they lie flat, each could
-    move in its own way."""
+    """Verdict on whether the cranks turn beyond an angle, in a correct run. The mean of the cranks counts, because flat cranks can
+    move independently."""
     r = ran(scene, 1e-10, rows)
     most = float(np.mean([r[f"pivot{k}.q[1]"] for k in range(3)], axis=0).max())
     lost = np.abs(r["energy.residual"]).max() / r["energy.kinetic"].max()
@@ -60,8 +61,8 @@ def bricard(beyond: float) -> sm.Scene:
 
 
 def closing(scene: sm.Scene) -> str:
-    """Whether the mechanism closes. If it does, whether its run is right, and for how many joints it says that reactions are not
-    unique."""
+    """Verdict on whether the mechanism closes and its run is right. For a right run, also the number of joints whose reactions are
+    reported as not unique."""
     word = honest(scene)
     return f"{word}, {len(ran(scene).certificate.not_unique)} joints' reactions not unique" if word == "right" else word
 

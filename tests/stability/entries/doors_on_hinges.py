@@ -1,4 +1,4 @@
-"""Rows of the gallery about joints that share a load: a door on its hinges. One row is about a marginal event."""
+"""Rows of the gallery about joints that share a load: a door on its hinges. One row concerns a marginal event."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def friction_of_door(spacing: float) -> float:
 
 
 def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene:
-    """A door on two hinges with a torque of 1 + beyond times its friction. Spacing 0: on one hinge as long as the distance of
-    both."""
+    """A door on two hinges with a torque of 1 + beyond times its friction. With spacing 0, the door has one hinge as long as the
+    distance of the two hinges."""
     rub = sm.Friction(mu=MU, radius=RADIUS, half_length=HALF if spacing else SPACING / 2, thrust_radius=THRUST)
     points = {"low": (0.0, 0.0, -spacing / 2)} | ({"high": (0.0, 0.0, spacing / 2)} if spacing else {})
     body = sm.Body(mass=DOOR, inertia=(10.0, 12.0, 2.0), center=(REACH, 0.0, 0.0), points=points)
@@ -49,7 +49,7 @@ def turning(beyond: float) -> sm.Scene:
 
 
 def going(scene: sm.Scene) -> str:
-    """Whether the door slows down or speeds up."""
+    """Verdict on whether the door slows down or speeds up."""
     r = ran(scene)
     return r.outcome.name if not r.outcome.ok else "speeds up" if r["low.qdd[1]"][0] * r["low.qd[1]"][0] > 0 else "slows down"
 
@@ -77,8 +77,8 @@ def settles(scene: sm.Scene) -> str:
 
 
 def crooked() -> float:
-    """Excess of least-norm friction at the door. numpy's least squares gives the force and the couple on each hinge (N and N m
-    alike), as a pseudo-inverse chooses them."""
+    """Friction of the door by least-norm reactions, relative to the correct friction. numpy's least squares gives the force and the
+    couple on each hinge. As in a pseudo-inverse, N and N m have equal weights."""
     couple = REACH * DOOR * G
     force, inside = np.linalg.lstsq(np.array([[SPACING / 2, 1.0]]), [couple / 2], rcond=None)[0]
     pressed = 2 * sum(abs(force / 2 + side * inside / (2 * HALF)) for side in (-1, 1))

@@ -47,7 +47,7 @@ def winch(torque: float, driven: float = DRIVEN) -> sm.Scene:
 
 
 def worm(beyond: float) -> sm.Scene:
-    """A loaded wheel that its worm holds where μ ≥ tan γ cos α. beyond: relative excess over this μ."""
+    """A wheel with a load, held by its worm if μ ≥ tan γ cos α. beyond: relative excess over this μ."""
     mu = math.tan(LEAD) * math.cos(PRESSURE) * (1 + beyond)
     threads, teeth, module = 1, 40, 4e-3
     apart = module / 2 * (threads / math.tan(LEAD) + teeth)
@@ -80,7 +80,7 @@ def short_rod(beyond: float) -> sm.Scene:
 
 
 def coils(stretch: float, speed: float = 0.0, until: float = 0.02) -> sm.Scene:
-    """A block with given friction on a spring whose coils touch: there it is a hundred times as stiff."""
+    """A block with given friction on a spring whose coils touch. When they touch, the spring is a hundred times as stiff."""
     at, force = (-3 * PLAY, -PLAY, 0.0, PLAY), [STIFF * x for x in (-201 * PLAY, -PLAY, 0.0, PLAY)]
     start, rubs = {"q": stretch, "qd": speed}, {"force": HELD if not speed else 0.1 * HELD}
     joint = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "block", "start": start, "friction": rubs,
@@ -102,13 +102,13 @@ def pulse(beyond: float) -> sm.Scene:
 
 
 def slips(scene: sm.Scene) -> str:
-    """How often the guide begins to slip; for an incorrect run, the verdict in words."""
+    """Number of times that the guide begins to slip; for an incorrect run, the verdict in words."""
     r = ran(scene)
     return f"{sum(e.kind == 'slip' for e in r.events)} slips" if r.outcome.ok else r.outcome.name
 
 
 def flyby(_: float) -> sm.Scene:
-    """A body that falls past an attracting point at a hundredth of its first distance."""
+    """A body that falls past an attracting point. The closest distance is a hundredth of the first distance."""
     joints = {"free": {"type": "free", "inboard": "ground", "outboard": "probe",
                        "start": {"q": [1, 0, 0, 1, 0, 0, 0], "qd": [0, 0.14, 0, 0, 0, 0]}}}  # fmt: skip
     forces = {"sun": {"type": "point_gravity", "on": "probe", "towards": "ground.sun", "gm": 1.0}}
@@ -117,7 +117,8 @@ def flyby(_: float) -> sm.Scene:
 
 
 def rotor(beyond: float) -> sm.Scene:
-    """A rotor with inertia about its axis only, on an axle (above) or in a ball (below), where nothing determines how it tilts."""
+    """A rotor with inertia about its axis only. Above the threshold it is on an axle; below, it is in a ball, where nothing
+    determines its tilt."""
     body = {"mass": 1, "inertia": {"axial": 0.01, "axis": "x"}}
     joint = {"inboard": "ground", "outboard": "rotor"}
     way = {"type": "revolute", "axis": "x", "start": {"q": 0.0, "qd": 100.0}} if beyond > 0 else {"type": "spherical"}

@@ -37,7 +37,7 @@ def rotor(
 
 
 def normal_turn(scene: sm.Scene) -> str:
-    """Whether the contact's normal turns by π while the wheel continues to turn, with finite numbers only."""
+    """Verdict on whether the contact's normal turns by π while the wheel continues to turn, with finite numbers only."""
     r = ran(scene, rows=101)
     n = np.array([r[f"axle.contact[1].normal[{k}]"] for k in (1, 2, 3)])
     turned = float(n[:, 1] @ n[:, -1]) < 0.0
@@ -46,7 +46,7 @@ def normal_turn(scene: sm.Scene) -> str:
 
 
 def crossed(angle: float) -> sm.Scene:
-    """A universal joint whose second axis is inclined to the first; at angle 0 they would be parallel."""
+    """A universal joint whose second axis is inclined to the first axis. At angle 0 the axes would be parallel."""
     rub = sm.Friction(mu=0.3, radius=0.01, half_length=0.03)
     arm = sm.Body(box=(1.0, 0.1, 0.1), density=STEEL, center=(0.5, 0.0, 0.0))
     joint = sm.Joint("universal", "ground", "arm", axis="y", reference=(0.0, math.cos(angle), math.sin(angle)), friction=rub)

@@ -38,7 +38,7 @@ def goes_over(scene: sm.Scene) -> str:
 
 
 def chute(_: float) -> sm.Scene:
-    """A block that drag slows down ten million times within a second."""
+    """A block that drag slows down by a factor of ten million within a second."""
     air = {"type": "drag", "on": "block", "area": 1.0, "coefficient": 2.0, "density": THICK}
     return block("chute", 1.0, {"q": 0.0, "qd": FAST}, {"air": air})
 
@@ -58,15 +58,15 @@ def valve(beyond: float) -> sm.Scene:
 
 
 def opens(scene: sm.Scene) -> str:
-    """Whether the speed exceeds that at which the damper opens."""
+    """Verdict on whether the speed exceeds the speed at which the damper opens."""
     run = ran(scene)
     word = "runs away" if run["guide.qd[1]"][-1] > run["guide.qd[1]"][1] * 1.5 else "settles"
     return word if honest(scene) == "right" else honest(scene)
 
 
 def guessed(beyond: float) -> sm.Scene:
-    """Two links whose ends are on the ground, with a guess of the angle between them: slightly to one side of the straight
-    position, or to the other."""
+    """Two links whose ends are on the ground, with a guess of the angle between the links. The guess is slightly to one side of the
+    straight position, or to the other side."""
     bodies = {n: {"mass": 1, "inertia": [0.1] * 3, "center": [0.5, 0, 0]} for n in ("crank", "rod")}
     end = {"body": "rod", "point": [1, 0, 0]}
     elbow = {**revolute("rod"), "inboard": {"body": "crank", "point": [1, 0, 0]}, "start": {"q": beyond, "use": "guess"}}
@@ -76,7 +76,7 @@ def guessed(beyond: float) -> sm.Scene:
 
 
 def side(scene: sm.Scene) -> str:
-    """The side to which the elbow is closed, if its angle is that of the triangle."""
+    """The side on which the elbow closes, if the angle of the elbow is that of the triangle."""
     run = ran(scene)
     angle = float(run["elbow.q[1]"][0])
     right = run.outcome.ok and abs(abs(angle) - 2 * math.acos(0.6)) < 1e-9

@@ -14,8 +14,8 @@ from trunnion.scene.overrides import apply
 
 
 def tumbling(beyond: float, spin: float = 1e4) -> sm.Scene:
-    """A free box that spins fast about an axis 1e-3 off its axis y. The inertia about y is the middle one while its side is below
-    0.3 m."""
+    """A free box that spins fast about an axis 1e-3 off its axis y. The inertia about y is the middle one if the side of the box is
+    below 0.3 m."""
     body = sm.Body(box=(0.3, 0.3 * (1 + beyond), 0.1), mass=1.0)
     start = sm.Start((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1e-3 * spin, spin, 0.0))
     return sm.Scene({"top": body}, {"free": sm.Joint("free", "ground", "top", start=start)}, "tumbling", gravity=(0.0, 0.0, 0.0),
@@ -50,7 +50,7 @@ def governor(beyond: float) -> sm.Scene:
 
 
 def lifting(scene: sm.Scene) -> str:
-    """The direction in which the balls begin to move, and whether the run is right."""
+    """The verdict of ``honest``, and the direction in which the balls begin to move."""
     word, sets_off = honest(scene), float(ran(scene)["pin_right.qdd[1]"][0])
     return f"{word}, {'lifts' if sets_off < 0 else 'sinks'}"
 

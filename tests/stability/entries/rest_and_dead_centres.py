@@ -1,4 +1,4 @@
-"""Rows of the gallery about rest: what a dead centre changes in a joint at rest, and how often a load releases one."""
+"""Rows of the gallery about rest: the effect of a dead centre on a joint at rest, and the number of releases by a periodic load."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ RATE, START = 10.0, 0.3
 
 def trammel(beyond: float) -> sm.Scene:
     """Two sliders with friction in series along x, and a rod of length L from the second to a slider driven along y, at v, from y =
-    −s. The second slider is at √(L² − y²). It reverses at the dead centre y = 0, after s/v, with −v²/L. It cannot rest there,
-    although its speed is zero and the first slider rests. (μ₁ N₁ is some fifteen times the drag of the second slider on the first,
-    μ₂ N₂.)"""
+    −s. The second slider is at √(L² − y²). It reverses at the dead centre y = 0, after the time s/v, with the acceleration −v²/L.
+    The second slider cannot rest at the dead centre, although its speed is zero and the first slider rests. (μ₁ N₁ is some fifteen
+    times the drag of the second slider on the first, μ₂ N₂.)"""
     block = sm.Body(mass=1.0, inertia=(0.05, 0.05, 0.05))
     bodies = {
         "first": block,
@@ -54,8 +54,9 @@ def trammel(beyond: float) -> sm.Scene:
 
 def crank(beyond: float) -> sm.Scene:
     """A driven crank, a rod on a ball and a universal joint with friction, and a slider on a cylindrical guide with friction. The
-    run ends near the dead centre at crank angle π, after (π − start)/rate. The slider's rate is zero there and prescribed by the
-    loop, so that its own friction cannot move it. The universal joint's second axis is held throughout."""
+    run ends near the dead centre at crank angle π, after (π − start)/rate. At the dead centre, the slider's rate is zero and
+    prescribed by the loop, so that the slider's own friction cannot move it. The universal joint's second axis is held
+    throughout."""
     steel = {"density": 7801.0}
     bodies = {
         "crank": sm.Body(box=(0.5, 0.1, 0.1), points={"i": (-0.25, 0.0, 0.0), "o": (0.25, 0.0, 0.0)}, **steel),
@@ -88,8 +89,8 @@ def turned_round(scene: sm.Scene, joint: str) -> str:
 
 def ratchet(beyond: float) -> sm.Scene:
     """A block on a rough table under a load offset + swing·sin(2π t/T), whose largest value is (1 + beyond) times the friction
-    limit μ m g. Above 1 the block is released once a period, while cos(2π τ/T) > 1 − beyond/SWING, with τ from the load's
-    maximum: for 0.5 ms at one part in a million."""
+    limit μ m g. With beyond > 0, the load releases the block once a period, while cos(2π τ/T) > 1 − beyond/SWING, with τ from the
+    load's maximum: for 0.5 ms at one part in a million."""
     most = MU * MASS * G
     push = sm.Harmonic(amplitude=SWING * most, frequency=1.0, phase=0.0, offset=(1 + beyond - SWING) * most)
     rub = sm.Friction(mu=MU, half_width=0.01, half_height=0.01, half_length=0.5)
@@ -100,7 +101,7 @@ def ratchet(beyond: float) -> sm.Scene:
 
 
 def slips(scene: sm.Scene) -> str:
-    """How often the block slips, by every method."""
+    """Number of slips of the block, by every method."""
     until, counts = float(scene.simulation.until), set()
     for method in ("auto", "rk5", "rosenbrock", "moreau"):
         r = simulate(scene, until=until, every=until, rtol=1e-6, method=method)

@@ -1,4 +1,4 @@
-"""Rows of the gallery about a self-tightening brake: its ball turns about its contact or slides."""
+"""Rows of the gallery about a self-tightening brake, whose ball turns about its contact or slides."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def at_kink() -> float:
 
 def brake(torque: float, start: float, law: str) -> sm.Scene:
     """A shaft spins in a guide, and a force presses it along the guide, with its ball, into the seat of a lever. A pin that can
-    slide along the lever holds the lever, and a torque (N m) turns it, from ``start`` to ``torque``. The pin carries no load along
-    the lever. The ball's force has the components PRESS along the axis and y across it: ARM y = torque + REACH √(y² − μ² PRESS²),
-    the last term where it slides. There are three roots between GRIPS and LEAVES, otherwise one."""
+    slide along the lever holds the lever. A torque (N m), which changes from ``start`` to ``torque``, turns the lever. The pin
+    carries no load along the lever. The ball's force has the components PRESS along the axis and y across it: ARM y = torque +
+    REACH √(y² − μ² PRESS²), the last term where it slides. There are three roots between GRIPS and LEAVES, otherwise one."""
     rub = sm.Friction(mu=MU, radius=RADIUS, law=law, v_eps=V_EPS if law == "regularized" else None)
     turned = sm.Signal(table=sm.Table((0.0, UNTIL), (start, torque)))
     joints = {
@@ -62,7 +62,8 @@ def loosened(beyond: float, law: str = "coulomb") -> sm.Scene:
 
 
 def folds(scene: sm.Scene) -> str:
-    """The ball's mode at the end, and the number of folds, by the component of its friction along its turning."""
+    """The mode of the ball at the end, and the number of folds. The component of friction along the ball's turning shows the
+    mode."""
     r = ran(scene, rtol=1e-9)
     if not r.outcome.ok or any(e.kind != "fold" for e in r.events):
         return f"{r.outcome.name}, {[e.kind for e in r.events]}"

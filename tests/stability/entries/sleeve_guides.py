@@ -24,7 +24,7 @@ def carriage(offset: float) -> sm.Scene:
 
 
 def pushed(beyond: float, v_eps: float = 1e-9) -> sm.Scene:
-    """A sleeve on a level guide with the regularised law, pushed along it with about its sliding friction."""
+    """A sleeve on a level guide with the regularised law. A push along the guide is about the sliding friction."""
     body, push = sm.Body(box=(0.1, 0.1, 0.1), mass=2.0), 0.4 * 2.0 * 9.81 * (1 + beyond)
     rub = replace(GUIDE, law="regularized", v_eps=v_eps)
     joint = sm.Joint("prismatic", "ground", "carriage", axis="x", friction=rub, start=sm.Start(0.0, 0.0))
@@ -33,7 +33,8 @@ def pushed(beyond: float, v_eps: float = 1e-9) -> sm.Scene:
 
 
 def creeping(scene: sm.Scene) -> str:
-    """Whether the sleeve creeps at v_eps F/(μN) below a push of μN, or slides with (F − μN)/m beyond it, in less than 500 steps."""
+    """Verdict on whether the sleeve creeps at v_eps F/(μN) below a push of μN, or slides with (F − μN)/m beyond this push, in less
+    than 500 steps."""
     joint, r = scene.joints["guide"], ran(scene, 1e-9)
     assert joint.friction is not None
     v_eps, mass = float(joint.friction.v_eps or 0.0), float(scene.bodies["carriage"].mass or 0.0)
@@ -64,7 +65,7 @@ def light(beyond: float, mass: float = 1e-6) -> sm.Scene:
 
 
 def carried(scene: sm.Scene) -> str:
-    """Whether the cart stays in its place while the pole swings."""
+    """Verdict on whether the cart stays in its place while the pole swings."""
     r = ran(scene)
     moved = np.any(r["rail.qd[1]"] != 0.0) or any(e.kind in ("slip", "stick", "reversal") for e in r.events)
     return r.outcome.name if not r.outcome.ok else "slips" if moved else "holds"

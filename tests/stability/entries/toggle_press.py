@@ -1,4 +1,4 @@
-"""The gallery's row about a toggle press: its change point, where its links lie folded on each other, and its pressing force."""
+"""The gallery's row about a toggle press: its change point, where the links are folded on each other, and its pressing force."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def folding(until: float) -> sm.Scene:
 
 
 def placed(angle: float, rate: float, push: float, resist: float, until: float) -> sm.Scene:
-    """The press without its stop, at an angle (rad) of the upper link, turning at a rate, under other forces, N."""
+    """The press without its stop, at an angle (rad) of the upper link. The link turns at a rate. Other forces, N, may act."""
     scene = folding(until)
     loads = {"push": sm.Force("force", "upper.knee", (push, 0.0, 0.0)), "resist": sm.Force("force", "ram", (0.0, 0.0, resist))}
     start = {"crown": sm.Start(angle, rate), "knee": sm.Start(-2 * angle, -2 * rate)}
@@ -54,8 +54,8 @@ def pushed(beyond: float, rate: float = 0.0) -> sm.Scene:
 
 @cache
 def pole() -> float:
-    """Distance from the change point (rad) at which friction of the press in plane has a pole. There a lateral force, together with
-    the friction that it alone causes, does not accelerate the foot sideways."""
+    """Distance from the change point (rad) at which friction of the press in plane has a pole. At this distance, a lateral force
+    and the friction that this force alone causes do not accelerate the foot sideways."""
     model = SprungToggle(0.0, 0.0, lambda _: 0.0)
 
     def lean(beside: float) -> float:
@@ -72,8 +72,8 @@ def pole() -> float:
 
 
 def beside(beyond: float, rate: float) -> sm.Scene:
-    """The press folded through its change point, 1 + beyond times the distance ``pole`` behind it, on its way back (or, at a
-    negative rate, on its way on)."""
+    """The press folded through its change point, at 1 + beyond times the distance ``pole`` behind this point. The press is on its
+    way back or, at a negative rate, on its way on."""
     return placed(CHANGE - (1 + beyond) * pole(), rate, 0.0, 0.0, 1e-10)
 
 

@@ -1,4 +1,4 @@
-"""Rows of the gallery about many joints with friction on few freedoms: the corner of a car, a platform on sprung legs."""
+"""Rows of the gallery about many joints with friction on few freedoms: the corner of a car, and a platform on sprung legs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def wishbone(load: float, rate: float = 0.0) -> sm.Scene:
 
 
 def platform(legs: int, until: float, rate: float = 0.0) -> sm.Scene:
-    """A platform on sprung legs with friction in all joints. It is at rest, or all its legs grow longer at a rate in m/s."""
+    """A platform on sprung legs with friction in all joints. The platform is at rest, or all its legs grow at a rate in m/s."""
     scene = stewart(legs)
     joints = {n: replace(j, start=replace(j.start, qd=rate)) if n.startswith("leg") else j for n, j in scene.joints.items()}
     return replace(scene, joints=joints, simulation=sm.Simulation(until=until), outputs=("*",))
@@ -47,8 +47,8 @@ def platform(legs: int, until: float, rate: float = 0.0) -> sm.Scene:
 
 @cache
 def most(scene: Callable[[float, float], sm.Scene], joint: str, low: float, high: float) -> float:
-    """The load (N) beyond which all joints continue to slide. At that load a slow mechanism neither slows down nor speeds up, by
-    the formulation that shares no code with the engine. Only the start, with loops closed, is the engine's."""
+    """The load (N) beyond which all joints continue to slide. At this load, a slow mechanism neither slows down nor speeds up. The
+    formulation that shares no code with the engine gives the load. The engine gives only the start with closed loops."""
     start = simulate(scene(low, SLOW), until=1e-9, every=1e-9)
     at = state_at(start, 0)
 
@@ -64,21 +64,22 @@ def lifted(beyond: float, rate: float = 0.0) -> sm.Scene:
 
 
 def rests(scene: sm.Scene) -> str:
-    """The word "holds" or "slips" by statics, and what a short run did when it contradicts that."""
+    """The word "holds" or "slips" by statics. If a short run contradicts statics, also the result of this run."""
     word, r = "holds" if hold(scene).holds else "slips", ran(scene)
     still = max(np.abs(r[c]).max() for c in r.matching("*.qd[*]")) <= ROUND_OFF and not r.events
     return word if (word == "holds") == still and r.outcome.ok else f"{word}, but the run {r.outcome.name}"
 
 
 def going(scene: sm.Scene, joint: str) -> str:
-    """Whether the mechanism slows down or speeds up."""
+    """Verdict on whether the mechanism slows down or speeds up."""
     r = ran(scene, rows=1)
     rate, change = r[f"{joint}.qd[1]"][0], r[f"{joint}.qdd[1]"][0]
     return r.outcome.name if not r.outcome.ok else "speeds up" if change * rate > 0 else "slows down"
 
 
 def dense(scene: sm.Scene) -> str:
-    """The word "as by dense equations" when all accelerations at the start are those of the formulation that shares no code."""
+    """The words "as by dense equations" if all accelerations at the start equal those of the formulation that shares no code with
+    the engine."""
     r = simulate(scene, until=1e-9, every=1e-9)
     other = solve(state_at(r, 0)).qdd
     pairs = [(r[f"{n}.qdd[{k + 1}]"][0], x) for n, each in other.items() for k, x in enumerate(each)]

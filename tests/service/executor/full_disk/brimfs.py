@@ -1,5 +1,5 @@
-"""A file system for tests, at brim://folder: a local folder that can be full. While it contains a file named FULL, no file can be
-written whose path contains one of that file's lines."""
+"""A file system for tests, at brim://folder: a local folder that can be full. The folder may contain a file named FULL. Then no
+file can be written whose path contains one of the lines of FULL."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 
 class BrimFileSystem(AbstractFileSystem):
-    """The functions that parts need, by way of the local file system."""
+    """The functions of a file system that parts need. They call the local file system."""
 
     protocol = "brim"
     cachable = False
