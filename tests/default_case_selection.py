@@ -67,8 +67,8 @@ def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
 
 
 def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """(kept, others). Kept cases are chosen one after the other: each is the first case with the largest number of parameter values
-    that no kept case has."""
+    """(kept, others). Kept cases are chosen one after the other. The next case is the first of those with the largest number of
+    parameter values that no kept case has."""
     met: set[tuple[str, Any]] = set()
     kept, others = [], list(cases)
     while others and len(kept) < keep:

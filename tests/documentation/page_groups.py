@@ -1,7 +1,7 @@
 """Groups of pages that share an environment, and the run of a page from its first block to its last.
 
-Pages are grouped by the packages that they install. The pages of a group share an environment. Their order is such that each page
-only adds packages. After every page, the environment is compared with the typed installations. """
+Pages are grouped by the packages that they install. The pages of a group share an environment. In the order of the pages, each page
+only adds packages. After every page, the tests compare the environment with the typed installations. """
 
 from __future__ import annotations
 

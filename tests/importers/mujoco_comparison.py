@@ -98,7 +98,7 @@ def random_state(m: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compared(file: Path, seeds: int = 3) -> Compared:
-    """The file's mechanism in Trunnion and in MuJoCo. SceneError where Trunnion refuses it; ValueError where MuJoCo does."""
+    """The file's mechanism in Trunnion and in MuJoCo. SceneError if Trunnion refuses the file; ValueError if MuJoCo refuses it."""
     import mujoco
 
     linkage, model, bodies = linkage_of_mjcf(file)

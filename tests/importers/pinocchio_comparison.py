@@ -22,7 +22,8 @@ def opened(scene: Scene) -> Scene:
 
 
 def compared(file: Path, seeds: int = 3) -> Compared:
-    """The file's mechanism in Trunnion and in Pinocchio. SceneError where Trunnion refuses it; ValueError where Pinocchio does."""
+    """The file's mechanism in Trunnion and in Pinocchio. SceneError if Trunnion refuses the file; ValueError if Pinocchio refuses
+    it."""
     import pinocchio as pin
 
     scene, notes = scene_of_urdf(file)

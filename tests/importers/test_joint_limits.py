@@ -1,4 +1,4 @@
-"""Limits of joints become end stops when the user gives a stiffness; every interface does the same."""
+"""Limits of joints become end stops when the user gives a stiffness. Every interface treats limits alike."""
 
 from __future__ import annotations
 

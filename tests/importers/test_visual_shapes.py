@@ -1,4 +1,4 @@
-"""A scene draws the visuals of other programs' files: simple solids as shapes, all others as the surface around them."""
+"""A scene draws the visuals of other programs' files: simple solids as shapes, all other solids as their surfaces."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The independent formulation with which the engine is compared: absolute coordinates, one dense solve, contacts as numerical
 roots.
 
-It uses numpy and scipy only, and shares nothing with the engine except the Scene classes. Use of the package:
+The formulation uses only numpy and scipy, and shares only the Scene classes with the engine. Use of the package:
 
     state = forward(scene, q, qd, t)     poses and velocities from a spanning tree of joint coordinates
     result = solve(state)                accelerations, reactions, friction, contacts, drives, energy

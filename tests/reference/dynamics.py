@@ -49,7 +49,7 @@ class Result:
 
     @property
     def redundancy(self) -> int:
-        """Number of constraint rows that depend on the others."""
+        """Number of constraint rows that depend linearly on other constraint rows."""
         return self.rows - self.rank
 
     @property

@@ -32,8 +32,8 @@ def holding(scene: sm.Scene, round_off: float = 0.0) -> str:
 
 
 def honest(scene: sm.Scene) -> str:
-    """The word "right" if a run reaches its end with its energy in balance and its loops closed. Otherwise the words for what
-    failed."""
+    """The word "right" if a run reaches its end with its energy in balance and its loops closed. Otherwise the words for the
+    failure."""
     r = ran(scene)
     if not r.outcome.ok:
         return r.outcome.name

@@ -123,8 +123,8 @@ def test_a_span_with_few_rows_is_integrated_from_the_rows_that_it_has() -> None:
 
 @pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
 def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
-    """A steady load on a part that turns steadily. Bins that the load passes once more than others receive one more share of the
-    wear. The bins at both ends of the passed range are passed in part."""
+    """A steady load on a part that turns steadily. A bin that the load passes one more time receives one more share of the wear.
+    The load passes the bins at both ends of its range only in part."""
     still = spun("inboard")
     turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
     c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]

@@ -26,7 +26,7 @@ KINDS = ("gear", "internal", "bevel_gear", "rack", "worm")
 @cache
 def pair(kind: str, seed: int) -> sm.Scene:
     """Two wheels out of balance on the ground, with friction at their teeth. The input ``u`` acts on the inboard wheel, and a
-    constant load on the other."""
+    constant load on the outboard wheel."""
     rng = np.random.default_rng([5, seed])
     load = float(rng.normal()) * (30.0 if kind == "rack" else 3.0)
     if kind == "worm":

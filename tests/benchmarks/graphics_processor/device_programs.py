@@ -1,10 +1,10 @@
-"""Programs for a graphics processor, built on a machine without one.
+"""Programs for a graphics processor, built on a machine without a graphics processor.
 
-``python -m tests.benchmarks.graphics_processor.device_programs FOLDER`` writes, for each mechanism, its C library compiled to PTX,
-and the results of some cases by the same C code on this machine. The compiler that compiles the kernels also compiles the runtime's
-unchanged C code for NVIDIA's processors. The script needs ``libdevice.10.bc`` (package ``nvidia-nvvm``, or a CUDA toolkit). If
-``ptxas`` is found, PTX is assembled, and the largest stack frame is reported. ``ensemble_run.py`` needs only the folder, NumPy and
-the driver.
+``python -m tests.benchmarks.graphics_processor.device_programs FOLDER`` compiles the C library of each mechanism to PTX. It also
+writes the results of some cases that the same C code computes on this machine. The compiler that compiles the kernels also compiles
+the runtime's unchanged C code for NVIDIA's processors. The script needs ``libdevice.10.bc`` (package ``nvidia-nvvm``, or a CUDA
+toolkit). If ``ptxas`` is found, PTX is assembled, and the largest stack frame is reported. ``ensemble_run.py`` needs only the
+folder, NumPy and the driver.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def write(folder: Path, which: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write the folder and print what was built."""
+    """Write the folder, and print the names of the built programs."""
     ask = argparse.ArgumentParser(description=__doc__)
     ask.add_argument("folder", type=Path)
     ask.add_argument("--only", default="")

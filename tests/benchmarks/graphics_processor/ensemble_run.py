@@ -1,8 +1,8 @@
 """Run and time the programs of ``device_programs.py`` on an NVIDIA processor. This file needs only NumPy and the driver.
 
 ``python ensemble_run.py FOLDER [--cases N]`` loads each mechanism's program and compares the checked cases with the results from
-the machine that built it. Then the script times cases whose values are drawn on this machine. It prints cases a second by wall time
-of the launch, registers, local memory, and the share of threads that the processor can hold at once.
+the machine that built it. Then the script times cases whose values are drawn on this machine. It prints cases per second of wall
+time of the launch, registers, and local memory. It also prints the share of threads that the processor can hold at once.
 """
 
 from __future__ import annotations

@@ -54,8 +54,8 @@ class PendingResult:
 
 
 class WaitingCluster:
-    """A cluster of workers, each of which waits as long as stepping would take, one piece after the other. case: seconds per
-    case."""
+    """A cluster of workers. Each worker takes one chunk after the other, and waits as long as stepping would take. case: seconds
+    per case."""
 
     def __init__(self, workers: int, case: float):
         self.counted, self.case = workers, case

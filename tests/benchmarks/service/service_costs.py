@@ -1,9 +1,9 @@
 """Processor time that the service needs in addition to the engine: ``python -m tests.benchmarks.service.service_costs``.
 
-Cost of a case: time of the whole server with its worker for jobs of many cases of example 8.1, minus the time of the same chunks in
-the engine alone. Both alternate in pairs. Cost of a job of one case: time from its submission to its end, minus the cost of the
-case. Cost of a status: ``GET /v1/jobs/{id}``. The loop: the longest callback of the server's event loop while 96 jobs are in
-flight, by the processor time of its thread."""
+Cost of a case: time of the whole server with its worker for jobs of many cases of example 8.1. The time of the same chunks in the
+engine alone is subtracted; both measurements alternate in pairs. Cost of a job of one case: time from its submission to its end,
+minus the cost of the case. Cost of a status: ``GET /v1/jobs/{id}``. The loop: the longest callback of the server's event loop while
+96 jobs are in flight, by the processor time of its thread."""
 
 from __future__ import annotations
 

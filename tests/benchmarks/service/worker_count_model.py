@@ -1,11 +1,11 @@
 """The costs of a job in addition to stepping, and a model of 10⁹ cases on 10⁴ workers from these costs (service/CAPACITY.md).
 
-``python -m tests.benchmarks.service.worker_count_model [-o FIGURE.png]`` measures times on this machine, in seconds: to send a
-chunk and store its outcome (SQLite, and PostgreSQL if it is available), to renew a lease, to write, read and count a part, to read
-rows of the table of chunks. With ``--real``, the real dispatcher and its store send chunks to some hundred workers that only wait.
-The script then evaluates a model with these constants. In the model, one dispatcher sends chunks and takes them back, one or many
-in a commit. Each worker has a running and a waiting chunk. ``ActiveJob.size`` gives the sizes of chunks. The only inputs are the
-constants and the cost of a case. """
+``python -m tests.benchmarks.service.worker_count_model [-o FIGURE.png]`` measures times on this machine, in seconds. The measured
+operations are: send a chunk and store its outcome (SQLite, and PostgreSQL if available); renew a lease; write, read and count a
+part; read rows of the table of chunks. With ``--real``, the real dispatcher and its store send chunks to some hundred workers that
+only wait. The script then evaluates a model with these constants. In the model, one dispatcher sends chunks and takes them back,
+one or many in a commit. Each worker has a running and a waiting chunk. ``ActiveJob.size`` gives the sizes of chunks. The only
+inputs are the constants and the cost of a case. """
 
 from __future__ import annotations
 

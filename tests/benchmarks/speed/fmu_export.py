@@ -1,5 +1,5 @@
-"""Time to export an FMU of a new mechanism, for this platform and for all platforms, when the machine has exported other FMUs
-before.
+"""Time to export an FMU of a new mechanism, for this platform and for all platforms. The machine has exported FMUs of other
+mechanisms before.
 
 Run it with ``python -m tests.benchmarks.speed.fmu_export`` (``--kernel parts``, ``--fmi 3``, ``--count N``, ``--platform host``).
 Each mechanism is a random tree of one to three bodies with friction (``tests.reference``). The structure of each tree is new:

@@ -3,9 +3,9 @@ stepping, writing and bounds (``interrupt_workloads.py``).
 
 Each measurement uses a new process. The process is a fork of this process, so that all modules are imported already. The process
 does the whole work. It is interrupted at a random instant, evenly distributed over the duration of the uninterrupted work. The
-script prints the time until the process has ended, and the processor time used until then, which does not depend on other work of
-the machine. It also prints exit codes and kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants]
-[place …]``"""
+script prints the time until the process has ended, and the processor time that the process has used. The processor time does not
+depend on other work of the machine. It also prints exit codes and kept rows. Linux only. ``python -m
+tests.benchmarks.speed.interrupt_latency [instants] [place …]``"""
 
 from __future__ import annotations
 

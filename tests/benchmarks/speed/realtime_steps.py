@@ -3,8 +3,8 @@ start and friction.
 
 Run it with ``python -m tests.benchmarks.speed.realtime_steps [STEPS]`` (10,000,000 steps, and a tenth of this number with the
 default bounds; about five minutes). For each example the script prints operations and time of a step (median, 99.9th percentile,
-maximum), and the ratio of maximum to median beside the static bound. The script also prints the number of steps beyond each bound,
-the events, and the unexplained energy."""
+maximum). It prints the ratio of maximum to median beside the static bound. The script also prints the number of steps beyond each
+bound, the events, and the unexplained energy."""
 
 from __future__ import annotations
 

@@ -88,8 +88,8 @@ def broken_cone(r: Result, rtol: float, since: float = 0.0) -> float:
 
 
 def ways_on(case: Case, r: Result | None) -> list[dict[str, str]] | None:
-    """Consistent sets of modes at the end of a run that still exist an instant later, at most one. Empty: no solution. None: too
-    many sets to try. Without a result: sets at the start."""
+    """Consistent sets of modes just after the end of a run; at most one is needed. Empty: no solution. None: too many sets to try.
+    Without a result: sets at the start."""
     last = -1 if r is None else len(r.time) - 1
     here = Decision(case.state() if r is None else state_at(r, last))
     rest = [p for p in here.pairs if p.speed <= SLOW * here.fastest]

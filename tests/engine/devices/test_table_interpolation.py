@@ -186,7 +186,7 @@ def test_cases_with_other_ends_do_not_share_a_table() -> None:
 
 
 def test_signals_of_a_block_are_those_of_its_tables() -> None:
-    """Sensitivities evaluate signals as this test does, also at times beyond the run."""
+    """Sensitivities evaluate the signals of a block, also at times beyond the run."""
     model = Model(driven({"table": table(interpolation="clamped")}))
     exact = WAYS["clamped"][1]
     x = np.zeros(model.system.external.size)

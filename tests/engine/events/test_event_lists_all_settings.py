@@ -71,8 +71,8 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
         # beside this pair again and again
         (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
         (128, 0.17, [("rk5", 1e-6)]),
-        # if friction grows without bound just before rest, the pair stops at any tolerance without a fold; later, a group at rest
-        # may share its load in two ways, so the comparison ends earlier
+        # if friction grows without bound just before rest, the pair stops at any tolerance without a fold. The comparison ends
+        # before a group at rest may share its load in two ways
         (54, 0.4, [("auto", 1e-5), ("rk8", 1e-9), ("rk5", 1e-6)]),
         # states inside a long step are less precise than the state at its end, and event times must not have their errors
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),

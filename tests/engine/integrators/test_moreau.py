@@ -315,8 +315,8 @@ def driven_jack(seed: int) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
-    """In the middle of a step, redundant rows are consistent only after the loops are closed. The method must close the loops
-    there."""
+    """In the middle of a step, redundant rows are consistent only after the loops are closed. The method must close the loops at
+    this point."""
     scene, exact = driven_jack(seed), simulate(driven_jack(seed), rtol=1e-8)
     assert exact.outcome.ok
     for rtol in (1e-3, 1e-4, 1e-6):
@@ -329,7 +329,7 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
 
 
 def lifted_from_dead_centre(seed: int) -> sm.Scene:
-    """A slider-crank in its dead centre. A drive moves the piston from there, so that the crank could turn in either direction."""
+    """A slider-crank in its dead centre. A drive moves the piston, so that the crank could turn in either direction."""
     crank, rod, swing = np.random.default_rng(seed).uniform((0.02, 0.1, 0.01), (0.08, 0.2, 0.05))
     body, turns = {"mass": 1, "inertia": [1e-3] * 3}, {"type": "revolute", "axis": "z"}
     drive = {"harmonic": {"amplitude": swing, "frequency": 1, "phase": "90 deg", "offset": crank + rod - swing}}

@@ -92,7 +92,8 @@ R1, R2, ROLL = 20 * MODULE / 2, 40 * MODULE / 2, MU * np.pi * MODULE / 4
 
 @pytest.mark.parametrize(("internal", "out"), [(False, R2 - ROLL), (True, R2 + ROLL)])
 def test_the_torque_that_a_load_takes_is_that_of_its_efficiency(internal: bool, out: float) -> None:
-    # outside wheels turn in opposite directions, and friction brakes both; the friction that brakes a pinion drives its ring
+    # outside wheels turn in opposite directions, and friction brakes the two wheels; the friction that brakes a pinion drives its
+    # ring
     load = 7.0 * (1 if not internal else -1)
     r = simulate(pair("drive: {constant: {rate: 30}}", f"effort: {load}", internal), rtol=1e-10)
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx((R1 + ROLL) / out * 7.0, rel=1e-9)

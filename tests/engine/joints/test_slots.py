@@ -92,9 +92,9 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. Returns the acceleration
-    (2) and angular acceleration of the body, the normal force (positive to the right of the tangent), and the wrench of the curve
-    on the body in the world. One system of equations, the balance and the constraint, gives all of them."""
+    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. Returns acceleration (2)
+    and angular acceleration of the body, normal force (positive to the right of the tangent), and the wrench of the curve on the
+    body, world. Equations of balance and the constraint together determine these numbers."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
     way = s.at(u, 1) / abs(s.at(u, 1))

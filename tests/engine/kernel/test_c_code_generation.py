@@ -78,7 +78,8 @@ def random_outputs(seed: int, inputs: list[SX], length: int = 160) -> list[SX]:
 
 
 def staged(name: str, seed: int) -> tuple[str, ca.Function, list[int]]:
-    """Three stages: parameters, then x, then z, with outputs in the last two (some known earlier)."""
+    """Three stages: parameters, then x, then z. The last two stages have outputs, some of which an earlier stage already
+    determines."""
     p, x, z = SX.sym("p", NP), SX.sym("x", NX), SX.sym("z", NZ)
     early, late = random_outputs(seed, [p, x]), random_outputs(seed, [p, x, z])
     stages = [

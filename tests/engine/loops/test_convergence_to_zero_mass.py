@@ -1,6 +1,5 @@
-"""Loops with bodies that are much lighter than others, or without mass. As the mass falls, the motion converges in first order to
-that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose as many digits as the mass
-ratio has."""
+"""Loops with bodies of small mass or without mass. As the mass falls, the motion converges in first order to that of mass 0. The
+steps stay the same for every cut of the loop. The loop equations alone would lose as many digits as the mass ratio has."""
 
 from __future__ import annotations
 

@@ -130,8 +130,8 @@ def test_a_newton_step_is_that_with_maps(name: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
-    """The multipliers of the loops are eliminated. The determinant also changes its sign where a row of S_D becomes dependent on
-    the others."""
+    """The multipliers of the loops are eliminated. The determinant also changes its sign where a row of S_D becomes linearly
+    dependent on its other rows."""
     it = equations(name)
     dn, D = it.derivative()
     a = it.table.active

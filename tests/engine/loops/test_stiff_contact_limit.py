@@ -32,7 +32,7 @@ LIMIT = 1e-9
 
 
 def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
-    """Contacts of a joint with random numbers; ``faced``: with a thrust face where the type has one."""
+    """Contacts of a joint with random numbers. ``faced``: with a thrust face, if the type has a thrust face."""
     sizes = {"radius": rng.uniform(0.005, 0.03), "mu": rng.uniform(0.05, 0.6), "law": "coulomb"}
     if kind != "spherical":
         sizes["half_length"] = rng.uniform(0.02, 0.08)
@@ -125,7 +125,7 @@ def test_only_ratios_of_stiffness_count_and_the_default_is_a_hundred_newtons_a_m
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
-    """The rows that close the loop hold only round-off on such axes, from which no rank must be derived."""
+    """On oblique axes, the rows that close the loop hold only round-off. No rank must be derived from round-off."""
     case = _carried(0, family)
     moved = rotated(case, len(family))
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))

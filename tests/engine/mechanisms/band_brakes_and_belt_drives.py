@@ -156,7 +156,7 @@ class Drive:
 
 
 def random_band(rng: np.random.Generator, wraps: tuple[float, float] = (1.0, 9.0)) -> Band:
-    """A band with a tension of one end or the mean of both."""
+    """A band for which the tension of one end or the mean of both tensions is given."""
     wrap = float(rng.choice([-1, 1]) * rng.uniform(*wraps))
     size = float(rng.uniform(20, 400))
     return Band(float(rng.uniform(0.05, 0.5)), wrap, *((size, None) if rng.random() < 0.6 else (None, size)))

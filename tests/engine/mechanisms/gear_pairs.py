@@ -171,7 +171,7 @@ class Row:
         return force, torque
 
     def touch(self, one: Pair) -> tuple[np.ndarray, np.ndarray]:
-        """The point at which two wheels touch and the direction in which their surfaces move there, in the world."""
+        """The point at which two wheels touch, and the direction in which their surfaces move at this point, in the world."""
         R, at = self.turned("carrier"), self("carrier.position")
         base = at - R @ self.f.inertia["carrier"][1]
         p1, p2, a1, a2 = base + R @ one.p1, base + R @ one.p2, R @ one.a1, R @ one.a2

@@ -14,8 +14,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Worm:
-    """threads, teeth, axial module (m), lead angle (rad; negative: left-handed), normal pressure angle (rad), μ; side: whether the
-    wheel is on the side of a × b of the axes a and b, or on the other."""
+    """threads, teeth, axial module (m), lead angle (rad; negative: left-handed), normal pressure angle (rad), μ; side: the side of
+    the wheel, along a × b of the axes a and b or against it."""
 
     threads: int
     teeth: int

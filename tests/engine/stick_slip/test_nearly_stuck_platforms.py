@@ -1,6 +1,6 @@
 """Platforms on three sprung legs (revolute, guide, ball). At the start all balls lie in one plane. In this position only, some legs
-rest because other legs rest. Legs that almost rest move with the platform. A final stop of such legs would take a hundredth of its
-energy, or jam it."""
+rest because other legs rest. Legs that almost rest move with the platform. If the engine stopped these legs for good, the platform
+would lose a hundredth of its energy or jam."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def stiff(*case: object) -> object:
         ("loop", 19, ("auto", 1e-4)),
         ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: in this row, a sleeve slips
         ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: in this row, balls reach their cones
-        ("loop", 3, ("rk8", 1e-8)),  # in the row of its stop, a ball that stops with others has no direction of sliding
+        ("loop", 3, ("rk8", 1e-8)),  # in the row of the stop, a ball that stops together with other pairs has no sliding direction
         # a ball turns about its contact at the start; only random starts of the search find its friction
         ("loop", 116, ("rk5", 1e-5)),
         ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of both components of friction counts
@@ -97,8 +97,8 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), stiff(("auto", 1e-6)), stiff(("rosenbrock", 1e-8))])
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
     """The shaft that closes loop 26 comes to rest and reverses. Friction accelerates the shaft a thousand times as much along its
-    axis as about its axis, so that every method's steps shrink with the remaining time. The shaft reverses at 0.2447825447 s (the
-    stiff method at rtol 1e-10). The error of this time is at most 7 rtol × the time scale in every method."""
+    axis as about its axis. Every method's steps shrink with the remaining time. The shaft reverses at 0.2447825447 s (the stiff
+    method at rtol 1e-10). The error of this time is at most 7 rtol × the time scale in every method."""
     case = rubbing("loop", 26)
     method, rtol = setting
     r = simulate(case.scene, until=1.5 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])

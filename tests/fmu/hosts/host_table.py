@@ -1,10 +1,10 @@
-"""FMUs of all bundled models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER [TOOL ...]`` prints what
-the table of fmu/README.md summarises.
+"""FMUs of all bundled models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER [TOOL ...]`` prints the
+figures for the table of fmu/README.md.
 
 FOLDER keeps the FMUs and an environment for each tool. Tools in C are used if they are on the path. PyFMI, which is compiled with
-its libraries, is used if FOLDER has an environment with it. A cell is the largest difference of a final value from that in fmpy,
-relative to 1 or the value, whichever is larger. If the tool refuses files, the cell has the last line of each refusal, with the
-models."""
+its libraries, is used if FOLDER has an environment with it. A cell is the largest difference of a final value from the value in
+fmpy, relative to 1 or to the value, whichever is larger. If the tool refuses files, the cell has the last line of each refusal,
+with the models."""
 
 from __future__ import annotations
 

@@ -67,7 +67,8 @@ def driven() -> trunnion.Scene:
 
 
 def thrown() -> trunnion.Scene:
-    """Two blocks thrown up a rail past their latches. A signal releases one, the other slips on the teeth of its ratchet."""
+    """Two blocks are thrown up a rail past their latches. A signal releases one block; the other block slips on the teeth of its
+    ratchet."""
     body = {"mass": 2, "inertia": [1, 1, 1]}
     hook, rail = {"at": 0.3, "stiffness": 4e4}, {"type": "prismatic", "axis": "x", "inboard": "ground"}
     rail |= {"effort": -6, "start": {"qd": 3}}

@@ -120,5 +120,5 @@ def program(folder: Path, made: Library, until: float, every: float) -> list[Pat
 
 
 def printed(text: str) -> np.ndarray:
-    """The rows that such a program printed."""
+    """The rows that a program of ``program`` printed."""
     return np.array([[float.fromhex(x) for x in line.split()] for line in text.splitlines()])

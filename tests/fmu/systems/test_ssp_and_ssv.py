@@ -238,8 +238,9 @@ def mapped(folder: Path, parameters: object, mappings: object) -> Path:
 def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A scene's FMU starts with its values in every host. SSV and SSM files contain the values for hosts that read such files. A
-    given file has the same effect as its contents. A value is converted into the unit of its variable before the factor."""
+    """A scene's FMU starts with its values in every host. SSV and SSM files contain these values for hosts that read parameter
+    files. A given file has the same effect as its contents. A value is converted into the unit of its variable before the
+    factor."""
     made = mapped(folder, VALUES, LINKS)
     assert main(["ssp", str(folder / "mapped.yaml"), "-o", str(folder / "again.ssp")]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "  parameters that no variable takes: gear"

@@ -2,9 +2,9 @@
 
 Below eps friction rises in proportion to the speed, to its largest value at rest. Above eps, the law is exact. A pair with a larger
 coefficient at rest has a state: it slides until its speed is below eps, and rests until its speed reaches ``BEGINS`` eps. (Pairs
-that move together reach their own eps one after the other. With this state, all of them have their largest friction before one of
-them slides. A law that falls with the speed would have an unstable branch, which implicit steps would follow.) All functions take
-many states and pairs at once. """
+that move together reach their own eps at different times. With this state, every pair has its largest friction before any pair
+slides. A law that falls with the speed would have an unstable branch, which implicit steps would follow.) All functions take many
+states and pairs at once. """
 
 from __future__ import annotations
 

@@ -58,7 +58,8 @@ class Motion:
 
 @dataclass
 class Sides:
-    """Attachments of some joints: bodies, points from their mass centres, and frames there, of a first and a second side."""
+    """Attachments of some joints on a first and a second side: bodies, points from their mass centres, and frames at these
+    points."""
 
     one: np.ndarray
     x_one: np.ndarray

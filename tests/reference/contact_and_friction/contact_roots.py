@@ -94,7 +94,7 @@ def ball(fc, omega, radius, law: Law) -> Outcome:
         fn = float(-n @ fc)
     else:
         n, fn = normal(s)
-    torque = radius * cross(n, fc)  # This is (110), because the normal part of f_c has no arm.
+    torque = radius * cross(n, fc)  # torque by (110), because the normal part of f_c has no arm
     contact = Contact(fn, n, float(np.arctan2(n[2], n[0])), float(np.arcsin(np.clip(n[1], -1, 1))))
     return Outcome([contact], 0.0, torque)
 

@@ -106,7 +106,7 @@ class Rubbing:
 
     ``wrench``   constraint and friction on the inboard part: force, torque at the outboard point (world)
     ``devices``  springs, drives and so on along the freedoms, on the outboard part
-    ``scale``    share of the friction (for the continuation from none)
+    ``scale``    share of the friction (for the continuation from zero)
     """
 
     def __init__(self, state: State, name: str):
@@ -148,7 +148,7 @@ class Rubbing:
         friction, seen = np.zeros(2), []
         for k in range(2):
             f, m = C @ wrench[:3], C @ wrench[3:]
-            m[1 - k] -= devices[1 - k]  # the cross passes on the devices of the other axis
+            m[1 - k] -= devices[1 - k]  # the cross transmits the devices of the other axis
             sign = self.pin.sign * (1.0 if k == 0 else -1.0)
             turn = [0, 1, 2] if k == 0 else [1, 2, 0]
             fc, mc, omega = sign * f[turn], sign * m[turn], sign * self.qd[k]

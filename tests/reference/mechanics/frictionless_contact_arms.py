@@ -13,8 +13,9 @@ PART = 0.1
 
 
 def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
-    """The arm of each joint, m: a tenth of the root mean square distance of the joints' points from their mean on each body, taken
-    over the joints that share loops with this joint. 0 for joints on no loop. frames: sides of the joints by name."""
+    """The arm of each joint, m. It is a tenth of the root mean square distance of the joints' points from their mean on each body.
+    The mean is taken over the joints that share loops with this joint. The arm is 0 for joints on no loop. frames: sides of the
+    joints by name."""
     ends = {n: [f.inboard, f.outboard] for n, f in frames.items()}
     out = dict.fromkeys(frames, 0.0)
     for block in _blocks(scene, ends):

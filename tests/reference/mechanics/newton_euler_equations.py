@@ -23,7 +23,7 @@ RANK_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Row:
-    """One row of J: its joint, its kind ("constraint" or "drive"), its number there, its coefficients, and its required
+    """One row of J: its joint, its kind ("constraint" or "drive"), its number in this kind, its coefficients, and its required
     acceleration gamma."""
 
     joint: str

@@ -8,7 +8,7 @@ E3 = np.eye(3)
 
 
 def cross(a, b) -> np.ndarray:
-    """a x b of two 3-vectors (several times faster than numpy's general one)."""
+    """a x b of two 3-vectors (several times faster than numpy's general function)."""
     ax, ay, az = a
     bx, by, bz = b
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

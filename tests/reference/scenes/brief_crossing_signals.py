@@ -59,7 +59,7 @@ def spline_marks(spline: CubicSpline, times: np.ndarray) -> tuple[float, ...]:
 
 
 def table(r: np.random.Generator, low: float, high: float, span: float, middle: float | None = None) -> Signal:
-    """Straight lines or a natural spline that rise from a low value to a high one, and fall again."""
+    """Straight lines or a natural spline that rise from a low to a high value, and fall again."""
     at = float(r.uniform(0.3, 0.7) * span) if middle is None else middle
     width = float(r.uniform(0.02, 0.25)) * at
     if r.random() < 0.5:
@@ -79,7 +79,7 @@ def table(r: np.random.Generator, low: float, high: float, span: float, middle: 
 
 
 def ramp(r: np.random.Generator, low: float, high: float, span: float, _: float | None = None) -> Signal:
-    """A rise from a low value to a high one."""
+    """A rise from a low to a high value."""
     begin, duration = float(r.uniform(0.05, 0.5)) * span, log_uniform(r, -3.0, -0.35) * span
     data = {"ramp": {"start": low, "end": high, "begin": begin, "duration": duration}}
     return Signal(data, lambda t: float(np.interp(t, [begin, begin + duration], [low, high])), (begin, begin + duration))

@@ -48,7 +48,8 @@ def swap_joint_sides(case: Case, name: str) -> Moved:
 
 
 def _coordinates_after_swap(joint, q) -> SwappedJoint:
-    """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega; the reverse map is the same."""
+    """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega. The reverse map has the same
+    formulas."""
     R, s = joint_transform(joint, q)
     if of(joint.type).crossed:
         return SwappedJoint(-SWAP[:2, :2], -np.asarray(q)[::-1], SWAP.T @ R.T)

@@ -16,7 +16,7 @@ MOST = 12
 
 def spring_curve(rng: np.random.Generator, low: float = -1.0, high: float = 1.0) -> dict[str, Any]:
     """A spring curve with 2 to 12 points. It is monotone, or has falling parts as a disc spring has. At its ends the curve does not
-    fall, because a motion could run away there."""
+    fall, because a motion could run away beyond a falling end."""
     n = int(rng.integers(2, MOST + 1))
     at = low + (high - low) * (np.sort(rng.uniform(0.0, 1.0, n)) + 0.05 * np.arange(n)) / (1.0 + 0.05 * n)
     effort = np.cumsum(rng.uniform(0.0, 1.0, n) ** 3) * 100.0 - 100.0 if rng.random() < 0.5 else rng.uniform(-100.0, 100.0, n)

@@ -54,7 +54,7 @@ def body(rng) -> sm.Body:
 
 
 def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> dict:
-    """Both sides of a joint and their axes, in one of the ways of a scene file."""
+    """Both sides of a joint and their axes. The notation is one of those that a scene file allows."""
     way, needs_axis = rng.integers(4), REGISTRY[kind].needs_axis
     if way == 0:  # A general frame for each side.
         both = [sm.Side(b, numbers(rng, 3, 0.4), axis=unit(rng), reference=unit(rng)) for b in (inboard, outboard)]

@@ -40,7 +40,7 @@ def four_bar(d: Draft, grashof: bool = True) -> None:
 
 
 def _circles(a: np.ndarray, ra: float, b: np.ndarray, rb: float) -> np.ndarray:
-    """The upper point at these distances from two points. The first distance is changed if no such point exists."""
+    """The upper point at these distances from two points. The first distance is changed if no point has these distances."""
     way = float(np.hypot(*(b - a)))
     ra = min(max(ra, abs(way - rb) * 1.05), (way + rb) * 0.97)
     along = (ra**2 - rb**2 + way**2) / (2 * way)

@@ -79,7 +79,7 @@ def swept(scene: trunnion.Scene, path: str, value: float) -> None:
 
 
 def asked_of_the_service(scene: trunnion.Scene, path: str, value: float) -> None:
-    """Request the scene with this value, as a REST client does."""
+    """Request the scene with this value through REST."""
     scene_of(SceneSource(scene=with_units(opened(scene)), overrides={path: value}), Limits())
 
 

@@ -56,7 +56,7 @@ def lifting(scene: sm.Scene) -> str:
 
 
 def lopsided(beyond: float) -> sm.Scene:
-    """A free body whose largest moment of inertia is 1 − beyond times the sum of the others."""
+    """A free body whose largest moment of inertia is 1 − beyond times the sum of the two other moments."""
     body = sm.Body(mass=1.0, inertia=(1.0, 2.0, 3.0 * (1 - beyond)))
     start = sm.Start((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 2.0, 3.0))
     return sm.Scene(
