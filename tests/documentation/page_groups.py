@@ -41,8 +41,8 @@ GROUPS = {
 }
 """Pages by group. The group's name lists the packages that its pages install, in their order."""
 ABOUT_MODELS = ("plain", "guide, plain", "pandas")
-"""Groups that one process runs. A second process runs all others, because all pages with a server use the same port. Both take
-about as long. A process runs the pages of one file of tests (``--dist loadfile``)."""
+"""Groups that one process runs. A second process runs all other groups, because all pages with a server use the same port. The two
+processes take about the same time. A process runs the pages of one file of tests (``--dist loadfile``)."""
 
 
 def begins(page: str) -> list[Step]:

@@ -26,8 +26,8 @@ BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?
 """The line that creates an environment with the project and without extras."""
 EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
 PATIENCE = 600.0
-"""Seconds to wait for another process's environment. A process waits so long only where the other one has failed, and then makes
-its own."""
+"""Seconds to wait for another process's environment. A process waits so long only if the other process has failed. It then makes
+its own environment."""
 WITH_PYTHON = {"pip", "setuptools", "wheel"}
 """Packages that ``python -m venv`` may put into an environment by itself."""
 
@@ -41,7 +41,7 @@ class Home:
     shared: Path
     typed: list[str] = field(default_factory=list)
     copied: bool = False
-    """Whether its environment began as a copy of another one."""
+    """True if the environment began as a copy of another environment."""
 
     @property
     def venv(self) -> Path:

@@ -113,7 +113,7 @@ def compared(file: Path, seeds: int = 3) -> Compared:
 
 
 Both = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Accelerations here and in the other program, and the rates."""
+"""Accelerations in Trunnion and in the other program, and the rates."""
 
 
 def _both(m: Any, model: Model, bodies: BodyConverter, q: np.ndarray, qd: np.ndarray) -> Both:

@@ -25,7 +25,7 @@ SDF = """<sdf version="1.9"><model name="lift"><link name="car"><inertial><mass>
 FILES = {
     "lift.urdf": URDF, "lift.xml": MJCF.format(said='range="-0.2 0.3"'), "lift.sdf": SDF.format(upper="<upper>0.2</upper>"),
 }  # fmt: skip
-"""The same mechanism in three formats. MJCF's coordinate is 0.1 m where the others' is zero."""
+"""The same mechanism in three formats. The coordinate of MJCF is 0.1 m where the coordinates of the other formats are zero."""
 Write = Callable[[str, str], Path]
 
 

@@ -81,7 +81,7 @@ class Opened:
 
 
 OPEN: list[Any] = []
-"""Pages that end with the test: a page that plays would slow down all later ones."""
+"""Pages that end with the test. A page that plays would slow down all later pages."""
 
 
 COARSE = 0.25

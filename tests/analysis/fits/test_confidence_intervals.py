@@ -26,7 +26,8 @@ from tests.analysis.fits.closed_form_motions import (
 )
 
 WIDTH = 3e-3
-"""Allowed relative error: ends are located to a thousandth of the threshold on either side, and √rise is linear here."""
+"""Allowed relative error. Ends are located to 0.1 % of the threshold on either side, and the root of the misfit's rise is
+linear."""
 
 
 def check(found: trunnion.Fit, names: list[str], b: np.ndarray, half: np.ndarray) -> None:

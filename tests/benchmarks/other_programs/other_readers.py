@@ -239,7 +239,7 @@ int main(int, char **a) {
 """
 """Program in C++ that prints the SDF into which libsdformat turns a file."""
 HEAVY = LINK.format("base")
-"""The root link with a mass. Without one, libsdformat drops the root and with it the whole robot."""
+"""The root link with a mass. Without a mass, libsdformat drops the root link and thereby the whole robot."""
 
 
 def output(*words: str) -> str:

@@ -31,7 +31,7 @@ WISHBONE = Path(__file__).resolve().parents[3] / "models" / "stability" / "26_wi
 LONG = 3.0
 """Seconds of longer work that the measurement uses."""
 Work = Callable[[Path], int]
-"""A function that works in a folder of its own and returns the exit code."""
+"""A function that works in a separate folder and returns the exit code."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ SETTINGS = (("auto", 1e-4), ("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6),
 steps, the states of their stages and the accuracy of the state. Fixed steps and Moreau's impulses locate no event."""
 JAMS = ("jammed", "no_solution", "inconsistent")
 NO_ANSWER = "no answer"
-"""The result of a run that ended by one of these names where enumeration finds no solution."""
+"""The result for a run that ended with one of these outcomes, if enumeration finds no solution."""
 ENERGY, CONE = 1e-3, 1e-6
 """Allowed energy error of a run, relative to the energy converted, and, for a finished run, allowed friction beyond a cone."""
 MOST_PAIRS = 8

@@ -18,7 +18,7 @@ from trunnion.scene import scene_from_dict
 JOINTS = ("main", "crankpin", "gudgeon", "guide")
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 STEPS = 400
-"""More than twice the steps of any method; a run that made no progress took 40,000."""
+"""More than twice the steps of any method. A run without progress takes 40,000 steps."""
 
 
 class DrivenCrank:

@@ -16,7 +16,8 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 NORMAL_TURNS = {1: 58.897, 5: 57.610}
-"""Stop → degrees by which the ball's normal turns there: 2 atan μ less the jump of the reaction (theory, "Turns of normals")."""
+"""Stop → degrees by which the ball's normal turns at this stop: 2 atan μ less the jump of the reaction (theory, "Turns of
+normals")."""
 
 
 @cache

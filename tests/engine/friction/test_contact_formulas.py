@@ -16,7 +16,7 @@ from trunnion.elements.contact.contact_element import COMPONENTS
 STATES = 300
 """Random states for each of the 40 combinations: 12,000 in all."""
 ROOT = 1e-11
-"""The reference finds a ball's root by bracketing, to 1e-15 of a function that is flat near spin along the load; its other contacts
+"""The reference finds a ball's root by bracketing, to 1e-15 of a function that is flat near spin along the load; all other contacts
 need one solve."""
 FORMS = list(product(ELEMENTS, ("regularized", "viscous"), (False, True), (1, -1)))
 

@@ -23,8 +23,8 @@ from trunnion.simulation.run import Model, run, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 DETERMINED, OPEN = 1e-9, 1e-5
-"""Changes of a component relative to the largest one of its joint: below the first, it is round-off; above the second, it is a
-component. Random mechanisms have none between."""
+"""Changes of a component relative to the largest component of its joint. Below the first number, a change is round-off; above the
+second number, the component is open. Random mechanisms have no changes between these numbers."""
 
 
 class Draft:

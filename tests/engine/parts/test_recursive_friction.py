@@ -18,7 +18,8 @@ from trunnion.system.construction.system_builder import build
 from trunnion.system.structure.friction_joint_indices import elements
 
 TREES = (8, 9, 10, 15, 20, 25, 27)
-"""Seeds with friction in every joint type that can have it, in both directions, a driven one, and every law."""
+"""Seeds of trees. Together they have friction in every joint type with friction, in both directions, a driven joint, and every
+law."""
 SAME = 1e-11
 """Allowed difference relative to the largest number. Newton's method leaves 1e-15 of the largest friction, which the lightest
 body's acceleration amplifies."""

@@ -52,8 +52,8 @@ WAYS: dict[str, Callable[[Case], Moved]] = {
         case, lambda c: rotated(c, 4), lambda c: reframed(c, 5), lambda c: rescaled(c, 1000.0, 1e-3, 2.0)
     ),
 }
-"""Other descriptions by name. The order of names does not change the kernel. The other three together make one new kernel, not
-three: each of them changes every vector, so that one cannot hide a dependence on another."""
+"""Other descriptions by name. The order of names does not change the kernel. The other three descriptions are applied together,
+which gives only one new kernel. Each of them changes every vector, so that none can hide a dependence on another."""
 
 
 @cache

@@ -41,7 +41,7 @@ TOOLS = {
     "energysim": ("energysim==2.1.9.1", "fmpy==0.2.14", "pypsa==0.31.2"), "pyfmi": (),
 }  # fmt: skip
 FORMS_OF = {"casadi": ("me2", "me3"), "fmpy_compiled": ("cs2", "arrays3"), "bd2cmake": ("arrays3",)}
-"""The forms of FMUs that a tool is for, if it is not for all."""
+"""The forms of FMUs that a tool accepts, if the tool does not accept all forms."""
 PROGRAMS = {"fmuCheck.linux64": ("cs2", "me2", "python2"), "fmi4ctest": tuple(FORMS)}
 STOP, STEP = 0.9, 0.01
 """Seconds. At 1 s the motions of `robot_arm` end, and its friction jumps."""

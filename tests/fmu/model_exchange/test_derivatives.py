@@ -17,7 +17,7 @@ import trunnion
 from tests.fmu.model_exchange.model_exchange_host import Importer, exchange, scene_of
 
 EXACT = 1e-12
-"""Allowed difference relative to the largest number of the matrix. Both are exact; the engine's kernel is compiled for this
+"""Allowed difference relative to the largest number of the matrix. Both results are exact; the engine's kernel is compiled for this
 machine."""
 SLOPE = 1e-6
 """Allowed difference relative to the largest difference of its column, by differences of fourth order over 1e-3 of the nominal

@@ -21,7 +21,7 @@ DESIGNS = sorted(f"designer/{f.parent.name}" for f in models_dir().glob("designe
 """Mechanisms of more bodies, some with friction in many joints, and an arm with inputs."""
 BARE = Path(__file__).with_name("bare_metal_headers")
 FITS = "-DTR_FITS(n,most)=((long)(n)>(long)(most)?(void)(trunnion_overruns++):(void)0)"
-"""A macro that compares lengths with their bounds and counts those that exceed them."""
+"""A macro that compares lengths with their bounds, and counts the lengths that exceed their bounds."""
 MAIN = """#include <stdio.h>
 #include "@.h"
 static @ m;

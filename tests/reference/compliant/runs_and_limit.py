@@ -18,13 +18,13 @@ from tests.reference.compliant.start_state import start
 FASTEST = 1e4
 """Angular frequency of the heaviest body on one contact spring at level 0, rad/s."""
 DELAYS = 10.0
-"""Damping: the delay of the springs times that frequency, at level 0. It falls with the compliance, so that all errors have the
+"""Damping: the delay of the springs times FASTEST, at level 0. The delay falls with the compliance, so that all errors have the
 same order: in a bearing whose parts turn at the rate w, the delay rotates the displacement by the angle w x delay against its
 force, which changes the shares of loads."""
 REST = 3e-6
 """Rate below which friction rests at level 0, rad/s; the speed is a tenth of it, m/s. Friction below it relaxes the loads of
-springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time was milliseconds, and trains at rest slipped
-1 ms early."""
+springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time would be milliseconds, and trains at rest
+would slip 1 ms early."""
 FINER = 4.0
 """Ratio of two levels, in compliance and in speeds."""
 LEVELS = 3
@@ -32,14 +32,14 @@ NUDGE = 2000
 """Speed of rest relative to the step of finite differences. Differences across the kink of the law at this speed would mislead
 Newton's method."""
 BEGUN = 2e-6
-"""Longest step, s, in which a pair may leave its speed of rest while another is about to let go."""
+"""Longest step, s, in which a pair may leave its speed of rest while another pair is about to slide."""
 SETTLED = 5.0
 """Time after the start, or after a kink of a signal, at which the pairs that such a jolt moved may rest again, in delays. At the
 start no spring is loaded. While the springs take their loads, pairs at rest pass the speed at which they begin to slide."""
 SAMPLES = 9
 """Number of states of a step at which the run looks for changes of hooks and pairs."""
 BEFORE = 1e-12
-"""Part of the time before a jump of a signal at which a step ends, so that it sees no value after the jump."""
+"""Part of the time before a jump of a signal at which a step ends. The step then uses no value after the jump."""
 ENOUGH = 1e-6
 """If the first two levels differ by less than this, no third level is run."""
 

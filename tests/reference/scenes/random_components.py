@@ -18,7 +18,7 @@ APART = ("screw", "point_on_plane")
 """Types whose friction is tested in ``test_screw_thread_friction`` and ``test_bodies_on_feet``: random scenes do not change."""
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
 SIZED = ("journal", "shaft", "sleeve", "ball", "cross")
-"""Contact elements whose sizes are chosen below so that there is one root; other elements have small sizes."""
+"""Contact elements whose sizes are chosen below so that the equations have one root. All other elements have small sizes."""
 
 
 def numbers(rng, n: int, size: float = 1.0) -> tuple[float, ...]:

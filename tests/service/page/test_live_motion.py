@@ -21,7 +21,7 @@ PLANAR = {
     "friction_identification": "arm.tip", "hatch": "ground.foot", "n_four_bar": "crank0.tip", "quick_return": "ram.tool",
     "robot_arm": "fore.tool", "winch": "load.rope", "caught_carriage": "frame.foot", "spherical_pendulum": "pendulum.tip",
 }  # fmt: skip
-"""A point of each plane bundled mechanism that gives one as numbers."""
+"""A point of each plane bundled mechanism whose scene gives points as numbers."""
 PLACE = """(name) => {
   const all = handles.map((h) => `${h.part || "ground"}.${h.name}`), there = handleAt(handles[all.indexOf(name)], shown.m);
   return shown.cam.project(there.world).slice(0, 2);
