@@ -1,4 +1,4 @@
-"""The command ``trunnion check --hold``: its text, its exit code and its JSON output."""
+"""Text, exit code and JSON output of the command ``trunnion check --hold``."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def in_common(folders: pytest.TempPathFactory) -> Path:
 
 
 def drawings(home: Path) -> None:
-    """Write the files that a page assumes to exist: a designer's drawing and a robot."""
+    """Write the files that a page assumes to exist: the drawing of a designer and a robot."""
     corners = np.array([[0, 0, 0], [40, 0, 0], [0, 20, 0], [0, 0, 10]])
     faces = ["0 2 1", "0 1 3", "0 3 2", "1 2 3"]
     facets = [[corners[int(i)] for i in f.split()] for f in faces]

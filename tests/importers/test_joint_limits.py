@@ -62,7 +62,7 @@ def test_a_limit_may_be_on_one_side(write: Write) -> None:
 
 
 def test_ranges_count_as_the_file_says(write: Write) -> None:
-    """In MJCF "auto" enables a range, unless the compiler element states otherwise."""
+    """In MJCF, "auto" enables a range unless the compiler element states otherwise."""
     for said, there in (('range="-1 1" limited="false"', False), ('range="-1 1" limited="true"', True), ("", False)):
         scene, notes = scene_of(write("lift.xml", MJCF.format(said=said)), stops=STIFFNESS)
         assert (scene.joints["track"].end_stops is not None) is there

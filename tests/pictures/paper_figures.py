@@ -83,12 +83,12 @@ def _draw(axes: Any, model: str, p: Panel, normal: str, until: float) -> None:
 
 
 def column(name: str, factor: float = 1.0) -> Curve:
-    """A way of reading a curve from a run: a column times a factor."""
+    """A function that reads a curve from a run: a column times a factor."""
     return lambda r: factor * r[name]
 
 
 def degrees(name: str) -> Curve:
-    """A way of reading a curve from a run: an angle in degrees, 0 to 360."""
+    """A function that reads a curve from a run: an angle in degrees, 0 to 360."""
     return lambda r: np.degrees(r[name]) % 360.0
 
 

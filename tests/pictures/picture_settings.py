@@ -10,7 +10,7 @@ from trunnion.plots.geometry.motion_and_view import VIEW
 
 @dataclass(frozen=True)
 class Plot:
-    """A panel of columns that share one unit. degrees: whether angles are shown in degrees."""
+    """A panel of columns with one common unit. degrees: whether angles are shown in degrees."""
 
     title: str
     quantity: str

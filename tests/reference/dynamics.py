@@ -64,7 +64,7 @@ class Result:
 
 
 def solve(state: State, eta: np.ndarray | None = None) -> Result:
-    """Solve a state. eta: friction values to use instead of solving for them."""
+    """Solve a state. eta: friction values that are used instead of the solution for friction."""
     eq = Equations(state)
     return result_at(eq, connected_root(eq) if eta is None else np.asarray(eta, float))
 
@@ -81,7 +81,7 @@ def every_root(state: State, starts: int = 30, seed: int = 0, spread: float = 3.
 
 
 def result_at(eq: Equations, eta: np.ndarray) -> Result:
-    """The result at these friction values, from the solution that is affine in them."""
+    """The result at these friction values. The solution is affine in them."""
     x, state = np.r_[1.0, eta], eq.state
     u = (eq.u @ x).reshape(-1, 6)
     names = list(state.scene.joints)

@@ -64,7 +64,7 @@ def test_a_block_slides_until_friction_has_taken_its_energy_and_stays() -> None:
 
 
 def test_a_block_at_rest_starts_at_its_static_friction() -> None:
-    """The push grows by 10 N/s to 6 N (0.6 s); from there (10 t - 4) N accelerate 2 kg."""
+    """The push grows by 10 N/s to 6 N (0.6 s). After this time, (10 t - 4) N accelerate 2 kg."""
     case = slider(gravity=(0, 0, 0), friction={"force": 4.0, "mu": 1.0, "mu_static": 1.5},
                   effort={"ramp": {"start": 0, "end": 10, "duration": 1}})  # fmt: skip
     t = 0.4
@@ -72,7 +72,7 @@ def test_a_block_at_rest_starts_at_its_static_friction() -> None:
 
 
 def test_a_journal_takes_the_torque_of_its_normal_force() -> None:
-    """The contact force turns towards its friction: the torque is radius times load times sin(atan mu)."""
+    """The contact force is inclined by friction. The torque is radius times load times sin(atan mu)."""
     rub = {"mu": 0.3, "radius": 0.05, "half_length": 0.1}
     joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "b", "friction": rub, "start": {"qd": 3.0}}
     out = judged(scene({"b": BLOCK}, {"r": joint}), 0.05, ["r.qd*"], instants=1)
@@ -111,7 +111,7 @@ def test_a_hook_that_is_lifted_lets_go() -> None:
     hook = {"at": 0.0, "stiffness": 1e4, "keeps": "below", "down": True, "release": lift}
     case = wheel(effort=2.0, friction={"torque": 0.5}, latch=hook)
     out = judged(case, 0.25, ["r.q*"], instants=5)
-    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # within its band, friction holds the block anywhere
+    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # within this band, friction holds the block
     assert out.values["r.qd[1]"][-1] == pytest.approx(1.5 / 0.02 * 0.05, rel=1e-3)
 
 
@@ -124,7 +124,7 @@ def test_a_freewheel_drags_one_way_and_grips_the_other() -> None:
 
 
 def gears(friction: dict | None) -> Scene:
-    """Two gears of 20 and 30 teeth, module 10 mm; 1 N*m on the first, -0.3 N*m on the second."""
+    """Two gears of 20 and 30 teeth, module 10 mm. The torques are 1 N*m on the first gear and -0.3 N*m on the second."""
     mesh = {"type": "gear", "axis": "z", "inboard": "a", "outboard": "b", "teeth": [20, 30], "module": 0.01}
     joints = {"pa": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "a", "at": [0, 0, 0], "effort": 1.0},
               "pb": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "at": [0.25, 0, 0], "effort": 0.3},

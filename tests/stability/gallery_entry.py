@@ -26,7 +26,7 @@ class Edge:
 
     @property
     def sides(self) -> tuple[tuple[float, str], ...]:
-        """Pairs (distance beyond the threshold, the correct verdict there)."""
+        """Pairs (distance beyond the threshold, correct verdict at this distance)."""
         return ((-EDGE, self.below), (EDGE, self.beyond)) if self.beyond else ((0.0, self.below),)
 
 

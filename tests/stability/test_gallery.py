@@ -1,4 +1,4 @@
-"""Every row of the gallery gives the correct verdict on both sides of its threshold, for every equivalent scene."""
+"""For every row of the gallery and every equivalent scene, the verdict is correct on both sides of the threshold."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ GRAVITY = 9.81
 
 
 def block(length: float = 0.05) -> sm.Scene:
-    """A block under its weight that a steady drive moves along a rail."""
+    """A block that a steady drive moves along a rail. Its weight presses it on the rail."""
     rub = sm.Friction(mu=0.2, half_length=length, half_width=0.02, half_height=0.03)
     drive = sm.Drive(constant=sm.Constant(rate=0.4))
     rail = sm.Joint("prismatic", "ground", "block", axis="x", ends="outboard", friction=rub, drive=drive)
@@ -32,7 +32,7 @@ def block(length: float = 0.05) -> sm.Scene:
 
 
 def spun(pin: str) -> sm.Scene:
-    """A balanced rotor that turns steadily; its weight presses a level pin always downwards."""
+    """A balanced rotor that turns steadily. Its weight always presses a level pin downwards."""
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02)
     drive = sm.Drive(constant=sm.Constant(rate=2 * np.pi))
     joint = sm.Joint("revolute", "ground", "rotor", axis="y", pin=pin, friction=rub, drive=drive)
@@ -57,7 +57,8 @@ def test_a_block_on_a_rail_wears_by_weight_times_way() -> None:
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
 def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
-    """The reference is the work over one turn of the paper's examples, which the runtime integrates in another way."""
+    """The reference is the work of friction over one turn of the paper's examples. The runtime integrates this work by another
+    method."""
     r = simulate(name, until=1.0 if name == "crank_slider" else 0.5, every=5e-4, rtol=1e-12)
     w = wear(r, K)
     seen = 0

@@ -1,4 +1,4 @@
-"""Bounds at rest, compared with five hand-calculated mechanisms and with sampled states that the kernel's own laws admit. The
+"""Bounds at rest, compared with hand calculations for five mechanisms and with sampled states that the kernel's laws admit. The
 single state of ``hold`` without bounds lies within the bounds."""
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def test_a_door_without_self_stress_holds_as_with_four_equal_springs_at_its_cont
 
 
 def test_a_block_between_walls_is_sure_to_hold_its_weights_friction_and_may_hold_anything() -> None:
-    """The ends' forces sum to at least the weight; walls that press against each other have unlimited self-stress."""
+    """The forces at the ends sum to at least the weight. Walls that press against each other have unlimited self-stress."""
     load = load_alone(scenes.walls(), "forces.push", 8)
     assert load.more.guaranteed.value == pytest.approx(0.2 * 50.0, rel=CLOSED)
     assert load.more.possible.value == math.inf

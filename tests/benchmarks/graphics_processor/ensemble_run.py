@@ -26,7 +26,7 @@ PTX, CUBIN = 1, 0
 
 
 class Device:
-    """The first processor of the driver. Every call that fails raises RuntimeError with the driver's words."""
+    """The first processor of the driver. A failing call raises RuntimeError with the driver's message."""
 
     def __init__(self) -> None:
         self.driver = ctypes.CDLL("libcuda.so.1")
@@ -108,7 +108,7 @@ def made(
 
 
 def compared(out: np.ndarray, expected: np.ndarray) -> str:
-    """A text about the differences of results: outcomes, numbers of events (the last output), and other columns relative to their
+    """Differences of results as text: of outcomes, of numbers of events (the last output), and of other columns relative to their
     range."""
     same = out[:, 0] == expected[:, 0]
     events = out[:, -1] == expected[:, -1]

@@ -173,7 +173,7 @@ def sapien(files: dict[str, str]) -> Row:
     scenes: list[Any] = []
 
     def loaded(name: str) -> Any:
-        # the scene is kept, because a joint whose scene is deleted ends the process
+        # the variable keeps the scene alive, because a joint whose scene is deleted ends the process
         scenes.append(sp.Scene([sp.physx.PhysxCpuSystem()]))
         loader = scenes[-1].create_urdf_loader()
         loader.fix_root_link = True

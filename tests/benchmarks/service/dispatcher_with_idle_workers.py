@@ -1,4 +1,4 @@
-"""The real dispatcher and its real store (SQLite), with any number of workers that only wait, on one machine."""
+"""The real dispatcher with its real store (SQLite) and any number of workers that only wait, on one machine."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ class FixedDispatchCost(DispatchCost):
 
 @dataclass
 class PendingResult:
-    """The result of a piece that a worker has not finished yet, as a future."""
+    """A future for the result of a piece that a worker has not finished yet."""
 
     said: dict[str, Any]
     status: str = "pending"
     calls: list[Callable[[Any], None]] = field(default_factory=list)
 
     def add_done_callback(self, call: Callable[[Any], None]) -> None:
-        """Call the function when the answer is given."""
+        """Call the function when the result is available."""
         self.calls.append(call)
 
     def result(self, timeout: float = 0.0) -> dict[str, Any]:
-        """The answer."""
+        """The result of the piece."""
         return self.said
 
     def cancel(self) -> None:
-        """Do nothing: no client waits any more."""
+        """Do nothing, because no client waits for the result."""
 
     def say(self) -> None:
-        """Give the answer now."""
+        """Set the result now."""
         self.status = "finished"
         for call in self.calls:
             call(self)

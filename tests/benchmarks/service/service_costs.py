@@ -73,7 +73,7 @@ def alone(asked: dict[str, Any]) -> float:
 
 
 def during(s: Served, work: Callable[[], object]) -> float:
-    """Processor time of the server while it does some work, s, without that of an idle server in the same time."""
+    """Processor time of the server while it does some work, s. The time of an idle server in the same period is subtracted."""
     began, clock = settled(s), time.monotonic()
     work()
     taken, waited = settled(s) - began, time.monotonic() - clock
@@ -83,7 +83,7 @@ def during(s: Served, work: Callable[[], object]) -> float:
 
 
 def run(s: Served, *jobs: dict[str, Any]) -> None:
-    """Submit jobs, and wait until the last one has ended."""
+    """Submit jobs, and wait until the last job has ended."""
     sent = [s.submit(asked) for asked in jobs]
     while s.job(sent[-1])["state"] not in ("done", "failed"):
         time.sleep(2.0)  # each request for the status costs the server time

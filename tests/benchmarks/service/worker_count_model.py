@@ -199,7 +199,7 @@ def of_parts(cases: int) -> dict[str, float]:
 
 
 def constants(pieces: int) -> dict[str, dict[str, float]]:
-    """All measured constants, printed."""
+    """Measure all constants and print them."""
     found = {"parts of 1,000 cases": of_parts(1000), "parts of 50,000": of_parts(50_000)}
     with stores() as there:
         found |= {f"{name}, {pieces} pieces": of_store(store, pieces) for name, store in there.items()}
@@ -210,7 +210,7 @@ def constants(pieces: int) -> dict[str, dict[str, float]]:
 
 
 def compared(fleet: Fleet, cases: int = 200_000, workers: int = 300) -> None:
-    """The real dispatcher with workers that wait, compared with the model's prediction; printed."""
+    """Compare the real dispatcher, with workers that wait, with the model's prediction, and print the figures."""
     from tests.benchmarks.service.dispatcher_with_idle_workers import real
 
     case = fleet.case
@@ -250,7 +250,7 @@ def main() -> None:
 
 
 def fleet_of(store: dict[str, float], case: float, part: float, together: int) -> Fleet:
-    """A fleet with the measured values of a store, which has this many pieces in a commit."""
+    """A fleet with the measured values of a store. together: number of pieces in a commit."""
     one, many = store["cut"] + store["land"], store["cut, of many each"] + store["land, of many each"]
     each = max(0.0, (many - one / COMMIT_SIZE) / (1.0 - 1.0 / COMMIT_SIZE))
     fixed = (one - each) / one

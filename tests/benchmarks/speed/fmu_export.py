@@ -28,7 +28,7 @@ def spent() -> float:
 
 
 def once(seed: int, platform: str, kernel: str, fmi: int, folder: Path) -> tuple[float, float]:
-    """(seconds by the clock, of the processor) of the export of a mechanism."""
+    """Wall time and processor time of the export of a mechanism, s."""
     scene = random_tree(f"export {seed}", **DRY, bodies=1 + seed % 3).scene
     began, used = time.perf_counter(), spent()
     export(scene, folder / "new.fmu", platform=platform, kernel=kernel, fmi=fmi)

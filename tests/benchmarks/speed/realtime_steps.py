@@ -104,7 +104,7 @@ class Driver:
         return started
 
     def case(self, taken: Taken, steps: int) -> None:
-        """Make steps of one case, at most this many, into ``taken``."""
+        """Add at most this many steps of one case to ``taken``."""
         block, places = self.model.block, [STATS.names.index(n) for n in COUNTED]
         work, sizes = work_of(self.model.kernel), self.model.kernel.sizes
         assert work is not None

@@ -73,8 +73,8 @@ def energy_error(r: Result) -> float:
 
 
 def broken_cone(r: Result, rtol: float, since: float = 0.0) -> float:
-    """Largest relative excess of a pair's friction over its limit, in rows from a time (s) on. Pairs slower than the tolerance
-    may be at rest, so the static coefficient applies to them."""
+    """Largest relative excess of a pair's friction over its limit, in rows from a time (s) on. A pair that is slower than the
+    tolerance may be at rest, so the static coefficient applies to this pair."""
     worst, first = 0.0, int(np.searchsorted(r.time, since))
     for row in np.unique(np.linspace(first, len(r.time) - 1, min(ROWS, len(r.time) - first)).astype(int)):
         decision, eta = Decision(state_at(r, row)), frictions(r, row)
@@ -112,8 +112,8 @@ def _bounded(here: Answer, later: Answer) -> bool:
 
 
 def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], tuple[str, ...]]:
-    """Defects of a random mechanism by setting, and the outcomes of its runs. Where enumeration finds no solution either, the
-    outcomes jammed, inconsistent and no_solution count as equal."""
+    """Defects of a random mechanism by setting, and the outcomes of its runs. If enumeration also finds no solution, the outcomes
+    jammed, inconsistent and no_solution count as equal."""
     case, wrong, ends = rubbing(kind, seed), {}, []
     at_start = lru_cache(partial(ways_on, case))  # the start is the same at every setting
     for setting in settings:

@@ -1,4 +1,4 @@
-"""The engine's columns in the form of the reference's table, so that both can be compared."""
+"""The engine's columns in the form of the reference's table, so that the two can be compared."""
 
 from __future__ import annotations
 

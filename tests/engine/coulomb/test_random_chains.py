@@ -15,7 +15,7 @@ AXES = ("x", "y", "z")
 
 
 def chain(seed: int, balls: float = 0.0) -> sm.Scene:
-    """Two to four skew bars on frictional revolutes, with a share of balls."""
+    """Two to four skew bars on revolutes with friction; some joints are balls."""
     rng = np.random.default_rng([seed, 5])
     count = int(rng.integers(2, 5))
     bodies: dict[str, sm.Body] = {}
@@ -61,7 +61,7 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
         place, rate = (r[f"{n}.q[1]"][-1], r[f"{n}.qd[1]"][-1]) if len(r.time) else (start.q, start.qd)
         moves = len(r.time) > 0 and abs(rate) > 1e-9
         more = INSTANT * r[f"{n}.qdd[1]"][-1] if moves else 0.0
-        more = more if abs(more) < abs(rate) else 0.0  # near a pole, an acceleration is larger than any bound and is left out
+        more = more if abs(more) < abs(rate) else 0.0  # near a pole, an acceleration is larger than any bound and is not checked
         q[n], qd[n] = np.array([place + INSTANT * rate * moves]), np.array([rate + more if moves or not len(r.time) else 0.0])
     if len(r.time):
         assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-9)

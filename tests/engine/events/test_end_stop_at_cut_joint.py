@@ -49,7 +49,8 @@ class DrivenCrank:
         return [first, first + turn]
 
     def loss(self) -> float:
-        """Energy that the stop takes in two turns, J: its force is stiffness · depth · max(1 + damping · rate of depth, 0)."""
+        """Energy that the stop takes in two turns, J. The stop's force is stiffness · depth · max(1 + damping · rate of depth,
+        0)."""
         begin = self.engaged()[0]
         end = 2.0 * math.pi / self.w - begin
 

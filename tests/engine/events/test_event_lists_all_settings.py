@@ -117,7 +117,7 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
 
 @pytest.mark.slow
 def test_a_scissor_lift_has_the_same_events_at_every_setting() -> None:
-    """The lift reverses twice and comes to rest, each time in all of its ten pairs."""
+    """The lift reverses twice and then comes to rest. All of its ten pairs take part each time."""
     scene = scissor(3, 0.03)
     runs = {(m, rtol): simulate(scene, until=2.0, every=2.0, method=m, rtol=rtol) for m in METHODS for rtol in TOLERANCES}
     exact = runs["rk8", min(TOLERANCES)]

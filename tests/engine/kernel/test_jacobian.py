@@ -1,5 +1,5 @@
-"""The derivative of the right-hand side is exact, with the multipliers of loops and friction eliminated, in both variants of its
-code."""
+"""The derivative of the right-hand side is exact in both variants of its code. The multipliers of loops and friction are
+eliminated."""
 
 from __future__ import annotations
 

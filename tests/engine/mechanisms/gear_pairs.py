@@ -145,7 +145,7 @@ class Row:
         return carrier + more * axis + rate * cross(self("carrier.angular_velocity"), axis)
 
     def reported(self, joint: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Force and torque that a joint exerts on its inboard part, and their place (world)."""
+        """Force and torque that a joint exerts on its inboard part, and their point of action, in the world."""
         j = self.f.scene.joints[joint]
         assert isinstance(j.inboard, sm.Side)
         R = self.turned(j.inboard.body)

@@ -1,4 +1,4 @@
-"""The description of a mechanism does not change its results: order, sides, world axes, body frames, units."""
+"""Results do not depend on the description of a mechanism: order, sides, world axes, body frames, units."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_results_do_not_depend_on(way: str, which: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].nv < 6])
 def test_results_do_not_depend_on_the_side_a_joint_is_described_from(kind: str) -> None:
-    devices = 0.6 if of(kind).swaps_by_sign else 0.0  # devices of other types have no description from the other side
+    devices = 0.6 if of(kind).swaps_by_sign else 0.0  # devices of other types cannot be described from the other side
     case = random_tree(11, 2, types=(kind,), friction=1.0, devices=devices, drives=0.0, t=TIME)
     gap, where = difference(case, swap_joint_sides(case, "j2"))
     assert gap <= TOLERANCE, where

@@ -35,7 +35,7 @@ def certain(r: Result) -> Certainty:
 
 
 def so_far(error: np.ndarray) -> np.ndarray:
-    """The largest error up to each row."""
+    """The largest error of all rows up to each row."""
     return np.maximum.accumulate(np.abs(error))
 
 

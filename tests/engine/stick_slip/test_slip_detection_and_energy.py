@@ -1,4 +1,4 @@
-"""Finished runs obey the laws: friction alone takes energy, every slip is found, and results do not depend on method or
+"""Finished runs obey the laws. Only friction takes energy, and every slip is found. Results do not depend on method or
 tolerance."""
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def test_two_sliders_in_series_do_not_both_stop_at_a_dead_centre(seed: int) -> N
         for rtol in (1e-4, 1e-8):
             r = simulate(scene, until=0.8, every=0.02, method=method, rtol=rtol)
             assert r.outcome.ok
-            assert energy_error(r) <= 10 * rtol  # energies are sums of squared velocities, whose relative errors are about rtol
+            assert energy_error(r) <= 10 * rtol  # energies are sums of squared velocities with relative errors of about rtol
             assert r["guide.qd[1]"][-1] == pytest.approx(creeping["guide.qd[1]"][-1], abs=10 * rtol + 10 * LIMIT)
 
 

@@ -1,4 +1,4 @@
-"""Contacts that begin and end in random mechanisms with friction, stops, hooks, brakes, freewheels, motors and gear units: runs end
+"""Random mechanisms with contacts that begin and end, friction, stops, hooks, brakes, freewheels, motors and gear units. Runs end
 alike at every setting."""
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def _end(told: subprocess.CompletedProcess[str]) -> str:
 
 
 def _of_program(tool: str, file: Path) -> Values | str:
-    """The final values by a program in C, which writes a CSV file; none if it writes no file."""
+    """The final values from a C program, which writes a CSV file; no values if the program writes no file."""
     rows = Path(tempfile.mkdtemp()) / "rows.csv"
     mode = "me" if file.stem.rpartition("-")[2].startswith("me") else "cs"
     options = {"fmuCheck.linux64": ["-k", mode, "-h", str(STEP), "-s", str(STOP), "-n", "0"],
@@ -111,7 +111,7 @@ def difference(a: Values, b: Values) -> float:
 
 
 def files(folder: Path) -> dict[tuple[str, str], Path]:
-    """The FMUs by model and form, in a folder that is made if it is missing."""
+    """The FMUs by model and form, in a folder. The function creates a missing folder."""
     folder.mkdir(parents=True, exist_ok=True)
     made = {(m, f): folder / f"{m}-{f}.fmu" for m in MODELS for f in FORMS}
     for (model, form), file in made.items():

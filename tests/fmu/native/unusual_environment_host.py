@@ -64,7 +64,7 @@ def numbers(name, count):
 
 
 def exchanged():
-    """Make steps of Euler's method; events are handled where an indicator changes its sign, and every OFTEN steps."""
+    """Make steps of Euler's method. Events are handled every OFTEN steps, and when an indicator changes its sign."""
     rates = "GetDerivatives" if fmi == "fmi2" else "GetContinuousStateDerivatives"
     handled()
     for k in range(1, MANY + 1):

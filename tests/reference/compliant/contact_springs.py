@@ -19,8 +19,8 @@ SHARP = 1e-300
 
 @dataclass
 class RelativeMotion:
-    """Motion of bearings relative to pins, in the pins' frames. x, turn: displacements, plus a share of their rates; slide, spin:
-    rates; ends: place of the ends' point along the axis, from the bearing's point."""
+    """Motion of bearings relative to pins, in the pins' frames. x, turn: displacements plus a share of their rates. slide, spin:
+    rates. ends: position of the ends' point along the axis, measured from the bearing's point."""
 
     t: np.ndarray
     x: np.ndarray
@@ -71,7 +71,7 @@ def shaft(s: RelativeMotion, k, size, slope) -> Wrench:
 
 
 def sleeve(s: RelativeMotion, k, size, slope) -> Wrench:
-    """A rectangular sleeve: ends press along e2 and e3, torsion is a couple at the longer arm."""
+    """A rectangular sleeve. Its ends press along e2 and e3, and the torsion is a couple at the longer arm."""
     out, way = _zeros(s), s.slide[..., 0]
     grip = slope(np.abs(way)) * way
     load = size["preload"](s.t)

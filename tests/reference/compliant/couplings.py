@@ -34,7 +34,7 @@ def radii_of(joint) -> list[float]:
 
 
 class Teeth:
-    """The addition of teeth with friction to the force along their row."""
+    """Teeth with friction. They add forces to the force along their row."""
 
     def __init__(self, scene, names: list[str], level: Level):
         joints = [scene.joints[n] for n in names]

@@ -155,7 +155,7 @@ class Devices:
         return side, e.at + side * (self.tooth[j] - 1) * (e.pitch or 0.0)
 
     def start_hooks(self, q: np.ndarray) -> None:
-        """The hooks that are down at the start."""
+        """Set the hooks that are down at the start."""
         for j, (i, e) in enumerate(self.latches):
             side = 1.0 if e.keeps == "above" else -1.0
             passed = side * (q[i] - e.at)

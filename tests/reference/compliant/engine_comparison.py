@@ -47,7 +47,7 @@ def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int 
     for name, values in judge.values.items():
         engine = np.interp(judge.time, run.time, np.asarray(run[name])) if full else np.full(len(values), np.inf)
         away = engine - values
-        if name in angles and full:  # the judge cannot count turns if two instants are more than half a turn apart
+        if name in angles and full:  # the judge cannot count turns between instants more than half a turn apart
             away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
         apart[name] = float(np.abs(away).max())
         beyond[name] = float((np.abs(away) - SURE * judge.error[name]).max())

@@ -124,7 +124,7 @@ class Model:
         return sorted({float(t) for t in out if 0 < t < until})
 
     def rates(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The rates of states y (n x size) at times t (n or 1), by the fastest available way."""
+        """The rates of states y (n x size) at times t (n or 1), computed in C if possible."""
         if not self.compiled:
             return self.defined(t, y)
         rates = self.compiled(t, y)
@@ -142,7 +142,7 @@ class Model:
         return rates
 
     def _in_python(self, m: Motion, y: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces that only the Python code computes. Returns the rates of these couplings' rows (n x rows)."""
+        """Add the forces that only the Python code computes. Returns the rates of the rows of these couplings (n x rows)."""
         if self.loaded:
             self.loaded.act(m, out)
         self.by_motion.act(m, out)

@@ -87,7 +87,7 @@ class Fits:
         self.given = self._given(joints)
 
     def _stiffness(self, joints, rubs) -> None:
-        """Stiffness of the six directions of joints without friction; other joints have the stiffness of their contacts."""
+        """Stiffness of the six directions of joints without friction. Other joints have the stiffness of their contacts."""
         n = len(joints)
         self.k, self.held, self.kr = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self.way, self.crossed = np.zeros((n, 3)), np.array([of(j.type).crossed for j in joints], bool)

@@ -10,7 +10,7 @@ import numpy as np
 
 def _polygon(k: float, wrap: float, corners: int) -> tuple[float, np.ndarray]:
     """(tension at the end, force on the drum) for the tension 1 at the start, where the band runs along −e2. k: friction on the
-    band per normal force, against the band's direction. Angles are those around the drum from e1."""
+    band per normal force, against the band's direction. Angles run around the drum from e1."""
     half, tension, force = 0.5 * wrap / corners, 1.0, np.zeros(2)
     for n in range(corners):
         at = (2 * n + 1) * half

@@ -13,7 +13,7 @@ FAR = 1e6
 
 
 class NoRoot(ArithmeticError):
-    """The complement equations have no root that can be reached from eta = 0."""
+    """The continuation from eta = 0 reaches no root of the complement equations."""
 
 
 class Complement:

@@ -73,8 +73,8 @@ def _lateral(a: float, b: float) -> Contact:
 
 
 def ball(fc, omega, radius, law: Law) -> Outcome:
-    """Ball (105)-(114): n and f_n from f_c = f_n (k omega x n - n), with k of (108) and the law at |v| = r |omega x n|. For a
-    given k, (109) is linear in f_n n. The sliding rate s = |omega x n| is a scalar root."""
+    """Ball (105)-(114): n and f_n from f_c = f_n (k omega x n - n), with k of (108) and the law at |v| = r |omega x n|. For a given
+    k, (109) is linear in f_n n. The sliding rate s = |omega x n| is the root of a scalar equation."""
     fc, omega = np.asarray(fc, float), np.asarray(omega, float)
     if np.linalg.norm(fc) == 0.0:
         return Outcome([Contact(0.0, np.full(3, NAN), NAN)], 0.0, np.zeros(3))

@@ -15,7 +15,7 @@ from tests.reference.mechanics.rotation import cross
 
 @dataclass(frozen=True)
 class Pin:
-    """A joint seen from the part that carries the pin: sign (+1 inboard, -1 outboard), its frame, its point."""
+    """A joint seen from the part that carries the pin: sign (+1 inboard, -1 outboard), frame and point of this part."""
 
     sign: float
     A: np.ndarray

@@ -132,7 +132,7 @@ class Decision:
                 if load > most * (1.0 + 10.0 * SLACK) + SLACK * self.unit[here[0]] / p.arms[0] * SOLVED:
                     return False
             elif mode == SLIDES:
-                # a ball that turns about its contact takes no power
+                # a ball that turns about its contact dissipates no power
                 least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])
                 if not np.linalg.norm(acc[here] / self.scale[here]) > SLACK or eta[here] @ acc[here] < least:
                     return False
@@ -180,7 +180,8 @@ class Decision:
 
 
 def _units(eq: Equations, pairs: list[Pair]) -> np.ndarray:
-    """A friction of each freedom as large as the largest force in any pair without friction would make, with coefficient 1."""
+    """Unit of friction of each freedom. It is the friction that the largest force in any pair without friction would cause with
+    coefficient 1."""
     force = max([float(np.abs(p.load[:3, 0]).max()) for p in pairs], default=1.0)
     unit = np.ones(len(eq.eta))
     for p in pairs:

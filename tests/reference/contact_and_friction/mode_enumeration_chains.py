@@ -58,7 +58,7 @@ class _Chain:
 
 
 def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
-    """Friction values with which sticking joints do not accelerate and slipping joints obey their law, from many starts."""
+    """Friction values from many starts. With these values, sticking joints do not accelerate and slipping joints obey their law."""
     stuck, none = np.array([modes.get(n) == 0 for n in chain.names]), np.zeros(len(chain.names))
     unit = max(float(np.abs(chain.law(none)).max()), 1e-9)
     rate = max(float(np.abs(chain.accelerations(none)).max()), 1e-9)

@@ -44,8 +44,8 @@ class Pair:
         return f"{self.joint}.{self.freedoms[0] + 1}"
 
     def friction(self, way, mu: float, x: np.ndarray) -> list[float]:
-        """Friction on the inboard part along each freedom, sliding along ``way`` with coefficient ``mu``, at x = [1, η]. way:
-        rates of its freedoms, of any length, not all zero."""
+        """Friction on the inboard part along each freedom, for sliding along ``way`` with coefficient ``mu``, at x = [1, η]. way:
+        rates of the pair's freedoms, of any length, not all zero."""
         load = (self.load @ x).tolist()
         if self.kind == "ball":
             m = _ball(load[:3], [self.sign * v for v in (self.turned @ way).tolist()], mu, *self.sizes)

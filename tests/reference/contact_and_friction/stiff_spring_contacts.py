@@ -147,7 +147,7 @@ class Compliant:
 
     @staticmethod
     def _contact(site: Site, n, f, rates, law, share) -> tuple[np.ndarray, np.ndarray]:
-        """Force on the pin and torque about the site, pin's frame."""
+        """Force on the pin and torque about the site, in the pin's frame."""
         if site.face:
             slope = law.slope(abs(site.arm * rates[3]) or 1.0)
             torque = share * slope * site.arm**2 * rates[3] * E1 * f if site.arm else np.zeros(3)
@@ -158,7 +158,7 @@ class Compliant:
         return force, cross(arm, force)
 
     def _torsion(self, out, delta, fit: Fit, law: Law, share: float) -> float:
-        """The couple on a sleeve's faces: a spring at the longer arm. Returns its total force."""
+        """The couple on a sleeve's faces, by a spring at the longer arm. Returns the total force of the spring."""
         axis, rate = fit.A @ E1, fit.rates[0]
         force = fit.k * fit.torsion * (axis @ (self._turned(delta, fit.inner) - self._turned(delta, fit.outer)))
         axial = share * law.slope(abs(rate)) * rate * abs(force) * axis
@@ -182,7 +182,7 @@ class Compliant:
             out[at : at + 6] += np.r_[F, T + cross(point - self.center[body], F)]
 
     def solve(self, steps: int = 3) -> tuple[np.ndarray, np.ndarray]:
-        """(accelerations [a_c, α] of all bodies, displacements): friction grows from zero in this number of steps."""
+        """(accelerations [a_c, α] of all bodies, displacements). Friction grows from zero to its full value in ``steps`` steps."""
         eq, n = self.eq, self.bodies
         col = np.tile([1.0, 1.0, 1.0, *[1 / typical_length(self.state)] * 3], self.size // 6)
         null = col[:n, None] * eq.null

@@ -43,8 +43,8 @@ class Characteristic:
 
 
 def nonlinear(group, x, rate):
-    """(force against x, power, which is ≤ 0, stored energy) of nonlinear springs and dampers at coordinates x and rates; ``group``:
-    their keys in a scene."""
+    """(force, dissipated power, which is ≤ 0, stored energy) of nonlinear springs and dampers at coordinates x and rates. The force
+    acts against x. ``group``: their keys in a scene."""
     if group is None:
         return 0.0, 0.0, 0.0
     lost = stored = elastic = 0.0

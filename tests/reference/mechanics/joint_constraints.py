@@ -38,7 +38,7 @@ class Reference:
 
     @property
     def scalars(self) -> int:
-        """Coordinates that are single numbers: all of them, or those before the quaternion."""
+        """Coordinates that are single numbers: all coordinates, or those before the quaternion."""
         return len(self.free) - 3 * self.ball
 
     @property

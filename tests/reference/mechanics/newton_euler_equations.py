@@ -144,7 +144,7 @@ class Equations:
         return {r.k: self.lam[i] for i, r in enumerate(self.rows) if r.joint == name and r.role == "drive"}
 
     def devices(self, name: str) -> np.ndarray:
-        """All devices along each freedom, drives included, on the outboard part, less the efforts that rotors need."""
+        """Efforts of all devices along each freedom, including drives, on the outboard part, less the efforts that rotors need."""
         out = np.zeros((len(self.free[name].rate), self.f.shape[1]))
         out[:, 0] = self.effort[name]
         for k, lam in self.drive_effort(name).items():

@@ -86,8 +86,8 @@ def ramp(r: np.random.Generator, low: float, high: float, span: float, _: float 
 
 
 def told(r: np.random.Generator, low: float, high: float, span: float, _: float | None = None) -> Signal:
-    """An input that a host declares with derivatives at some times: a parabola with its peak between two of these times, then a
-    line back to the low value."""
+    """An input that a host declares with derivatives at some times. It is a parabola with its peak between two of these times,
+    followed by a line back to the low value."""
     begin, after, peak = float(r.uniform(0.05, 0.5)) * span, log_uniform(r, -2.0, -0.7) * span, float(r.uniform(0.5, 0.95))
     top, bend = peak * after, 2.0 * (high - low) / (peak * after) ** 2
     last = high - 0.5 * bend * (after - top) ** 2

@@ -203,7 +203,7 @@ def near_window(r: np.random.Generator, edges: list[tuple[float, int]], i: int, 
 
 
 def hook_let_go(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
-    """A hook that carries a constant force, and a signal that lifts the hook briefly or not at all."""
+    """A hook that carries a constant force. A signal lifts the hook briefly or not at all."""
     up, far = bool(r.random() < 0.6), log_uniform(r, NEAREST, FARTHEST)
     s = shape(r, float(r.uniform(-1.0, 0.3)), 0.5 + far if up else 0.5 - far, span)
     mass, rate, push, side = float(r.uniform(0.5, 2.0)), log_uniform(r, 1.0, 2.0) / span, float(r.uniform(0.5, 3.0)), sign(r)

@@ -32,7 +32,7 @@ def unit(rng) -> tuple[float, ...]:
 
 
 def body(rng) -> sm.Body:
-    """A body of any shape or with explicit inertia, off-centre; joints may sit at points a and b, springs at s."""
+    """A body of any shape or with explicit inertia, off-centre. Joints may be at the points a and b, springs at s."""
     points = {name: numbers(rng, 3, 0.4) for name in ("a", "b", "s")}
     common = {"center": numbers(rng, 3, 0.3), "points": points}
     size = [float(x) for x in rng.uniform(0.15, 0.6, 3)]

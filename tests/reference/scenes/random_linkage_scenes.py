@@ -49,7 +49,7 @@ def _circles(a: np.ndarray, ra: float, b: np.ndarray, rb: float) -> np.ndarray:
 
 
 def crank_slider(d: Draft, *guide: dict[str, Any]) -> None:
-    """A crank on j0, a rod, and a piston on a guide along x with devices; the guide's coordinate is 0 at the start."""
+    """A crank on j0, a rod, and a piston on a guide along x with devices. The guide's coordinate is 0 at the start."""
     turn, crank = d.of(-3, 3), d.of(0.05, 0.1)
     a = crank * point(math.cos(turn), math.sin(turn))
     p = point(a[0] + math.sqrt(d.of(0.2, 0.4) ** 2 - a[1] ** 2), 0.0)

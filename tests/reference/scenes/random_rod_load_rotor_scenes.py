@@ -13,7 +13,7 @@ from tests.reference.scenes.random_scene_draft import Draft
 
 
 def surround(d: Draft, bodies: list[str], force: float, size: float) -> None:
-    """Drag, a field or an attracting point at each of these bodies. force, size: typical force and length in the scene."""
+    """Drag, a field or an attracting point at each of these bodies. force, size: typical force and typical length in the scene."""
     for i, body in enumerate(bodies):
         way = int(d.rng.integers(4))
         if way == 0:

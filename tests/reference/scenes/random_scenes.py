@@ -176,7 +176,7 @@ def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
 
 
 def _closing_joint(rng, state: State, kind: str, a: str, b: str) -> tuple[sm.Joint, np.ndarray]:
-    """A joint of a type between a and b whose outboard side is placed according to a random q. A rod joins any two points."""
+    """A joint of a type between a and b. Its outboard side is placed according to a random q. A rod joins any two points."""
     if of(kind).line:
         points = [np.array(rp.numbers(rng, 3, 0.4)) for _ in (a, b)]
         there = [state.r[body] + state.R[body] @ p for body, p in zip((a, b), points, strict=True)]

@@ -69,7 +69,7 @@ def work_of(body: dict[str, Any]) -> float:
 @pytest.mark.parametrize("hostile", [unknown_keys, wide_yaml])
 def test_a_check_takes_time_in_proportion_to_what_is_sent(hostile: Any) -> None:
     work_of(hostile(10))
-    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # 4 is measured; a quadratic check would have 16
+    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # 4 is measured; a quadratic check would give 16
 
 
 def test_text_and_values_of_a_scene_have_limits() -> None:

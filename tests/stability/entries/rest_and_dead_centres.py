@@ -77,8 +77,8 @@ def crank(beyond: float) -> sm.Scene:
 
 
 def turned_round(scene: sm.Scene, joint: str) -> str:
-    """Number of reversals of the joint by the end of a correct run: changes of sign of its rate, beyond round-off. For friction of
-    two components, round-off decides whether the run reports a reversal or a turn."""
+    """The number of reversals of the joint up to the end, and the verdict of ``honest``. A reversal is a change of sign of the
+    rate, beyond round-off. For friction of two components, round-off decides whether the run reports a reversal or a turn."""
     word, r = honest(scene), ran(scene)
     told = ("separation", "contact_jump", "reversal")
     changes = [e.kind for e in r.events if e.joint == joint and e.time > 1e-6 * r.time[-1] and e.kind not in told]

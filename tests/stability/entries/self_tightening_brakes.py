@@ -52,13 +52,13 @@ def brake(torque: float, start: float, law: str) -> sm.Scene:
 
 
 def tightened(beyond: float, law: str = "coulomb") -> sm.Scene:
-    """The torque grows to 1 + beyond times the torque above which the ball can no longer turn about its contact."""
+    """The torque grows to 1 + beyond times the limit above which the ball cannot turn about its contact."""
     most = LEAVES if law == "coulomb" else at_kink()
     return brake((1 + beyond) * most, 0.5 * most, law)
 
 
 def loosened(beyond: float, law: str = "coulomb") -> sm.Scene:
-    """The torque falls to 1 − beyond times the torque below which the ball can no longer slide."""
+    """The torque falls to 1 − beyond times the limit below which the ball cannot slide."""
     return brake((1 - beyond) * GRIPS, 1.2 * LEAVES, law)
 
 

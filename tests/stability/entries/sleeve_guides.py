@@ -15,7 +15,7 @@ GUIDE = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02)
 
 
 def carriage(offset: float) -> sm.Scene:
-    """A sleeve pushed along its guide by a force at a distance ``offset`` (m) beside its axis."""
+    """A sleeve on a guide. A force at a distance ``offset`` (m) from the axis pushes the sleeve along the guide."""
     body = sm.Body(box=(0.1, 0.1, 0.1), mass=2.0, points={"push": (0.0, offset, 0.0)})
     joint = sm.Joint("prismatic", "ground", "carriage", axis="x", friction=GUIDE, start=sm.Start(0.0, 0.0))
     push = sm.Force("force", "carriage.push", (50.0, 0.0, 0.0))
@@ -49,8 +49,8 @@ def creeping(scene: sm.Scene) -> str:
 
 
 def light(beyond: float, mass: float = 1e-6) -> sm.Scene:
-    """A cart of 1 mg on a rail with friction, and a pole of 1 kg that hangs from the cart at an angle. The cart holds while tan φ
-    is within friction."""
+    """A cart of 1 mg on a rail with friction, and a pole of 1 kg that hangs from the cart at an angle. The cart stays at rest while
+    tan φ is less than the friction ratio."""
     mu = 0.4
     angle = 0.5 * (math.atan(mu) + math.asin(mu * (1 + 2 * mass) / math.hypot(1, mu))) * (1 + beyond)
     bodies = {
