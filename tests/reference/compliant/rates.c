@@ -1,5 +1,5 @@
 /* The rates of a compliant mechanism for many states, as equations_of_motion.py defines them. Sums have the order of groups of that
-   file. */
+ * file. */
 
 #include <math.h>
 #include <string.h>

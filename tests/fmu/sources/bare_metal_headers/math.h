@@ -1,5 +1,5 @@
 /* Replacement of math.h of a bare-metal C library. Its declarations suffice to compile for a target whose C library is not
-   installed. */
+ * installed. */
 #ifndef BARE_MATH_H
 #define BARE_MATH_H
 #define INFINITY __builtin_inff()
