@@ -1,7 +1,7 @@
 """Ctrl-C keeps all rows, events and finished cases so far, in complete files.
 
-Every test runs a separate program. This program sends itself SIGINT at a fixed place in the work. The place is the return of a call
-into C whose rows are not stored yet, or the end of the fifth case of a batch."""
+Every test runs a separate program. This program sends itself SIGINT at a fixed place in the work. The first kind of place is the
+return of a call into C whose rows are not stored yet. The second kind is the end of the fifth case of a batch."""
 
 from __future__ import annotations
 

@@ -56,8 +56,8 @@ def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) 
 
 def cut_at(corners: np.ndarray, begin: np.ndarray, along: np.ndarray, moment: np.ndarray) -> np.ndarray:
     """Distance along each ray to each triangle ahead; ∞ if the ray misses the triangle (rays × triangles). b × d is the moment of a
-    ray. The coordinates of a ray in a triangle (a, u, v) follow from v · (b − a) × d = v · (b × d) − d · (v × a), and from this
-    formula with u in place of v."""
+    ray. The coordinates of a ray in a triangle (a, u, v) follow from v · (b − a) × d = v · (b × d) − d · (v × a). The second
+    coordinate has u in place of v."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(u, v)
     det = -along @ normal.T

@@ -73,7 +73,7 @@ def cranks(n: int) -> sm.Scene:
 @pytest.fixture
 def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
     """Creates a scene's model on parts, solved by structure or dense."""
-    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other method
 
     def made(scene: sm.Scene, dense: bool) -> Model:
         monkeypatch.setattr(loop_matrix_fill, "MANY_ROWS", 10**6 if dense else 16)

@@ -40,7 +40,8 @@ def forged(state: bytes, at: int, value: bytes) -> bytes:
 
 
 def places(host: Host, state: bytes) -> int:
-    """Positions at which a state stores the places of its arrays. The first place is 0, the next begins after the parameters."""
+    """Positions at which a state stores the places of its arrays. The first place is 0; the second place begins after the
+    parameters."""
     count = sum(v.causality == "parameter" for v in host.md.modelVariables)
     return state[SEAL:].index(struct.pack("<2i", 0, count))
 

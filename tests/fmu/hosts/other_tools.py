@@ -1,6 +1,6 @@
 """Other tools that simulate FMUs. ``python other_tools.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
-Trunnion. Each FILE is an FMU or an SSP file. For each of them, the script prints the final values of the outputs as a line of JSON,
-or the last line of the tool's exception."""
+Trunnion. Each FILE is an FMU or an SSP file. For each FILE, the script prints one line: the final values of the outputs as JSON, or
+the last line of the tool's exception."""
 
 from __future__ import annotations
 

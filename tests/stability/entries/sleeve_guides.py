@@ -33,8 +33,8 @@ def pushed(beyond: float, v_eps: float = 1e-9) -> sm.Scene:
 
 
 def creeping(scene: sm.Scene) -> str:
-    """Verdict on the sleeve. Below a push of μN it creeps at v_eps F/(μN). Beyond this push it slides with (F − μN)/m. The run
-    takes less than 500 steps."""
+    """Verdict on the sleeve, whose run must take less than 500 steps. Below a push of μN, the sleeve creeps at v_eps F/(μN). Beyond
+    this push, the sleeve slides with (F − μN)/m."""
     joint, r = scene.joints["guide"], ran(scene, 1e-9)
     assert joint.friction is not None
     v_eps, mass = float(joint.friction.v_eps or 0.0), float(scene.bodies["carriage"].mass or 0.0)
