@@ -133,8 +133,8 @@ def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, m
 
 
 def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
-    """A slider that passes a hook. A signal has lowered the hook shortly before, or lifts it briefly by a dip below the level of
-    release."""
+    """A slider that passes a hook. A signal has lowered the hook shortly before, or lowers it only briefly, by a dip below the
+    level of release."""
     speed, passes = rng.uniform(0.5, 2.0), rng.uniform(0.3, 0.7)
     falls = passes - rng.uniform(1e-3, 0.08)
     if kind == "ramp":

@@ -60,7 +60,7 @@ def test_freedoms_are_counted_beside_a_body_without_weight(nut: float, inertia: 
     for ratios in ((2.0,), (2.0, 0.5)):
         start = examined(scene_given(gears(nut, inertia, ratios)))[0]["start"]
         assert start["moving_freedoms"] == 1
-        assert start["redundant_rows"] == 4 + 4 * len(ratios)  # each loop has five redundant rows, of which one is needed
+        assert start["redundant_rows"] == 4 + 4 * len(ratios)  # each loop has five rows; one is needed, four are redundant
 
 
 @pytest.mark.parametrize("nut", MASSES)
