@@ -19,13 +19,13 @@ from tests.reference.mechanics.rotation import cross, matrix_from_quaternion, qu
 class Reference:
     """The reference's declaration of a joint type. The functions of this file use only these declarations.
 
-    free       directions along which it is free, in the order of its rates; travels come before turns.
-    ball       its turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
-    crossed    it turns about two axes at a right angle, the first fixed inboard, the second outboard.
-    lead       its travel along e1 is tied to its angle by a pitch.
+    free       directions along which the joint is free, in the order of its rates; travels come before turns.
+    ball       the turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
+    crossed    the joint turns about two axes at a right angle, the first fixed inboard, the second outboard.
+    lead       a pitch ties the travel along e1 to the angle.
     one_sided  the joint differs if its two sides change places (a slot is in one part, the pin on the other).
-    line       it only keeps the distance of its two points, and carries no body. Its only direction is the line between them.
-    rubs       its contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
+    line       the joint only keeps the distance of two points, and carries no body. Its only direction is the line between them.
+    rubs       the contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
     """
 
     free: tuple[int, ...] = ()
