@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # DART reads and reports the joint limits of a URDF, but does not enforce them. A program must enable the enforcement for each
-# joint. A pendulum with limits of -0.1 and 0.1 rad passes both under its weight and swings through half a turn, without a warning.
-# After `setLimitEnforcement(True)` on the joint, it stays within 0.1 rad.
+# joint. A pendulum with limits of -0.1 and 0.1 rad passes both limits and swings through half a turn, without a warning.
+# After `setLimitEnforcement(True)` on the joint, the pendulum stays within 0.1 rad.
 # Seen: dartpy 6.20.0 and 6.20.3: limits -0.1, 0.1 read; largest angle within 1 s: 3.1416 rad; with enforcement 0.1000 rad.
 set -euo pipefail
 folder=$(mktemp -d)

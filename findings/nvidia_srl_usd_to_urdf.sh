@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # nvidia-srl-usd-to-urdf writes a URDF from OpenUSD physics. Its output contradicts the schema of OpenUSD physics in four cases. A
-# mass without `physics:centerOfMass` has the schema's default there, -inf, which means "computed by the reader": the URDF gets
+# mass without `physics:centerOfMass` has the schema's default value -inf, which means "computed by the reader": the URDF gets
 # <origin xyz="-inf -inf -inf"/>. `metersPerUnit` is not used: a guide of 0.2 m in a stage of centimetres becomes a guide of 20 m. A
 # spherical joint, which URDF lacks, becomes a fixed joint, although the code has messages for joints that it skips. A guide without
 # a drive gets effort="0" velocity="0", which in URDF is an actuator without force and speed. A hinge without limits loses its

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# urdf2any reads the `mimic` of a URDF joint, warns that it cannot write it to USD, and omits it in MJCF without a warning. In the
-# MJCF, the joint that should follow is an independent hinge, and MuJoCo's model has one freedom more. Damping and friction are
+# urdf2any reads the `mimic` of a URDF joint, warns that it cannot write this to USD, and omits it in MJCF without a warning. In
+# the MJCF, the joint that should follow is an independent hinge, and MuJoCo's model has one freedom more. Damping and friction are
 # converted. A massless root link called `world`, which ROS uses for the fixed world, becomes a massless body on a free joint:
-# MuJoCo refuses it.
+# MuJoCo refuses this body.
 # Seen: urdf2any 0.3.0 with mujoco 4.0.0: 2 freedoms (1 + the mimic) without an equality; with `world`: "mass and inertia of moving
 # bodies must be larger than mjMINVAL".
 set -euo pipefail

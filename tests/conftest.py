@@ -60,7 +60,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """From here on, garbage collection runs again, but does not search the collected tests."""
+    """After collection, garbage collection runs again. It does not search the collected tests."""
     gc.freeze()
     gc.enable()
 
@@ -73,7 +73,7 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark cases beyond the default ones as slow before pytest selects tests by their marks."""
+    """Mark cases beyond the default cases as slow before pytest selects tests by their marks."""
     keep_default_cases(items)
 
 

@@ -37,8 +37,8 @@ def slow(value: Any) -> Any:
 
 
 def _pairwise(cases: list[tuple[int, ...]]) -> set[tuple[int, ...]]:
-    """Cases in which every pair of values occurs, chosen one after the other: each is the first case with the largest number of
-    pairs that have not occurred yet."""
+    """Cases in which every pair of values occurs. They are chosen one after the other: the next case is the first of those with the
+    largest number of new pairs."""
     met: set[tuple[tuple[int, int], ...]] = set()
     kept = set()
     while True:
@@ -67,8 +67,8 @@ def keep_default_cases(tests: Iterable[pytest.Item]) -> None:
 
 
 def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """(kept, others). Kept cases are chosen one after the other: each is the first case with the largest number of parameter values
-    that no kept case has."""
+    """(kept, others). Kept cases are chosen one after the other. The next case is the first of those with the largest number of
+    parameter values that no kept case has."""
     met: set[tuple[str, Any]] = set()
     kept, others = [], list(cases)
     while others and len(kept) < keep:
@@ -80,7 +80,7 @@ def _most_varied(cases: list[pytest.Item], keep: int) -> tuple[list[pytest.Item]
 
 
 def _values(case: pytest.Item) -> set[tuple[str, Any]]:
-    """The values of a case's parameters, with their names. Objects other than numbers and words differ if they are not the same
-    object. The indices that pytest 9.2 gives to parameters count cases, not values."""
+    """The values of a case's parameters, with their names. Two objects that are not numbers or words count as different unless they
+    are one object. The indices that pytest 9.2 gives to parameters count cases, not values."""
     plain = (str, int, float, type(None))
     return {(name, value if isinstance(value, plain) else id(value)) for name, value in case.callspec.params.items()}

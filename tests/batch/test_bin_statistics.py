@@ -1,4 +1,4 @@
-"""Bins over batches agree with counts over all rows at once, for any division of the rows into pieces."""
+"""Bins over batches agree with counts over all rows at once. The division of the rows into pieces has no effect."""
 
 from __future__ import annotations
 

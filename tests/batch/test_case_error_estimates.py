@@ -1,6 +1,6 @@
-"""Results of many cases are stored with estimates of their global errors. The difference from a run with a much smaller tolerance
-is at most the estimate in nine of ten values, and never more than four times the estimate. The table states no error where the
-decision between stick and slip is not certain."""
+"""Results of many cases are stored with estimates of their global errors. The test compares results with a run at a much smaller
+tolerance. In nine of ten values, the difference is at most the estimate. The difference never exceeds four times the estimate. The
+table states no error where the decision between stick and slip is not certain."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from trunnion.simulation.settings.run_settings import Run
 
 ROUND_OFF = 1e-9
 """Allowed difference relative to the largest value, over half a second with steps of equal length. Sums rounded in another order
-cause it (measured: 1e-13)."""
+cause this difference (measured: 1e-13)."""
 TREE = """
 schema: 1
 gravity: [0, 0, -9.81]

@@ -18,11 +18,11 @@ from trunnion.simulation.settings.run_settings import Run
 
 DIGITS = 1e-9
 """Allowed difference relative to the largest value of its kind over all bodies, after a third of a second at equal steps. Sums
-rounded in another order cause it (measured, column by column: 5e-13 in trees, 3e-11 in loops)."""
+rounded in another order cause this difference (measured, column by column: 5e-13 in trees, 3e-11 in loops)."""
 AS_ONE_DIGIT = 30.0
-"""Allowed difference where joints have friction, in multiples of the effect of one unit in the last place of the swept value.
-Near a ball's friction cone, friction keeps half of its digits, and the direction of slow sliding turns fast. Round-off therefore
-grows there in any computation (measured: 0.1 to 5)."""
+"""Allowed difference where joints have friction, in multiples of the effect of one unit in the last place of the swept value. Near
+a ball's friction cone, friction keeps half of its digits, and the direction of slow sliding turns fast. Round-off therefore grows
+near a cone in any computation (measured: 0.1 to 5)."""
 CASES = 21
 KEPT = ("final:*.position[*]", "max:*.acceleration[*]")
 

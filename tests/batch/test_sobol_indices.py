@@ -25,7 +25,7 @@ def ishigami(x: np.ndarray) -> np.ndarray:
 
 
 def known() -> np.ndarray:
-    """The function's first and total indices, and those of pairs, in closed form."""
+    """First and total indices of the function, and indices of pairs, in closed form."""
     one, two = 0.5 * (1.0 + 0.1 * np.pi**4 / 5.0) ** 2, 49.0 / 8.0
     both = 0.01 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
     return np.array([one, two, 0.0, one + both, two, both, 0.0, both, 0.0]) / (one + two + both)
@@ -66,7 +66,8 @@ def test_indices_are_those_that_scipy_finds_from_the_same_cases() -> None:
 
 
 def by_quadrature(name: str, ranges: dict[str, tuple[float, float]], of: str, **run: Any) -> np.ndarray:
-    """First and total indices, and those of pairs, of a scene's smooth result, from its values at Gauss's points."""
+    """First and total indices and indices of pairs for a smooth result of a scene. They are computed from values at Gauss's
+    points."""
     points, weights = np.polynomial.legendre.leggauss(5)
     weights = weights / 2.0
     axes = [low + (high - low) * (points + 1.0) / 2.0 for low, high in ranges.values()]

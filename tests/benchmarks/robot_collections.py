@@ -143,7 +143,7 @@ def main() -> None:
 
 
 def _told(told: list[tuple[str, str, str, str]]) -> Iterator[str]:
-    """The lists of what differs, is refused or was not compared, files with the same reason in one row."""
+    """Lists of differences, of refused items, and of items without comparison. Files with the same reason are in one row."""
     titles = {"differ": "Different", "refused": "Refused", "other": "Not compared"}
     for kind, title in titles.items():
         same: dict[tuple[str, str], list[str]] = {}

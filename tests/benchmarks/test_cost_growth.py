@@ -1,4 +1,4 @@
-"""Cost as a function of size: the exponents agree with the numbers, the families with their description."""
+"""Cost as a function of size. The exponents agree with the numbers, and the families agree with their description."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command line's exit codes and files. All problems are reported at once, and JSON output is one document."""
+"""The command line's exit codes and files. Commands report all problems at once, and JSON output is one document."""
 
 from __future__ import annotations
 

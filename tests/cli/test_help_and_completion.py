@@ -59,7 +59,7 @@ def test_a_request_to_the_service_names_every_method() -> None:
 
 
 def test_an_option_means_the_same_in_every_command() -> None:
-    """-o and --output name a command's output; --outputs select columns; --vary names numbers that vary."""
+    """-o and --output give the output file of a command; --outputs selects columns; --vary names the numbers that vary."""
     names = defaultdict(set)
     for _, option in options():
         names[option.opts[-1]].add(frozenset(option.opts))

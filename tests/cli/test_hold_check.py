@@ -1,4 +1,4 @@
-"""The command ``trunnion check --hold``: its text, its exit code and its JSON output."""
+"""Text, exit code and JSON output of the command ``trunnion check --hold``."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_an_unknown_scene_is_reported_without_a_traceback(capsys: pytest.Capture
 
 
 LONG = {"toggle_press": pytest.mark.slow}
-"""Models whose bounds take half as long as the bounds of all others together."""
+"""Models whose bounds take half as long as the bounds of all other models together."""
 
 
 @pytest.mark.default_cases(2)

@@ -1,7 +1,7 @@
 """Ctrl-C keeps all rows, events and finished cases so far, in complete files.
 
-Every test runs a separate program. This program sends itself SIGINT at a fixed place in the work: at the return of a call into C
-with rows that are not stored yet, or at the end of the fifth case of a batch."""
+Every test runs a separate program. This program sends itself SIGINT at a fixed place in the work. The first kind of place is the
+return of a call into C whose rows are not stored yet. The second kind is the end of the fifth case of a batch."""
 
 from __future__ import annotations
 
@@ -69,8 +69,8 @@ def whole() -> Result:
 
 
 def held_against(whole: Result, time: np.ndarray, data: np.ndarray, events: Any, end: float) -> None:
-    """Check that rows and events equal those of the uninterrupted run bit for bit up to the time of the interruption, and that none
-    of them is missing."""
+    """Check rows and events up to the time of the interruption. They must equal those of the uninterrupted run bit for bit, and
+    none may be missing."""
     assert 0.0 < end < UNTIL
     assert len(time) == np.count_nonzero(whole.time <= end) > 1
     assert np.array_equal(data, whole.data[: len(data)], equal_nan=True)
@@ -161,7 +161,7 @@ def test_sweep_writes_the_finished_cases_and_says_how_many_of_how_many(suffix: s
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Columns of a table in any format. A partial table is marked as partial if its format has such a mark."""
+    """Columns of a table in any format. A partial table must have a mark if the format allows marks."""
     if file.suffix == ".parquet":
         table = pq.read_table(file)
         assert table.schema.metadata[b"cancelled"].decode() == f"{table.num_rows} of 100000 cases finished"

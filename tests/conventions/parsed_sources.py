@@ -14,7 +14,7 @@ class Syntax:
 
     Attributes:
         texts: all string constants.
-        shown: string constants for the machine or a user: without docstrings and Python's own names (``__all__``).
+        shown: string constants that a machine or a user reads, without docstrings and the names in ``__all__``.
         modules: modules of ``import`` statements.
         names: (module, names) of ``from`` statements.
     """

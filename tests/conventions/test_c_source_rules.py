@@ -20,11 +20,11 @@ ROOT = Path(__file__).resolve().parents[2]
 UNIT = RUNTIME / "runtime.c"
 NATIVE = ROOT / "fmu" / "native"
 UNITS = (UNIT, NATIVE / "translation_unit.c", NATIVE / "pythonfmu_loader.c")
-"""Files that include others; ``translation_unit.c`` is the C shell of FMUs and C libraries."""
+"""Files that include other C files. ``translation_unit.c`` is the C shell of FMUs and C libraries."""
 SOURCES = sorted([*RUNTIME.rglob("*.[ch]"), *NATIVE.rglob("*.[ch]")])
 STAGES = ("base", "constraints", "friction", "evaluate", "integrators", "checks", "output", "modes", "events", "diagnosis",
           "time_stepping", "stepping", "hosts")  # fmt: skip
-"""Folders of the runtime in their order: a stage calls only earlier ones."""
+"""Folders of the runtime in their order. A stage calls only earlier stages."""
 MOST_LINES, MOST_OF_A_FUNCTION = 400, 45
 LONGER = {"fmi2_functions.c"}
 """C files that may be longer; ``fmi2_functions.c`` is as long as the standard's list of functions."""

@@ -45,7 +45,7 @@ def family(decorator: Any) -> tuple[type, type, type]:
 
 
 def outcome(work: Any) -> Any:
-    """The text of what ``work`` returns, or the type and text of what it raises."""
+    """The text of the result of ``work``, or the type and text of its exception."""
     try:
         return re.sub(r"family\.<locals>\.|0x\w+", "", repr(work()))
     except Exception as e:  # noqa: BLE001

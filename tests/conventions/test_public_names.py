@@ -1,4 +1,4 @@
-"""``trunnion``'s public names: grouped in its docstring, loaded on first use, visible to type checkers."""
+"""The public names of ``trunnion`` are grouped in its docstring, are loaded on first use, and are visible to type checkers."""
 
 from __future__ import annotations
 

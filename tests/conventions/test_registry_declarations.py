@@ -25,7 +25,7 @@ OWN = {"engine/elements", "engine/importers/schemas"}
 PRODUCT = [p for top in ("engine", "fmu", "service") for p in sorted((ROOT / top).rglob("*"))
            if p.suffix in (".py", ".js", ".html", ".txt", ".h", ".c") and "_models" not in p.parts]  # fmt: skip
 OF_OTHERS = {("engine/importers/mjcf/joints.py", "ball"), ("engine/importers/sdf/joints.py", "ball")}
-"""Words of other programs that are also names here, in the files that translate them."""
+"""Words of other programs that are also names in this project, in the files that translate these words."""
 LAW = re.compile(rf"\b({'|'.join(friction.REGISTRY)})\b")
 NAMED = re.compile("|".join([*friction.REGISTRY, *contact.REGISTRY]))
 

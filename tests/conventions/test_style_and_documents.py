@@ -161,7 +161,7 @@ def text_of(file: str) -> str:
 
 
 def plain(title: str) -> str:
-    """A heading or its citation as one line."""
+    """A heading, or the citation of a heading, as one line."""
     return " ".join(title.replace("\n", " ").replace("#", " ").replace(" * ", " ").split())
 
 

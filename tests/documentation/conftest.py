@@ -12,7 +12,7 @@ from tests.documentation.virtual_environments import Home
 
 @pytest.fixture(scope="module")
 def homes() -> Iterator[dict[str, Home]]:
-    """A copy of the checkout for every group, with an environment of its own; it is deleted afterwards."""
+    """A copy of the checkout for every group, with a separate environment. The copy is deleted at the end of the tests."""
     made: dict[str, Home] = {}
     yield made
     for home in made.values():

@@ -1,7 +1,7 @@
 """Groups of pages that share an environment, and the run of a page from its first block to its last.
 
-Pages are grouped by the packages that they install. The pages of a group share an environment. Their order is such that each page
-only adds packages. After every page, the environment is compared with the typed installations. """
+Pages are grouped by the packages that they install. The pages of a group share an environment. In the order of the pages, each page
+only adds packages. After every page, the tests compare the environment with the typed installations. """
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ GROUPS = {
 }
 """Pages by group. The group's name lists the packages that its pages install, in their order."""
 ABOUT_MODELS = ("plain", "guide, plain", "pandas")
-"""Groups that one process runs. A second process runs all others, because all pages with a server use the same port. Both take
-about as long. A process runs the pages of one file of tests (``--dist loadfile``)."""
+"""Groups that one process runs. A second process runs all other groups, because all pages with a server use the same port. The two
+processes take about the same time. A process runs the pages of one file of tests (``--dist loadfile``)."""
 
 
 def begins(page: str) -> list[Step]:
@@ -97,7 +97,7 @@ def in_common(folders: pytest.TempPathFactory) -> Path:
 
 
 def drawings(home: Path) -> None:
-    """Write the files that a page assumes to exist: a designer's drawing and a robot."""
+    """Write the files that a page assumes to exist: the drawing of a designer and a robot."""
     corners = np.array([[0, 0, 0], [40, 0, 0], [0, 20, 0], [0, 0, 10]])
     faces = ["0 2 1", "0 1 3", "0 3 2", "1 2 3"]
     facets = [[corners[int(i)] for i in f.split()] for f in faces]

@@ -36,7 +36,7 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def outdated() -> list[str]:
-    """Pages whose text differs from what their function returns."""
+    """Pages whose text differs from the text that their function returns."""
     files = {p: REFERENCE / p for p in PAGES}
     return [p for p, file in files.items() if not file.is_file() or file.read_text(encoding="utf-8") != PAGES[p]()]
 

@@ -58,7 +58,7 @@ class Reader:
             self.python.wait(60)
 
     def _end_servers(self) -> None:
-        """End the page's servers with Ctrl-C, before the page starts another or ends."""
+        """End the page's servers with Ctrl-C before the page ends or starts another server."""
         while self.servers:
             server = self.servers.pop()
             os.killpg(server.pid, signal.SIGTERM)
@@ -78,7 +78,7 @@ class Reader:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment variables for the page's programs: none of them points to the packages of the tests' own environment."""
+        """Environment variables for the page's programs. No variable points to packages of the tests' own environment."""
         left = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV", "PYTEST", "COV_"))}
         scripts = [str(self.home / ".venv" / "bin")] if self.active else []
         ours = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "MPLBACKEND": "agg", "TRUNNION_CACHE": str(self.place.shared / "cache")}
@@ -136,7 +136,7 @@ class Reader:
             self.place.typed_now(printed)
 
     def _ended(self, job: str) -> None:
-        """Wait for a job as its submitter would before fetching its results."""
+        """Wait for a job, as its submitter would wait before fetching results."""
         end = time.monotonic() + PATIENCE
         while (asked(f"/v1/jobs/{job}") or {}).get("state") not in ("done", "failed", "cancelled"):
             assert time.monotonic() < end, "the job did not end"

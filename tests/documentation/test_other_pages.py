@@ -1,5 +1,5 @@
-"""All other pages run as printed; some of them serve at one port. One process runs them: ``python -m pytest -m pages -n 2 --dist
-loadfile``."""
+"""All other pages run as printed. One process runs them, because some of them have servers at the same port: ``python -m pytest -m
+pages -n 2 --dist loadfile``."""
 
 from __future__ import annotations
 

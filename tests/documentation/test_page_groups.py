@@ -1,5 +1,5 @@
-"""Every page is run, and first states how to install the packages that it uses. ``test_model_pages`` and ``test_other_pages`` run
-the pages."""
+"""Every page runs, and first states how to install the packages that it uses. ``test_model_pages`` and ``test_other_pages`` run the
+pages."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_every_page_begins_with_its_installation() -> None:
 
 
 def test_every_line_of_a_shell_block_is_a_command() -> None:
-    """A formatter that fills paragraphs would break the lines of blocks."""
+    """Every line must be a command: a formatter that fills paragraphs would join the lines of blocks."""
     shell = [(page, line) for page in pages(ROOT) for step in steps(page) if step.kind == "bash" for line in step.text.splitlines()]
     assert [x for x in shell if x[1].strip() and not COMMAND.match(x[1])] == []
 

@@ -26,7 +26,7 @@ def test_generated_pages_are_current() -> None:
 
 
 def test_the_reference_lists_the_events_that_the_runtime_reports() -> None:
-    """Exactly the kinds of events that the C code logs are rows of the page of events."""
+    """The rows of the page of events are exactly the kinds of events that the C code logs."""
     code = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "engine" / "runtime").rglob("*.c"))
     told = {name.lower() for name in re.findall(r"\bTR_EV_(\w+)", code)}
     assert rows_of("events") == told

@@ -2,8 +2,8 @@
 install.
 
 The project without extras, which every page installs first, is installed once. Later environments begin as copies of that
-environment (files are hard links). The page's own line then runs with "trunnion" or "trunnion[extra]" in place of "." or
-".[extra]", because building the project again would take half of the time. At the end, each environment contains exactly the
+environment (files are hard links). The line of the page then runs with "trunnion" or "trunnion[extra]" in place of "." or
+".[extra]". Otherwise, building the project again would take half of the time. At the end, each environment contains exactly the
 packages that its pages install. """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ BASE = re.compile(r"^python3 -m venv \.venv && (?:\. \.venv/bin/activate && )?(?
 """The line that creates an environment with the project and without extras."""
 EXTRAS = re.compile(r"pip install .*(?:\.|trunnion)\[([\w,]+)\]")
 PATIENCE = 600.0
-"""Seconds to wait for another process's environment. A process waits so long only where the other one has failed, and then makes
-its own."""
+"""Seconds to wait for another process's environment. A process waits so long only if the other process has failed. It then makes
+its own environment."""
 WITH_PYTHON = {"pip", "setuptools", "wheel"}
 """Packages that ``python -m venv`` may put into an environment by itself."""
 
@@ -41,7 +41,7 @@ class Home:
     shared: Path
     typed: list[str] = field(default_factory=list)
     copied: bool = False
-    """Whether its environment began as a copy of another one."""
+    """True if the environment began as a copy of another environment."""
 
     @property
     def venv(self) -> Path:
@@ -49,8 +49,8 @@ class Home:
         return self.path / ".venv"
 
     def begin(self, line: str) -> None:
-        """Copy the session's environment without extras, before ``line`` would create one. The first home of the session with this
-        line creates this environment, and all other homes wait for it."""
+        """Copy the session's environment without extras before ``line`` runs. The first home of the session with this line creates
+        this environment; all other homes wait for it."""
         base, maker = self.shared / "base", self.shared / "base.maker"
         if BASE.match(line) and not maker.exists():
             with suppress(FileExistsError):
@@ -123,6 +123,6 @@ def link(old: str, new: str) -> str:
 
 
 def copied(root: Path, home: Path) -> Path:
-    """A copy of the checkout without files that are not part of it, such as environments and caches."""
+    """A copy of the checkout without environments, caches and other files that are not part of it."""
     ignore = shutil.ignore_patterns(*PLAIN, ".*_cache", ".hypothesis", "trunnion-data", "node_modules")
     return Path(shutil.copytree(root, home, ignore=ignore))

@@ -1,4 +1,4 @@
-"""Runs of FMUs in fmpy compared with runs of the engine, which a separate process computes."""
+"""Comparison of runs of FMUs in fmpy with runs of the engine. A separate process computes the engine's runs."""
 
 from __future__ import annotations
 

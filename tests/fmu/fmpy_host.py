@@ -1,4 +1,4 @@
-"""An FMU in fmpy, whose variables are read and set by name."""
+"""An FMU in fmpy. Its variables are read and set by name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 
 
 class Host:
-    """An instance in fmpy with names instead of references."""
+    """An instance in fmpy, whose variables are accessed by name."""
 
     def __init__(self, file: Path, start: float = 0.0, stop: float | None = None, begin: bool = True,
                  tolerance: float | None = None, logging: bool = False, **settings: float):
@@ -42,7 +42,7 @@ class Host:
         return self.fmu.getReal([self.reference[n] for n in names])
 
     def set(self, **values: float) -> None:
-        """Set real variables given as keywords, in which "__" stands for a dot."""
+        """Set real variables given as keywords. In a keyword, "__" stands for a dot."""
         for name, value in values.items():
             self.put(name.replace("__", "."), value)
 

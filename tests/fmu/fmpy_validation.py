@@ -15,7 +15,8 @@ _legal: set[str] = set()
 
 
 def form(name: str) -> str:
-    """A name in which ``a`` replaces each identifier and ``1`` each number. By the grammar both names are legal, or neither is."""
+    """A name in which ``a`` replaces each identifier and ``1`` each number. The grammar accepts the new name if and only if it
+    accepts the original name."""
     return re.sub(r"[0-9]+", "1", re.sub(r"(?!der\()[A-Za-z_][A-Za-z_0-9]*", "a", name))
 
 

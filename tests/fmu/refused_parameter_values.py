@@ -15,8 +15,8 @@ NAMED = "parameters."
 
 
 def claim_refuses_what_the_scene_refuses(model: str) -> None:
-    """Tests every parameter that is a number of the scene, set before the start: the FMU gives the scene's message. A refused value
-    changes nothing, so that the run continues as if it had not been given."""
+    """Test every parameter that is a number of the scene, before the start. The FMU gives the scene's message. A refused value
+    changes nothing, so that the run continues with the old value."""
     scene = trunnion.load_scene(model)
     host = Host(exported(model), begin=False)
     plain = {p.path: p.value for p in list_parameters(scene)}
@@ -39,10 +39,10 @@ def claim_refuses_what_the_scene_refuses(model: str) -> None:
 
 
 def said_by_the_scene(scene: trunnion.Scene, path: str, value: float) -> str:
-    """The scene's first problem with the value, or with a number that follows from it. A conflict with another value is reported
-    only when the value takes effect."""
+    """The scene's first problem with the value, or with a number that follows from the value. A conflict with another value is
+    reported only when the new value takes effect."""
     changes: dict[str, float | None] = {path: value}
-    if path.endswith(".mass"):  # if the mass follows from a density, there is no mass to override
+    if path.endswith(".mass"):  # a mass that follows from a density cannot be overridden
         changes[path.removesuffix("mass") + "density"] = None
     try:
         apply(scene, changes)

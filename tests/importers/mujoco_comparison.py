@@ -1,4 +1,4 @@
-"""An imported MJCF compared with MuJoCo itself: accelerations at random states. Constraints, contacts and actuators are off in
+"""Comparison of an imported MJCF with MuJoCo: accelerations at random states. Constraints, contacts and actuators are off in
 MuJoCo."""
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def random_state(m: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compared(file: Path, seeds: int = 3) -> Compared:
-    """The file's mechanism in Trunnion and in MuJoCo. SceneError where Trunnion refuses it; ValueError where MuJoCo does."""
+    """The file's mechanism in Trunnion and in MuJoCo. SceneError if Trunnion refuses the file; ValueError if MuJoCo refuses it."""
     import mujoco
 
     linkage, model, bodies = linkage_of_mjcf(file)
@@ -113,7 +113,7 @@ def compared(file: Path, seeds: int = 3) -> Compared:
 
 
 Both = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Accelerations here and in the other program, and the rates."""
+"""Accelerations in Trunnion and in the other program, and the rates."""
 
 
 def _both(m: Any, model: Model, bodies: BodyConverter, q: np.ndarray, qd: np.ndarray) -> Both:
@@ -128,26 +128,26 @@ def _both(m: Any, model: Model, bodies: BodyConverter, q: np.ndarray, qd: np.nda
 
 
 def relative(states: list[Both]) -> float:
-    """Largest difference of accelerations, relative to the largest acceleration of all states; where nothing accelerates, relative
-    to the terms of rates."""
+    """Largest difference of accelerations, relative to the largest acceleration of all states. If nothing accelerates, the
+    difference is relative to the terms of rates."""
     size = max(float(np.abs(want).max()) for _, want, _ in states)
     of_rates = max(float(np.square(rates).max()) for *_, rates in states)
     return max(float(np.abs(mine - want).max()) for mine, want, _ in states) / (size if size > 1e-12 * of_rates else of_rates)
 
 
 def _given(m: Any, bodies: BodyConverter) -> float:
-    """Give MuJoCo the inertias of the scene, with principal axes to the last digit (its own have about 1e-8). Returns the largest
-    relative difference from its former inertias."""
+    """Give MuJoCo the inertias of the scene, with principal axes to the last digit (MuJoCo's axes have errors of about 1e-8).
+    Returns the largest relative difference from MuJoCo's former inertias."""
     import mujoco
 
     worst = 0.0
-    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # these short cuts of MuJoCo assume principal axes
+    m.body_sameframe[:], m.body_simple[:], m.dof_simplenum[:] = 0, 0, 0  # these shortcuts of MuJoCo assume principal axes
     named = {n: mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_BODY, n) for n in bodies.places if n}
     at = {named[n]: p.link for n, p in bodies.places.items() if n and np.array_equal(p.at, np.eye(4))}
     at |= {int(i): bodies.linkage.joints[f.name].outboard for i, f in zip(m.jnt_bodyid, bodies.freedoms, strict=True)}
     done = set()
     for i, link in at.items():
-        # a body without mass may be fixed to another one at the same place
+        # a body without mass may be fixed to another body at the same place
         if i < 1 or link not in bodies.linkage.links or link in done:
             continue
         done.add(link)

@@ -1,4 +1,4 @@
-"""An imported URDF compared with Pinocchio: accelerations at random states, without friction, limits and mimics."""
+"""Comparison of an imported URDF with Pinocchio: accelerations at random states, without friction, limits and mimics."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from trunnion.scene.data_classes.scene import Scene
 
 
 def opened(scene: Scene) -> Scene:
-    """The scene without friction and couplings, which Pinocchio's forward dynamics does not have."""
+    """The scene without friction and couplings, which Pinocchio's forward dynamics does not support."""
     joints = {n: replace(j, friction=None, start=None, mimic=None) for n, j in scene.joints.items()}
     return replace(scene, joints=joints)
 
 
 def compared(file: Path, seeds: int = 3) -> Compared:
-    """The file's mechanism in Trunnion and in Pinocchio. SceneError where Trunnion refuses it; ValueError where Pinocchio does."""
+    """The file's mechanism in Trunnion and in Pinocchio. SceneError if Trunnion refuses the file; ValueError if Pinocchio refuses
+    it."""
     import pinocchio as pin
 
     scene, notes = scene_of_urdf(file)
@@ -42,7 +43,7 @@ def compared(file: Path, seeds: int = 3) -> Compared:
 
 
 def _scene_names(m: Any, scene: Scene) -> dict[str, str]:
-    """The scene's joint for each joint of the file."""
+    """Name of the scene's joint for each joint of the file."""
     out = {}
     for name in list(m.names)[1:]:
         plain = Names().new(name, "joint")

@@ -20,7 +20,7 @@ Items = dict[str, Any]
 
 
 def recorded(name: str) -> Items:
-    """The content of the file for one format, by root or file of a schema."""
+    """The content that ``schema_items.txt`` stores for one format, by root or by file of a schema."""
     out: Items = {}
     for line in FILE.read_text(encoding="utf-8").splitlines():
         if line.startswith(name + " "):
@@ -40,7 +40,7 @@ def _text(items: Items) -> str:
 
 
 def mjcf(printed: str) -> Items:
-    """Content of the schema that mj_printSchema prints, by root; "body" is a root too."""
+    """Content of the schema that mj_printSchema prints, by root. "body" is also a root."""
     out: Items = {}
     holders: list[Items] = []
     own = out
@@ -55,8 +55,8 @@ def mjcf(printed: str) -> Items:
 
 
 def sdf(folder: Path) -> Items:
-    """Content of the description files of libsdformat, by root. State files before 1.12 have the roots of other files; they stand
-    inside the elements that include them."""
+    """Content of the description files of libsdformat, by root. State files before 1.12 have the roots of other files; these roots
+    are listed inside the elements that include them."""
     out: Items = {}
     for version in VERSIONS:
         where = folder / "sdf" / f"1.{version}"

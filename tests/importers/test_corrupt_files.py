@@ -1,4 +1,4 @@
-"""Damaged files give a scene or an error that names the place; no other exception is raised, whatever the damage."""
+"""A damaged file gives a scene, or an error that names the place. No damage causes another exception."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def damaged_lines(text: str, rng: random.Random) -> str:
 
 
 def told(file: Path) -> bool:
-    """Whether a file is refused with a message."""
+    """True if a file is refused with a message."""
     try:
         scene_of(file)
     except SceneError as e:

@@ -1,4 +1,4 @@
-"""ASMT, the export of FreeCAD's assemblies: joints of markers move like the same mechanism in other formats."""
+"""ASMT is the export format of FreeCAD's assemblies. Joints between markers move like the same mechanism in other formats."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ MIDDLE = at(30, 20, -10, 0.2, 0.4, 0.6)
 
 
 def arm(tmp_path: Path) -> tuple[Scene, list[str]]:
-    """A hinge on the assembly and a slide on a part, at places without right angles."""
+    """An arm with a hinge on the assembly and a slide on a part. The places are oblique."""
     slide = np.linalg.inv(LOWER) @ UPPER @ ELBOW @ at(0, 0, 70)
     parts = [part("upper", UPPER, {"h": HINGE, "e": ELBOW}, center=MIDDLE), part("lower", LOWER, {"e": slide}, center=MIDDLE)]
     rail = joint("TranslationalJoint", "rail", "Doc#upper/e", "Doc#lower/e")
@@ -89,7 +89,7 @@ def arm(tmp_path: Path) -> tuple[Scene, list[str]]:
 
 
 def test_an_arm_moves_as_the_same_arm_in_mjcf(tmp_path: Path) -> None:
-    """Millimetres become metres; a coordinate is zero at the drawn position of the parts."""
+    """Millimetres become metres. A coordinate is zero at the drawn position of the parts."""
     one, _ = arm(tmp_path)
     text = lambda v: " ".join(f"{x:.17g}" for x in np.ravel(v))  # noqa: E731
 
@@ -128,8 +128,8 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_joint_keeps_its_markers_as_it_should(kind: str, tmp_path: Path) -> None:
-    """While the part falls and tumbles, the quantities that a joint of this kind keeps fixed do not change. They are computed from
-    markers I and J in the world."""
+    """While the part falls and tumbles, the quantities that a joint of this kind keeps fixed do not change. The test computes them
+    from the markers I and J in the world."""
     turned = at(0, 0, 0, 0, np.pi / 2, 0) if kind == "UniversalJoint" else E  # the axes of a universal joint are perpendicular
     pitch = block("pitch", "50") if kind == "ScrewJoint" else block("offset", "20") if kind == "PlanarJoint" else []
     base, J = at(100, 0, 0, 0.3, 0.2, 0.1), at(10, 20, 30, 0.5, -0.4, 0.2)
@@ -156,7 +156,7 @@ def test_every_joint_keeps_its_markers_as_it_should(kind: str, tmp_path: Path) -
 
 
 def test_four_hinges_close_a_loop(tmp_path: Path) -> None:
-    """A square of links in the plane x–z swings and stays closed: the loop's gap and energy."""
+    """A square of links in the plane x–z swings. The test checks the loop's gap and the energy."""
     flat = at(0, 0, 0, np.pi / 2, 0, 0)
     ends = {"a": flat, "b": at(200, 0, 0) @ flat}
     parts = [part("left", at(0, 0, 0, 0, -1.2, 0), ends), part("top", at(200 * np.cos(1.2), 0, 200 * np.sin(1.2)), ends),

@@ -1,4 +1,4 @@
-"""Limits of joints become end stops when the user gives a stiffness; every interface does the same."""
+"""Limits of joints become end stops when the user gives a stiffness. Every interface treats limits alike."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SDF = """<sdf version="1.9"><model name="lift"><link name="car"><inertial><mass>
 FILES = {
     "lift.urdf": URDF, "lift.xml": MJCF.format(said='range="-0.2 0.3"'), "lift.sdf": SDF.format(upper="<upper>0.2</upper>"),
 }  # fmt: skip
-"""The same mechanism in three formats. MJCF's coordinate is 0.1 m where the others' is zero."""
+"""The same mechanism in three formats. The coordinate of MJCF is 0.1 m where the coordinates of the other formats are zero."""
 Write = Callable[[str, str], Path]
 
 
@@ -62,7 +62,7 @@ def test_a_limit_may_be_on_one_side(write: Write) -> None:
 
 
 def test_ranges_count_as_the_file_says(write: Write) -> None:
-    """In MJCF "auto" enables a range, unless the compiler element states otherwise."""
+    """In MJCF, "auto" enables a range unless the compiler element states otherwise."""
     for said, there in (('range="-1 1" limited="false"', False), ('range="-1 1" limited="true"', True), ("", False)):
         scene, notes = scene_of(write("lift.xml", MJCF.format(said=said)), stops=STIFFNESS)
         assert (scene.joints["track"].end_stops is not None) is there

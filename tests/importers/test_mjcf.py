@@ -1,5 +1,5 @@
-"""MJCF: the scene has the content of the file. The comparison with MuJoCo itself, where it is installed, is in
-``test_mjcf_accelerations_mujoco``."""
+"""MJCF: the scene has the content of the file. ``test_mjcf_accelerations_mujoco`` compares scenes with MuJoCo, if it is
+installed."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_every_way_to_turn_a_body_is_understood(how: str, tmp_path: Path) -> Non
 
 
 def test_the_order_of_euler_angles_is_the_compilers(tmp_path: Path) -> None:
-    """Capital letters turn about fixed axes, small ones about axes that turn with the body."""
+    """Capital letters mean turns about fixed axes. Small letters mean turns about axes that turn with the body."""
     for sequence, meant in (("zyx", "ZYX"), ("XYZ", "xyz"), ("yxz", "YXZ")):
         turned = f'<body name="b" euler="0.3 0.5 -0.7"><joint/>{BALL}</body>'
         scene, _ = read(tmp_path, f'<compiler angle="radian" eulerseq="{sequence}"/><worldbody>{turned}</worldbody>')
@@ -119,7 +119,7 @@ def test_connect_closes_a_four_bar(tmp_path: Path) -> None:
 
 
 def test_a_joint_that_an_equality_ties_follows_the_other(tmp_path: Path) -> None:
-    """q − ref of one joint is 0.1 − 0.6 (q − ref of the other). Equalities that a scene cannot express are reported."""
+    """q − ref of one joint is 0.1 − 0.6 (q − ref) of the other joint. Equalities that a scene cannot express are reported."""
     tie = '<joint name="tie" joint1="b" joint2="a" polycoef="0.1 -0.6 {} 0 0"/>'
     scene, _ = read(tmp_path, FOUR_BAR.format(tie.format(0)))
     r = trunnion.simulate(scene, 1.0, 0.1, rtol=1e-9)
@@ -194,7 +194,7 @@ def test_the_command_writes_a_scene_that_runs(tmp_path: Path) -> None:
 
 
 def test_a_chain_of_sixty_joints_is_taken_over_as_it_is(tmp_path: Path) -> None:
-    """Every joint of a large model keeps its name, and bodies without mass add no joints."""
+    """Every joint of a large model keeps its name. Bodies without mass add no joints."""
     inside, axes = "", (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
     for k in reversed(range(20)):
         joints = "".join(f'<joint name="j{k}_{a}" axis="{b}" armature="0.01"/>' for a, b in axes)

@@ -15,7 +15,8 @@ from tests.importers.test_mjcf import FOUR_BAR
 from trunnion.importers.mjcf.scene_builder import linkage_of_mjcf
 
 EXACT = 1e-9
-"""Both solve to about 1e-14 times the condition; MuJoCo's principal axes of composed bodies are precise to 1e-8 of a moment."""
+"""Both programs solve to about 1e-14 times the condition; MuJoCo's principal axes of composed bodies are precise to 1e-8 of a
+moment."""
 KINDS = ("hinge", "slide", "ball", "hinge hinge", "slide slide hinge", "hinge hinge hinge", "slide ball", "")
 
 

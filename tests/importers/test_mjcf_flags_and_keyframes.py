@@ -53,7 +53,8 @@ def test_a_disabled_equality_couples_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("joint", "gear", "torque"), [("0.1 0.2", None, 2.1), ("0", 2, 4 * 2.1), ("0.3 0.1", -2, 1.8 + 4 * 2.1)])
 def test_quadratic_damping_grows_with_the_square_of_the_rate(joint: str, gear: float | None, torque: float, tmp_path: Path) -> None:
-    """0.1 v + 0.2 v² at 3 rad/s. An actuator's damping is multiplied by the square of its gear ratio (MuJoCo 4.0.0)."""
+    """The damping torque is 0.1 v + 0.2 v² at 3 rad/s. An actuator's damping is multiplied by the square of its gear ratio (MuJoCo
+    4.0.0)."""
     motor = f'<actuator><motor joint="a" gear="{gear}" armature="0.02" damping="0.1 0.2"/></actuator>' if gear else ""
     body = f'<body name="b"><joint name="a" axis="0 1 0" damping="{joint}"/>{ARM[ARM.index("<inertial") :]}</body>'
     for rate in (3, -3):
@@ -80,7 +81,8 @@ def test_principal_axes_that_mujoco_chooses_cannot_be_placed_by_a_keyframe(tmp_p
 
 
 def test_keyframes_start_as_in_mujoco(tmp_path: Path, needs: Callable[[str], None]) -> None:
-    """Positions and velocities of all mass centres, of free joints, aligned or not, of balls and of hinges."""
+    """The test compares positions and velocities of all mass centres. The scene has free joints, aligned or not, balls and
+    hinges."""
     needs("mujoco")
     import mujoco
 

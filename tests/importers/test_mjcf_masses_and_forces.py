@@ -22,7 +22,7 @@ SOLIDS = {
 
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_geoms_weigh_what_their_points_do(kind: str) -> None:
-    """Volume and inertia compared with the sum over the cells of a grid. The sum uses only whether points are inside."""
+    """The test compares volume and inertia with the sum over the cells of a grid. The sum uses only whether points are inside."""
     size, inside = SOLIDS[kind]
     n, half = 120, 0.5
     line = (np.arange(n) + 0.5) / n * 2 * half - half
@@ -38,7 +38,7 @@ def test_geoms_weigh_what_their_points_do(kind: str) -> None:
 
 @pytest.mark.parametrize("way", ["exact", "legacy", "convex"])
 def test_a_mesh_weighs_what_its_box_does(way: str) -> None:
-    """A box away from the origin, as twelve triangles. All ways of computing mass agree for a solid that is not hollow."""
+    """A box away from the origin, as twelve triangles. For a solid that is not hollow, all methods for the mass agree."""
     corners = np.array([[x, y, z] for x in (1, 2) for y in (0, 3) for z in (-1, 1)], float)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]
@@ -68,7 +68,8 @@ def test_springs_dampers_friction_and_rotors_of_joints_are_imported(tmp_path: Pa
 
 
 def test_a_spring_given_by_its_swing_swings_so(tmp_path: Path) -> None:
-    """springdamper: a time constant of 0.5 s with damping ratio 0.4, of a body with a rotor: ω = 1/(0.5·0.4), damping 2 I/0.5."""
+    """springdamper gives a time constant of 0.5 s and a damping ratio of 0.4. The body has a rotor: ω = 1/(0.5·0.4), damping 2
+    I/0.5."""
     joint = '<joint name="j" axis="0 0 1" springdamper="0.5 0.4" armature="0.3"/>'
     scene, _ = read(tmp_path, f'<worldbody><body name="b">{joint}{BALL}</body></worldbody>')
     inertia = 0.4 * 0.01 + 0.09 + 0.3

@@ -68,7 +68,7 @@ def outcome(text: str, folder: Path) -> tuple[Any, ...]:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Folder with the files that the examples name. Scenes stay data, without their checks."""
+    """Folder with the files that the examples name. Scenes stay data and are not checked."""
     monkeypatch.setattr(intermediate_linkage, "scene_from_dict", lambda data: data)
     for height, name in enumerate(("part.obj", "meshes/part.obj", "meshes/away/part.obj")):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -118,7 +118,7 @@ def taken_items(name: str) -> dict[tuple[int, str], str]:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_every_item_that_the_table_takes_changes_the_scene(name: str, folder: Path) -> None:
-    """Without an item that the table takes, the outcome of an example differs."""
+    """If an item that the table takes is removed, the outcome of an example changes."""
     table, wanted = schema(name), taken_items(name)
     for text in EXAMPLES[name]:
         root = read(text, folder)
@@ -135,7 +135,7 @@ def test_every_item_that_the_table_takes_changes_the_scene(name: str, folder: Pa
 
 
 def removals(e: Element, row: Row) -> Iterator[tuple[tuple[int, str], tuple[dict[str, str], list[Element]]]]:
-    """Each item of an element, with the attributes and children that are left without it."""
+    """Each item of an element, with the remaining attributes and children after its removal."""
     attributes, children = dict(e.attributes), list(e.children)
     for n in attributes:
         yield (id(row), f"@{n}"), ({k: x for k, x in attributes.items() if k != n}, children)
@@ -144,7 +144,7 @@ def removals(e: Element, row: Row) -> Iterator[tuple[tuple[int, str], tuple[dict
 
 
 def add_items(e: Element, table: Table, row: Row, wanted: str) -> None:
-    """Give an element and its content each item whose fate is ``wanted``: attributes and elements with nonsense."""
+    """Add each item whose fate is ``wanted`` to an element and its content: attributes and elements with nonsense."""
     for c in e.children:
         found = table.child(row, c.tag)
         if found is not None and not found[1]:

@@ -121,8 +121,8 @@ def hinge(name: str, parent: str, child: str, at: str = "0 0 0 0 0 0") -> str:
 
 
 def test_two_joints_with_one_child_close_a_loop(tmp_path: Path) -> None:
-    """A parallelogram oscillates like one pendulum: two legs of length 1 and a coupler that does not turn. With masses 1 and legs
-    whose inertia about their end is 1/3: (2/3 + 1) q̈ = (2 ½ + 1) g sin q, from an angle of 0.3."""
+    """A parallelogram oscillates like one pendulum: two legs of length 1 and a coupler that does not turn. The masses are 1, and
+    the inertia of a leg about its end is 1/3. The motion starts at an angle of 0.3 and follows (2/3 + 1) q̈ = (2 ½ + 1) g sin q."""
     lean = 0.3
     x, z = np.sin(lean), np.cos(lean)
     inertial = "<inertial><pose>0.5 0 0 0 0 0</pose><mass>1</mass></inertial>"

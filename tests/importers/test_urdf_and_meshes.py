@@ -1,4 +1,4 @@
-"""Files of other programs: masses of solids equal closed forms, URDF joints turn about the right axes."""
+"""Files of other programs. Masses of solids equal closed forms, and URDF joints turn about the right axes."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_an_open_surface_has_no_mass(tmp_path: Path, needs: Callable[[str], None
 
 def test_surfaces_that_overlap_are_one_solid(tmp_path: Path, needs: Callable[[str], None]) -> None:
     """Two cubes of 100 mm, shifted by 50 mm, weigh 11.7 kg. A hollow cube weighs as much as both parts if a ball of the same
-    material is in its cavity. If it is around an overlapping cube, it weighs as the union."""
+    material is in its cavity. If the hollow cube surrounds an overlapping cube, it weighs as the union."""
     needs("trimesh")
     needs("manifold3d")
     import trimesh
@@ -96,7 +96,7 @@ def test_surfaces_that_overlap_are_one_solid(tmp_path: Path, needs: Callable[[st
 
 
 def test_a_urdf_becomes_a_scene_with_the_same_kinematics(urdf: Path) -> None:
-    """Forward kinematics of the file, written out, compared with the columns of the scene at given angles."""
+    """The test compares forward kinematics of the file, written out, with the columns of the scene at given angles."""
     scene, notes = scene_of_urdf(urdf)
     assert set(scene.bodies) == {"upper", "lower"}
     assert scene.joints["elbow"].friction.torque == 0.1
@@ -269,7 +269,7 @@ def _turn(axis: tuple[float, ...], angle: float) -> np.ndarray:
 
 
 def test_the_moments_of_a_link_without_mass_are_those_of_the_body_that_holds_it(tmp_path: Path) -> None:
-    """The xx of the link lies along the yy of the body."""
+    """The axis xx of the link is the axis yy of the body."""
     foot = '<link name="f"><inertial><mass value="0"/><inertia ixx="0.01" iyy="0" izz="0"/></inertial></link>'
     body = '<inertial><origin xyz="0 0 -0.5"/><mass value="1"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
     (tmp_path / "leg.urdf").write_text(f"""<robot name="leg"><link name="w"/><link name="a">{body}</link>{foot}
@@ -281,7 +281,7 @@ def test_the_moments_of_a_link_without_mass_are_those_of_the_body_that_holds_it(
 
 
 def test_a_massless_link_between_moving_joints_adds_nothing(tmp_path: Path) -> None:
-    """A slide along x, a massless link, a slide along z, a body: the body falls."""
+    """A slide along x, a massless link, a slide along z, and a body in series. The body falls freely."""
     ends = '<parent link="{1}"/><child link="{2}"/><axis xyz="{3}"/>'
     joint = f'<joint name="{{0}}" type="prismatic">{ends}<dynamics damping="2"/></joint>'
     body = '<inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'

@@ -1,4 +1,4 @@
-"""A scene draws the visuals of other programs' files: simple solids as shapes, all others as the surface around them."""
+"""A scene draws the visuals of other programs' files: simple solids as shapes, all other solids as their surfaces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TURNED = pose((0.3, 0.1, -0.2), Rotation.from_euler("xyz", [0.3, 0.5, 0.7]).as_m
 
 @pytest.mark.parametrize("kind", EXACT)
 def test_surfaces_of_solids_are_closed_around_their_volume(kind: str) -> None:
-    """With twenty sides a round solid has 1.6 % less volume (sin(2π/20)/(2π/20)), a sphere 4 %."""
+    """With twenty sides, a round solid loses 1.6 % of its volume (sin(2π/20)/(2π/20)), and a sphere 4 %."""
     sizes, expected = EXACT[kind]
     corners = Solid(kind, sizes, TURNED).triangles()
     found = volume(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
@@ -69,8 +69,8 @@ def extent(scene: object, name: str) -> np.ndarray:
 
 
 def test_meshes_of_all_formats_are_drawn_where_they_stand(tmp_path: Path) -> None:
-    """A box of 1 × 2 × 3 from an STL, scaled to a tenth and moved. URDF refers to it by its package, MJCF by its asset, SDF by its
-    uri."""
+    """A box of 1 × 2 × 3 from an STL, scaled to a tenth and moved. URDF refers to the file by its package, MJCF by its asset, SDF
+    by its uri."""
     stl(tmp_path / "bot" / "meshes" / "box.stl", Solid("box", (1, 2, 3), np.eye(4)).triangles())
     expected = np.array([[0.25, -0.1, -0.15], [0.35, 0.1, 0.15]])
     urdf = tmp_path / "bot" / "urdf" / "bot.urdf"

@@ -116,7 +116,7 @@ def _value(node: ast.expr, column: Callable[[str], float]) -> float:
 
 
 def _name(node: ast.expr) -> str:
-    """The name of a column, such as body.point.position[1], as written."""
+    """The name of a column as written, for example body.point.position[1]."""
     match node:
         case ast.Name():
             return node.id

@@ -31,7 +31,7 @@ def which(words: str) -> int:
 
 
 def turn(e: Event) -> float:
-    """Largest turn of the event's contact angles, degrees."""
+    """Largest angle by which a contact normal turns at the event, degrees."""
     return float(np.degrees(np.abs(np.subtract(e.after, e.before)).max()))
 
 
@@ -46,7 +46,8 @@ def turn_at_stop(scene: Scene, m: re.Match[str]) -> float:
 
 
 def turn_at_time(scene: Scene, m: re.Match[str]) -> float:
-    """Turn of the contact normals at the event nearest to t = n π/m, the time that the words name; degrees."""
+    """Angle by which the contact normals turn at an event, degrees. The event is the one nearest to t = n π/m, the time in the
+    words."""
     t = float(m[1] or 1) * np.pi / float(m[2])
     return turn(min(simulate(scene, until=1.2 * t).events, key=lambda e: abs(e.time - t)))
 
@@ -69,7 +70,7 @@ def largest(scene: Scene, m: re.Match[str]) -> float:
 
 
 def solutions_at_start(scene: Scene, m: re.Match[str]) -> float:
-    """0 when the run ends before its start because there is no solution, else at least 1."""
+    """0 if no solution exists at the start, so that the run ends before its start; else at least 1."""
     outcome = simulate(scene, until=1e-3).outcome
     return 0.0 if (outcome.name, outcome.time) == ("no_solution", 0.0) else 1.0
 
@@ -84,7 +85,7 @@ MEASURES: dict[str, Measure] = {
 
 
 def measured(words: str, scene: Scene) -> float:
-    """The number that the words name; LookupError when no measure matches them."""
+    """The number that the words name. LookupError if no measure matches the words."""
     for pattern, measure in MEASURES.items():
         m = re.fullmatch(pattern, words)
         if m:

@@ -1,4 +1,4 @@
-"""Every bundled design fits on a page, starts in its given position, and agrees with its hand calculation."""
+"""Every bundled design has a short scene, starts in its given position, and agrees with its hand calculation."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_a_hoist_of_any_size_takes_the_torque_of_its_wheels_moments(mu: float, m
 
 
 def test_the_robot_arm_is_its_urdf() -> None:
-    """The scene holds the file's contents as imported, and additions that URDF cannot express: load, motions, rotors, colours."""
+    """The scene holds the imported contents of the file. It adds what URDF cannot express: load, motions, rotors, colours."""
     given, made = load_scene("robot_arm"), scene_of_urdf(model_folder("robot_arm") / "arm.urdf")[0]
     assert {n: replace(b, color=None) for n, b in given.bodies.items() if n != "carried"} == made.bodies
     bare = {n: replace(j, drive=None, rotor_inertia=None) for n, j in given.joints.items() if n != "grip"}

@@ -1,4 +1,4 @@
-"""Every program and every command of the cookbook runs as printed there, in the cells of the page's notebook."""
+"""Every program and every command of the cookbook runs as printed, in the cells of the page's notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every bundled model is checked by its own reference numbers: a run computes them again."""
+"""A run of each bundled model computes its reference numbers again."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def run(name: str) -> Result:
 
 
 def pictures(name: str) -> dict[str, Figure]:
-    """Both pictures of a model by the names of their files."""
+    """Both pictures of a model, by the names of the files."""
     c, result = chosen(name), run(name)
     seen = window(result, c.around) if c.around else result
     section = Section(c.says, tuple(_panel(result, p) for p in c.curves))
@@ -205,7 +205,7 @@ def pictures(name: str) -> dict[str, Figure]:
 
 
 def _panel(result: Result, chosen: str | Plot) -> Panel:
-    """The panel that ``figure`` draws under a title, or one from the columns that a Plot names."""
+    """The panel that ``figure`` draws under a title, or a panel of the columns that a Plot names."""
     if isinstance(chosen, str):
         return next(p for s in sections(result) for p in s.panels if p.title == chosen)
     curves, hidden = family(result, chosen.columns, float(np.degrees(1.0)) if chosen.degrees else 1.0)
@@ -214,12 +214,12 @@ def _panel(result: Result, chosen: str | Plot) -> Panel:
 
 
 def draw(name: str, folder: Path) -> list[Path]:
-    """Write the pictures of a model into a folder; their paths."""
+    """Write the pictures of a model into a folder. Returns their paths."""
     return [save_figure(fig, folder / file, DPI[file]) for file, fig in pictures(name).items()]
 
 
 def main(words: list[str]) -> int:
-    """Draw the models and designs named, or all."""
+    """Draw the named models and designs, or all of them."""
     from trunnion.scene.library.model_folders import model_folder
 
     known = [*CHOICES, *DESIGNS]

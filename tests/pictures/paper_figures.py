@@ -2,7 +2,7 @@
 ``models/paper``).
 
 Left: exact contact forms; right: friction as Adams computes it, (151) and (152). Solid: Coulomb's law; dashed: the paper's
-regularised law (104) with v_eps = 1e-4 m/s. The numbers the text names are printed.
+regularised law (104) with v_eps = 1e-4 m/s. The script prints the numbers in the paper's text.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class Panel:
 
 @lru_cache(maxsize=64)
 def ran(model: str, law: str, normal: str, until: float, changes: tuple[tuple[str, Any], ...] = ()) -> Result:
-    """A run, stored for the next figure that needs it. Rows are so close that jumps look like jumps."""
+    """A run, which is stored for later figures. The rows are so close that jumps look like jumps."""
     settings = {"friction.law": law, "friction.normal_force": normal, "friction.v_eps": V_EPS, **dict(changes)}
     return simulate(model, until, until / 4000, rtol=1e-8, overrides=settings)
 
 
 def page(model: str, panels: Sequence[Panel], until: float) -> Any:
-    """Panels in rows, exact forms on the left, Adams' on the right."""
+    """Panels in rows, with exact forms on the left and Adams' friction on the right."""
     from matplotlib.figure import Figure
 
     fig = Figure(figsize=(10.4, 0.55 + 2.45 * len(panels)), facecolor="white")
@@ -83,12 +83,12 @@ def _draw(axes: Any, model: str, p: Panel, normal: str, until: float) -> None:
 
 
 def column(name: str, factor: float = 1.0) -> Curve:
-    """A way of reading a curve from a run: a column times a factor."""
+    """A function that reads a curve from a run: a column times a factor."""
     return lambda r: factor * r[name]
 
 
 def degrees(name: str) -> Curve:
-    """A way of reading a curve from a run: an angle in degrees, 0 to 360."""
+    """A function that reads a curve from a run: an angle in degrees, 0 to 360."""
     return lambda r: np.degrees(r[name]) % 360.0
 
 
@@ -168,7 +168,7 @@ def numbers() -> list[tuple[str, str, str]]:
 
 
 def _travelled(law: str) -> list[tuple[str, str, str]]:
-    """The value that the text of example 8.3 gives for the pivot's travel, computed from a run with this law."""
+    """The pivot's travel that the text of example 8.3 gives, computed from a run with this law."""
     far = ran("double_pendulum", law, "exact", 60.0)
     x, v, f = far["guide.q[1]"], np.abs(far["guide.qd[1]"]), np.abs(far["guide.friction.force"])
     near = far.time[np.abs(x - x[-1]) > 0.01].max()
@@ -182,7 +182,7 @@ def _travelled(law: str) -> list[tuple[str, str, str]]:
 
 
 def main(arguments: Sequence[str] = ()) -> None:
-    """Draw all pages into the folder and print the numbers."""
+    """Draw all pages into the folder, and print the numbers."""
     folder = Path(arguments[0]) if arguments else models_dir() / "paper"
     folder.mkdir(parents=True, exist_ok=True)
     for name, (model, panels, until) in pages().items():

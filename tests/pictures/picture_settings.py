@@ -10,7 +10,7 @@ from trunnion.plots.geometry.motion_and_view import VIEW
 
 @dataclass(frozen=True)
 class Plot:
-    """A panel of columns that share one unit. degrees: whether angles are shown in degrees."""
+    """A panel of columns with one common unit. degrees: whether angles are shown in degrees."""
 
     title: str
     quantity: str
@@ -24,7 +24,8 @@ class Choice:
 
     at: instant of the mechanism's picture, s. says: the line above the curves. curves: panels, each the title of a panel of
     ``figure`` or a ``Plot``. until, every: end and row spacing of the run, s (None: those of the scene). around: time span of the
-    run whose extent determines the view, s. aside: position of the viewer (see ``mechanism``). changes: overrides of the scene. """
+    run whose extent determines the view, s. aside: position of the viewer (as in ``mechanism``). changes: overrides of the scene.
+    """
 
     at: float
     says: str

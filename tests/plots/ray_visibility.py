@@ -37,7 +37,7 @@ AT_ONCE = 64
 
 
 def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """(part, distance along each ray to its nearest triangle ahead, ∞ where there is none, number of its triangles ahead)."""
+    """(part, distance along each ray to its nearest triangle ahead, ∞ without such a triangle, number of its triangles ahead)."""
     moment = np.cross(begin, along)
     length = np.linalg.norm(along, axis=1)
     for i, part in enumerate(page.ask("run.parts.map((p) => ({v: run.meshes[p.mesh].v, f: run.meshes[p.mesh].f}))")):
@@ -55,9 +55,9 @@ def hits(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray) 
 
 
 def cut_at(corners: np.ndarray, begin: np.ndarray, along: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """Distance along each ray to each triangle ahead; ∞ if the ray misses the triangle (rays × triangles). With a ray's moment b ×
-    d, its coordinates in a triangle (a, u, v) come from v · (b − a) × d = v · (b × d) − d · (v × a), and from the same formula with
-    u."""
+    """Distance along each ray to each triangle ahead; ∞ if the ray misses the triangle (rays × triangles). b × d is the moment of a
+    ray. The coordinates of a ray in a triangle (a, u, v) follow from v · (b − a) × d = v · (b × d) − d · (v × a). The second
+    coordinate has u in place of v."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(u, v)
     det = -along @ normal.T
@@ -80,9 +80,9 @@ def first_hit(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndar
 
 
 def behind_the_cut(page: Opened, m: dict[str, Any], begin: np.ndarray, along: np.ndarray, cut: np.ndarray) -> np.ndarray:
-    """The part that each ray shows when everything beyond the plane n·x = d, cut = (n, d), is removed. It is the part that contains
-    the ray's point in the plane, if the ray has an odd number of this part's faces ahead (−2: several parts). Otherwise it is the
-    part that the ray meets first."""
+    """The part that each ray shows when everything beyond the plane n·x = d, cut = (n, d), is removed. The part contains the ray's
+    point in the plane if the ray has an odd number of this part's faces ahead (−2: several parts). If no part contains the point,
+    the result is the part that the ray meets first."""
     with np.errstate(all="ignore"):
         start = np.fmax((cut[3] - begin @ cut[:3]) / (along @ cut[:3]), 0.0)
     begin = begin + start[:, None] * along

@@ -1,4 +1,4 @@
-"""Figures show the quantities that they name, with units and without false lines."""
+"""Figures show the quantities that they name, with units. Figures have no false lines."""
 
 from __future__ import annotations
 

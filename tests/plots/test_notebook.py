@@ -1,4 +1,4 @@
-"""A notebook shows a result at a glance."""
+"""A notebook shows a result without further code."""
 
 from __future__ import annotations
 

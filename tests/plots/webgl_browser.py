@@ -45,7 +45,7 @@ def browsers() -> Iterator[Callable[..., Any]]:
 
 
 class Opened:
-    """A page that shows a run. wrong: messages of its console and its requests to other places."""
+    """A page that shows a run. wrong: messages of its console, and its requests to other servers."""
 
     def __init__(self, page: Any):
         self.page, self.wrong = page, []
@@ -70,7 +70,7 @@ class Opened:
         self.page.evaluate(f"(() => {{ {script}; render(); }})()")
 
     def pixels(self, canvas: str = "stage") -> np.ndarray:
-        """height × width × 3 of a canvas, drawn now (0 to 255)."""
+        """Pixels of a canvas, drawn now: height × width × 3, 0 to 255."""
         import base64
 
         from PIL import Image
@@ -81,7 +81,7 @@ class Opened:
 
 
 OPEN: list[Any] = []
-"""Pages that end with the test: a page that plays would slow down all later ones."""
+"""Pages that end with the test. A page that plays would slow down all later pages."""
 
 
 COARSE = 0.25

@@ -1,7 +1,7 @@
 """The independent formulation with which the engine is compared: absolute coordinates, one dense solve, contacts as numerical
 roots.
 
-It uses numpy and scipy only, and shares nothing with the engine but the Scene classes. How it is used:
+The formulation uses only numpy and scipy, and shares only the Scene classes with the engine. Use of the package:
 
     state = forward(scene, q, qd, t)     poses and velocities from a spanning tree of joint coordinates
     result = solve(state)                accelerations, reactions, friction, contacts, drives, energy
@@ -14,7 +14,7 @@ complement equations, all ways to stick and slip (``mode_enumeration`` for any j
 contacts as stiff springs. ``dynamics`` solves a state; ``states_from_columns`` makes states of a run's rows. ``compliant`` runs any
 scene as a compliant mechanism and extrapolates to the rigid one. ``scenes``: ``random_components`` → ``random_scenes``;
 ``random_device_scenes`` draws scenes in which devices interact, by family (``random_wheel_scenes`` and others);
-``frame_changes``, ``unit_changes`` and ``joint_side_swap`` describe the same mechanism differently, ``result_table`` compares.
+``frame_changes``, ``unit_changes`` and ``joint_side_swap`` describe a mechanism in other ways; ``result_table`` compares results.
 """
 
 from tests.reference.contact_and_friction.complement_equation_roots import NoRoot

@@ -1,4 +1,4 @@
-"""The reference's results about a scene at one state: accelerations, reactions, friction, contacts, energy."""
+"""Results of the reference for a scene at one state: accelerations, reactions, friction, contacts, energy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.reference.mechanics.newton_euler_equations import Equations
 
 @dataclass(frozen=True)
 class Result:
-    """What a scene does at a state. Names and signs are those of notation.md; one entry per joint or body.
+    """Results for a scene at a state. Names and signs are those of notation.md; one entry per joint or body.
 
     qdd             every joint, loop joints too
     acceleration    of each body's mass centre; ``angular`` its angular acceleration (world)
@@ -49,7 +49,7 @@ class Result:
 
     @property
     def redundancy(self) -> int:
-        """Number of constraint rows that depend on the others."""
+        """Number of constraint rows that depend linearly on other constraint rows."""
         return self.rows - self.rank
 
     @property
@@ -64,7 +64,7 @@ class Result:
 
 
 def solve(state: State, eta: np.ndarray | None = None) -> Result:
-    """Solve a state. eta: friction values to use instead of solving for them."""
+    """Solve a state. eta: friction values that are used instead of the solution for friction."""
     eq = Equations(state)
     return result_at(eq, connected_root(eq) if eta is None else np.asarray(eta, float))
 
@@ -75,13 +75,13 @@ def solve_scene(scene, q, qd=None, t: float = 0.0) -> Result:
 
 
 def every_root(state: State, starts: int = 30, seed: int = 0, spread: float = 3.0) -> list[Result]:
-    """Results of all roots of the complement equations that many starts find; ``spread`` in units of force x radius."""
+    """Results for all roots of the complement equations that are found from many starts; ``spread`` in units of force x radius."""
     eq = Equations(state)
     return [result_at(eq, eta) for eta in all_roots(eq, starts, seed, spread)]
 
 
 def result_at(eq: Equations, eta: np.ndarray) -> Result:
-    """The result at these friction values, from the solution that is affine in them."""
+    """The result at these friction values. The solution is affine in them."""
     x, state = np.r_[1.0, eta], eq.state
     u = (eq.u @ x).reshape(-1, 6)
     names = list(state.scene.joints)
@@ -113,6 +113,6 @@ def result_at(eq: Equations, eta: np.ndarray) -> Result:
 
 
 def loose(eq: Equations, name: str) -> np.ndarray:
-    """Open directions of a joint's reaction, as [force; torque] columns in the terms of ``reaction``."""
+    """Directions of a joint's reaction that redundancy leaves open, as columns [force; torque] in the terms of ``reaction``."""
     columns = [np.concatenate(reaction(eq.state, name, w)) for w in eq.loose(name).T]
     return np.array(columns).reshape(-1, 6).T

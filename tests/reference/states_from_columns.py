@@ -1,4 +1,4 @@
-"""States of the reference from the columns of a run: its rows, and an instant after one."""
+"""States of the reference, computed from the columns of a run: states of its rows, and of an instant after a row."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.reference.mechanics.rotation import cross
 
 
 def wanted(scene) -> tuple[str, ...]:
-    """Names of the columns with states, accelerations and frictions, and of those of energy."""
+    """Names of the columns of states, accelerations, frictions and energy."""
     out = ["energy.*"]
     for name, joint in scene.joints.items():
         n = freedoms(joint.type)
@@ -43,8 +43,8 @@ def frictions(result, row: int) -> np.ndarray:
 
 
 def state_at(result, row: int, ahead: float = 0.0, still: frozenset[tuple[str, int]] = frozenset()) -> State:
-    """The state of a row, or the state ``ahead`` seconds after it with constant accelerations. ``still``: joints and numbers of
-    freedoms that are at rest."""
+    """The state of a row, or the state ``ahead`` seconds after the row with constant accelerations. ``still``: joints and numbers
+    of freedoms that are at rest."""
     joints = [n for n, j in result.scene.joints.items() if freedoms(j.type)]
     q, qd, qdd = ({n: column(result, n, what, row) for n in joints} for what in ("q", "qd", "qdd"))
     for n, k in still:

@@ -1,4 +1,4 @@
-"""The compliant model's answers against closed forms: it judges the engine, and the engine has no part in these tests.
+"""Results of the compliant model compared with closed forms. The model checks the engine, so these tests do not use the engine.
 
 Tolerances: three levels of stiffness and of the speed of rest, extrapolated, leave errors below 1e-5 in quantities of order one.
 """
@@ -41,7 +41,7 @@ def wheel(**more) -> Scene:
 
 
 def last(case: Scene, until: float, column: str, near: float = NEAR) -> float:
-    """The compliant model's value at the end; its own error must be below the required one."""
+    """The compliant model's value at the end. The model's own error must be below the required error."""
     out = judged(case, until, [column], instants=1)
     assert out.error[column][-1] < near
     return float(out.values[column][-1])
@@ -64,7 +64,7 @@ def test_a_block_slides_until_friction_has_taken_its_energy_and_stays() -> None:
 
 
 def test_a_block_at_rest_starts_at_its_static_friction() -> None:
-    """The push grows by 10 N/s to 6 N (0.6 s); from there (10 t - 4) N accelerate 2 kg."""
+    """The push grows by 10 N/s to 6 N (0.6 s). After this time, (10 t - 4) N accelerate 2 kg."""
     case = slider(gravity=(0, 0, 0), friction={"force": 4.0, "mu": 1.0, "mu_static": 1.5},
                   effort={"ramp": {"start": 0, "end": 10, "duration": 1}})  # fmt: skip
     t = 0.4
@@ -72,7 +72,7 @@ def test_a_block_at_rest_starts_at_its_static_friction() -> None:
 
 
 def test_a_journal_takes_the_torque_of_its_normal_force() -> None:
-    """The contact force turns towards its friction: the torque is radius times load times sin(atan mu)."""
+    """The contact force is inclined by friction. The torque is radius times load times sin(atan mu)."""
     rub = {"mu": 0.3, "radius": 0.05, "half_length": 0.1}
     joint = {"type": "revolute", "axis": "y", "inboard": "ground", "outboard": "b", "friction": rub, "start": {"qd": 3.0}}
     out = judged(scene({"b": BLOCK}, {"r": joint}), 0.05, ["r.qd*"], instants=1)
@@ -89,7 +89,7 @@ def test_a_ball_takes_the_torque_of_its_normal_force() -> None:
 
 
 def test_a_block_leaves_an_elastic_stop_as_fast_as_it_came() -> None:
-    """Half a period on the stop's spring, from 0.1 s on."""
+    """The block is on the stop's spring from 0.1 s on, for half a period."""
     case = slider(gravity=(0, 0, 0), start={"qd": 1.0}, end_stops={"stiffness": 2000.0, "upper": 0.1})
     contact = np.pi / np.sqrt(1000)
     assert last(case, 0.3, "p.q[1]") == pytest.approx(0.1 - (0.3 - 0.1 - contact), abs=NEAR)
@@ -111,7 +111,7 @@ def test_a_hook_that_is_lifted_lets_go() -> None:
     hook = {"at": 0.0, "stiffness": 1e4, "keeps": "below", "down": True, "release": lift}
     case = wheel(effort=2.0, friction={"torque": 0.5}, latch=hook)
     out = judged(case, 0.25, ["r.q*"], instants=5)
-    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # within its band, friction holds the block anywhere
+    assert abs(out.values["r.q[1]"][1:4] - 2 / 1e4).max() < 1.01 * 0.5 / 1e4  # within this band, friction holds the block
     assert out.values["r.qd[1]"][-1] == pytest.approx(1.5 / 0.02 * 0.05, rel=1e-3)
 
 
@@ -124,7 +124,7 @@ def test_a_freewheel_drags_one_way_and_grips_the_other() -> None:
 
 
 def gears(friction: dict | None) -> Scene:
-    """Two gears of 20 and 30 teeth, module 10 mm; 1 N*m on the first, -0.3 N*m on the second."""
+    """Two gears of 20 and 30 teeth, module 10 mm. The torques are 1 N*m on the first gear and -0.3 N*m on the second."""
     mesh = {"type": "gear", "axis": "z", "inboard": "a", "outboard": "b", "teeth": [20, 30], "module": 0.01}
     joints = {"pa": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "a", "at": [0, 0, 0], "effort": 1.0},
               "pb": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "b", "at": [0.25, 0, 0], "effort": 0.3},
@@ -135,7 +135,7 @@ def gears(friction: dict | None) -> Scene:
 
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_gears_turn_in_their_ratio_and_their_teeth_take_what_the_theory_says(mu: float) -> None:
-    """With the tooth force F along the pitch circles and c = mu pi m/4, the torque on the first wheel is F (r1 + c). The torque on
+    """F is the tooth force along the pitch circles, and c = mu pi m/4. The torque on the first wheel is F (r1 + c). The torque on
     the second wheel is F (r2 - c)."""
     case = gears({"mu": mu, "pressure_angle": 0.35} if mu else None)
     c = mu * np.pi * 0.01 / 4
@@ -149,8 +149,8 @@ def test_gears_turn_in_their_ratio_and_their_teeth_take_what_the_theory_says(mu:
 
 
 def test_cones_that_turn_in_their_ratio_move_no_row_however_their_bearings_give_way() -> None:
-    """Teeth are counted, unlike the ways of wheels that roll: 22 teeth at 10 rad/s about -x, 10 teeth at 22 rad/s about -y, on a
-    carrier that turns at 3 rad/s."""
+    """Two cones are on a carrier that turns at 3 rad/s: 22 teeth at 10 rad/s about -x, and 10 teeth at 22 rad/s about -y. The
+    constraint counts teeth, unlike the paths of rolling wheels."""
     bodies = {n: WHEEL | {"position": [0, 0, 0]} for n in ("car", "left", "p")}
     joints = {"rc": {"type": "revolute", "axis": "x", "inboard": "ground", "outboard": "car"},
               "rl": {"type": "revolute", "axis": "x", "inboard": "ground", "outboard": "left"},
@@ -168,8 +168,8 @@ def test_cones_that_turn_in_their_ratio_move_no_row_however_their_bearings_give_
 
 
 def test_pairs_of_one_freedom_let_go_together_though_one_reaches_its_speed_of_rest_late() -> None:
-    """A block on a guide (6 N at rest, 4 N moving) turns a wheel of 1 m that takes 1 N at the rack: a push of 10 N/s moves both at
-    0.7 s; from there 10 t - 5 N accelerate 2 kg and 2 kg."""
+    """A block on a guide (6 N at rest, 4 N moving) turns a wheel of 1 m that takes 1 N at the rack. A push of 10 N/s moves block
+    and wheel at 0.7 s. After this time, 10 t - 5 N accelerate 2 kg and 2 kg."""
     bodies = {"b": BLOCK | {"position": [0, 0, 0]}, "w": WHEEL | {"inertia": [2.0, 2.0, 2.0], "position": [0, -1, 0]}}
     push = {"ramp": {"start": 0, "end": 10, "duration": 1}}
     joints = {"p": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "at": [0, 0, 0], "effort": push,
@@ -195,7 +195,7 @@ def test_a_joint_follows_another() -> None:
 
 
 def test_offered_start_rates_are_taken_only_where_the_scene_leaves_rates_open() -> None:
-    """The first of two wheels starts at 3 rad/s; the second drives a third one over gears."""
+    """The first of two wheels starts at 3 rad/s. The second wheel drives a third wheel by gears."""
     joints: dict = {f"p{n}": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": n, "at": [x, 0, 0]}
                     for n, x in (("a", 9), ("b", 0), ("c", 0.25))}  # fmt: skip
     joints["pa"]["start"] = {"qd": 3.0}
@@ -219,7 +219,7 @@ def test_the_compliant_model_names_the_law_that_it_refuses() -> None:
 
 
 def test_the_compliant_model_names_the_body_that_it_refuses() -> None:
-    """A rotor with inertia about its axis only has none about lines across it. Earlier, reading this inertia raised a TypeError."""
+    """A rotor with inertia about its axis only has no inertia about lines across the axis. The error names the rotor."""
     rotor = {"mass": 1.0, "inertia": {"axial": 1e-3, "axis": [0.6, 0.0, 0.8]}}
     joints = {"spin": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "rotor"}}
     found = part(resolved(scene({"rotor": rotor}, joints, (0, 0, 0))).bodies["rotor"]).inertia

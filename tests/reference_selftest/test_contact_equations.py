@@ -1,4 +1,4 @@
-"""The contact solvers satisfy the paper's equations as printed (with the errata) and dissipate energy."""
+"""The contact solvers satisfy the paper's printed equations, corrected by the errata, and dissipate energy."""
 
 import numpy as np
 import pytest

@@ -15,7 +15,7 @@ SEEDS = range(3)
 
 
 def two_bodies(kind: str, seed: int):
-    """A free body and another one joined to it by the joint under test, at a random state."""
+    """A free body and a second body on the joint under test, at a random state."""
     case = random_tree(1000 + seed, 1, types=("free",), friction=0, devices=0, drives=0, loads=False)
     other = random_tree(2000 + seed, 2, types=(kind,), friction=0, devices=0, drives=0, loads=False)
     joint = other.scene.joints["j2"]
@@ -94,8 +94,8 @@ def test_a_joint_type_without_a_reference_says_what_to_add():
 
 
 def test_adding_a_joint_type_changes_only_the_joints_that_become_one():
-    """Trees of two types and of three: a scene without the third type is the same. In other scenes the numbers of the other joints
-    are the same."""
+    """Random trees of two joint types and of three. A scene that does not use the third type is the same in both sets. In other
+    scenes, all other joints keep their numbers."""
     same = changed = 0
     for seed in range(20):
         before, after = (random_tree(seed, 3, types=t).scene for t in (("revolute", "free"), ("revolute", "free", "planar")))

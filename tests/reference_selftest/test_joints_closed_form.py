@@ -1,4 +1,4 @@
-"""Joints compared with closed forms and with the simpler joints of which they consist."""
+"""Joints compared with closed forms, and with the simpler joints of which they consist."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ def one_body(seed: int):
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 @pytest.mark.parametrize("adams", ["exact", "adams"])
 def test_universal_is_two_journals_on_a_massless_cross(pin, adams):
-    """Friction, springs and drives included: the cross transmits the forces of the other axis's devices."""
+    """Friction, springs and drives are included. The cross transmits the forces of the devices of the other axis."""
     scene, (axis, ref) = one_body(5)
     rub = {"mu": 0.4, "law": "regularized", "v_eps": 1e-3, "normal_force": adams}
     spring, drive = sm.Spring(30.0, 0.2), sm.Drive(sm.Constant(1.5, 0.3))

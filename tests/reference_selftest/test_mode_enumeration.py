@@ -1,5 +1,5 @@
-"""The search for all continuations from rest agrees with hand calculations: thresholds, blocks on blocks, two solutions where
-there are two, and none where friction wedges."""
+"""The search for all continuations from rest agrees with hand calculations: thresholds, blocks on blocks, cases with two solutions,
+and cases in which friction wedges and no solution exists."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def test_between_sliding_and_static_friction_a_block_may_do_either() -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("push", PUSHED)
 def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: float) -> None:
-    """A push on the upper block, in units of its static friction. The ground holds twice the weight with the same coefficient, so
-    that the lower block never moves."""
+    """A push on the upper block, in units of its static friction. The ground carries twice the weight with the same coefficient, so
+    the lower block never moves."""
     body, rub = block(mu=0.4)
     on = 0.4 * 2.0 * 9.81 * push
     joints = {
@@ -86,8 +86,8 @@ def test_the_upper_of_two_blocks_slips_alone_or_takes_the_lower_along(push: floa
 
 
 def test_a_ball_at_rest_slides_or_turns_about_its_contact_but_holds_only_what_hangs_straight() -> None:
-    """The ball holds a load that acts beside the pivot by less than the radius times the sine of the friction angle. Slightly
-    beyond, it slides."""
+    """The ball holds a load whose line passes beside the pivot by less than the radius times the sine of the friction angle.
+    Slightly beyond this distance, the ball slides."""
     radius, mu = 0.05, 0.6
     edge = radius * mu / math.sqrt(1 + mu**2)
     for share, answer in ((0.0, "sticks"), (0.999, "sticks"), (1.001, "slides")):
@@ -106,7 +106,7 @@ def test_both_solutions_are_found_where_all_pairs_stick_or_all_slip() -> None:
 
 
 def test_a_crank_that_passes_its_dead_centre_has_one_answer() -> None:
-    """The guide slides back as the crank requires; the universal joint's second axis is at rest."""
+    """The guide slides back as the crank requires. The second axis of the universal joint is at rest."""
     scene = load_scene(str(CASES / "universal_at_dead_centre.yaml"))
     drive = sm.Drive(constant=sm.Constant(10.0, math.pi))
     scene = replace(scene, joints=scene.joints | {"p": replace(scene.joints["p"], drive=drive)})

@@ -1,4 +1,4 @@
-"""The reference numbers (theory, "Reference numbers") that need no long run: F1 (first stop), F2, F4, the start of 8.3."""
+"""Reference numbers that need no long run (theory, "Reference numbers"): F1 (first stop), F2, F4, the start of 8.3."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Energy changes by exactly the power of friction, drives, dampers and loads; friction never adds any."""
+"""Energy changes by exactly the power of friction, drives, dampers and loads. Friction never adds energy."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Reported reactions keep every body in balance; drives follow their signals; random scenes cover everything."""
+"""Reported reactions keep every body in balance. Drives follow their signals. Random scenes contain every feature."""
 
 from itertools import product
 
@@ -65,7 +65,7 @@ def test_loads_hold_their_ends():
 
 
 def test_random_scenes_contain_every_type_from_both_sides_with_either_pin():
-    """Joints have friction where the type can have it; ``covering`` raises an error where a feature is not found."""
+    """Joints have friction if the type can have friction. ``covering`` raises an error if it does not find a feature."""
 
     def told(joint, kind, pin, outward):
         ends = [x if isinstance(x, str) else x.body for x in (joint.inboard, joint.outboard)]

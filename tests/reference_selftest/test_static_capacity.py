@@ -1,5 +1,5 @@
-"""The capacity of a shaft or sleeve at rest is its friction at the static coefficient (theory, "Rest"). Friction grows with the
-coefficient for every load while the arm of axial friction times the coefficient stays below the half length."""
+"""The capacity of a shaft or sleeve at rest is its friction at the static coefficient (theory, "Rest"). For every load, friction
+grows with the coefficient, as long as the arm of axial friction times the coefficient is below the half length."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_a_sleeves_friction_grows_with_the_coefficient(seed: int) -> None:
 
 
 def test_a_longer_friction_arm_may_hold_a_load_better_with_less_friction() -> None:
-    """The radius is twice the half length: the lever arm of the friction itself removes the moment from the ends."""
+    """The radius is twice the half length. The lever arm of the friction itself moves load away from the ends."""
     fc, mc = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.2])
     held = [abs(shaft_friction(fc, mc, 0.0, 0.6, 0.3, mu)) for mu in (0.9, 1.3)]
     assert held[1] < held[0]

@@ -1,5 +1,5 @@
-"""Databases, servers and browsers for the tests of the service. Tools that are missing skip with a reason, or fail when
-TRUNNION_REQUIRE names them."""
+"""Databases, servers and browsers for the tests of the service. A test whose tool is missing is skipped with a reason, or fails if
+TRUNNION_REQUIRE names the tool."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trunnion.service.basics.server_settings import Limits, Settings
 
 
 def missing(tool: str, why: str) -> None:
-    """Skip, or fail when the tool is required."""
+    """Skip the test, or fail if the tool is required."""
     if tool in os.environ.get("TRUNNION_REQUIRE", ""):
         pytest.fail(f"{tool} is required (TRUNNION_REQUIRE): {why}")
     pytest.skip(f"{tool}: {why}")

@@ -1,4 +1,4 @@
-"""An equivalent scene: the world turned at random, or every length, mass and time in other units."""
+"""An equivalent scene: the world is turned at random, or every length, mass and time is in other units."""
 
 from __future__ import annotations
 

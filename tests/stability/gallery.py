@@ -1,5 +1,5 @@
-"""The forty places where methods fail (theory, "Where methods fail"). Each has a scene, as a function of the distance from
-its threshold, and the correct verdicts on both sides. Each kind of mechanism has one module of rows."""
+"""The forty rows of the gallery (theory, "Where methods fail"). Each row has a scene, as a function of the distance from its
+threshold, and the correct verdicts on both sides. Each kind of mechanism has one module of rows."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ EDGE = 1e-6
 @dataclass(frozen=True)
 class Edge:
     """A threshold of a row. at: the threshold in words, for the table; scene(x): the scene at 1 + x times the threshold; verdict:
-    function of a scene; below, beyond: correct verdicts on both sides. Without ``beyond`` there is no threshold and the scene is
-    tested once. slow: whether equivalent scenes are tested only among the slow tests."""
+    function of a scene; below, beyond: correct verdicts on both sides. Without ``beyond``, the row has no threshold, and the scene
+    is tested once. slow: whether equivalent scenes are tested only among the slow tests."""
 
     at: str
     scene: Callable[[float], sm.Scene]
@@ -26,7 +26,7 @@ class Edge:
 
     @property
     def sides(self) -> tuple[tuple[float, str], ...]:
-        """Pairs (distance beyond the threshold, the correct verdict there)."""
+        """Pairs (distance beyond the threshold, correct verdict at this distance)."""
         return ((-EDGE, self.below), (EDGE, self.beyond)) if self.beyond else ((0.0, self.below),)
 
 

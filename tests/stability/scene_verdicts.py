@@ -1,4 +1,4 @@
-"""Verdicts about a scene in a word or two, from a run or from statics."""
+"""Verdicts about a scene in a word or two. A run or statics gives the verdict."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def ran(scene: sm.Scene, rtol: float = 1e-8, rows: int = 20) -> Result:
 
 
 def holding(scene: sm.Scene, round_off: float = 0.0) -> str:
-    """The word "holds" or "slips" by statics, followed by the result of a short run if this result is different. round_off: largest
-    rate at rest. Friction in a coupling of two shafts leaves their rates round-off; friction in joints does not."""
+    """The word "holds" or "slips" by statics. If a short run gives another result, this result follows. round_off: largest rate at
+    rest. With friction in a coupling of two shafts, the shafts' rates keep round-off; with friction in joints, rates are zero."""
     word = "holds" if hold(scene).holds else "slips"
     r = ran(scene)
     rests = all(np.all(np.abs(r[c]) <= round_off) for c in r.matching("*.qd[*]"))
@@ -32,7 +32,8 @@ def holding(scene: sm.Scene, round_off: float = 0.0) -> str:
 
 
 def honest(scene: sm.Scene) -> str:
-    """The word "right" when a run reaches its end with its energy in balance and its loops closed, else what went wrong."""
+    """The word "right" if a run reaches its end with its energy in balance and its loops closed. Otherwise the words for the
+    failure."""
     r = ran(scene)
     if not r.outcome.ok:
         return r.outcome.name
@@ -63,7 +64,7 @@ def settled(scene: sm.Scene) -> str:
 
 
 def bundled(name: str, until: float, **changes: float) -> Callable[[float], sm.Scene]:
-    """Scenes of a bundled model that run until a time in s, with these numbers times 1 + beyond."""
+    """Scenes of a bundled model with an end time in s. The given numbers of the scene are multiplied by 1 + beyond."""
 
     def make(beyond: float) -> sm.Scene:
         scene = load_scene(name)

@@ -1,4 +1,4 @@
-"""Every row of the gallery gives the correct verdict on both sides of its threshold, for every equivalent scene."""
+"""For every row of the gallery and every equivalent scene, the verdict is correct on both sides of the threshold."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_row_with_a_slow_threshold_has_its_stated_results_below_and_beyond_the
 
 
 def asked(row: Row, telling: str, slow: bool) -> None:
-    """Test the thresholds of a row that are slow, or those that are not."""
+    """Test the slow thresholds of a row, or its other thresholds."""
     for edge in (e for e in row.edges if e.slow == slow):
         for beyond, expected in edge.sides:
             scene = told(edge.scene(beyond), telling, row.number, runs=expected != "refused")

@@ -33,7 +33,7 @@ def test_each_device_with_a_weakness_is_named_with_it(scene: sm.Scene, said: lis
 
 
 def test_the_influence_of_given_friction_is_the_change_without_it() -> None:
-    """A motor lifts a load by a gear unit."""
+    """A motor lifts a load by a gear unit. The influence of its friction is the change of the result without this friction."""
     scene = winch(5.0)
     what = make_error_measure(scene, ("bearing.q[1]",), "rms")
     (unit,), note = rank_influences(scene, ["unit"], what, 0.05, 20)

@@ -78,7 +78,7 @@ def test_the_prediction_by_sensitivities_is_the_change_measured(torque: Advice) 
 def test_the_ladder_goes_from_the_coarsest_form_to_the_scenes_own(torque: Advice) -> None:
     own = [r for r in torque.rungs if r.joints and not r.flat]
     assert [r.form for r in own] == friction_forms(load_scene("crank_slider"))
-    assert own[-1].model_error < 1e-12  # the last rung is the scene itself
+    assert own[-1].model_error < 1e-12  # the last model of the ladder is the scene itself
 
 
 @pytest.mark.slow
@@ -172,7 +172,7 @@ def test_the_json_output_has_the_ladder_and_the_scene(capsys: pytest.CaptureFixt
     assert main([*words, "--repeat", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     model = document["rungs"][document["chosen"]]["model"]
-    assert model.startswith("all joints ideal")  # the advice may choose planar joints if they are faster
+    assert model.startswith("all joints ideal")  # the advice may choose planar joints for speed
     assert document["scene"]["name"] == "crank_slider"
 
 

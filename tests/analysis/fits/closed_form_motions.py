@@ -13,7 +13,7 @@ GLIDER: dict[str, Any] = {
     "bodies": {"cart": {"box": [0.1, 0.1, 0.1], "density": 1000}},
     "joints": {"rail": {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "cart", "start": {"q": 0.1, "qd": 0.5}}},
 }
-"""A body with x = q + qd t, which is linear in both."""
+"""A body with x = q + qd t, which is linear in q and qd."""
 Q, QD, X = "joints.rail.start.q", "joints.rail.start.qd", "rail.q[1]"
 TIME = np.linspace(0.0, 2.0, 9)
 LINE = np.column_stack([np.ones(9), TIME])

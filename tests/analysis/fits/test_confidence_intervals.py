@@ -26,7 +26,8 @@ from tests.analysis.fits.closed_form_motions import (
 )
 
 WIDTH = 3e-3
-"""Allowed relative error: ends are located to a thousandth of the threshold on either side, and √rise is linear here."""
+"""Allowed relative error. Ends are located to 0.1 % of the threshold on either side, and the root of the misfit's rise is
+linear."""
 
 
 def check(found: trunnion.Fit, names: list[str], b: np.ndarray, half: np.ndarray) -> None:
@@ -86,12 +87,12 @@ def test_the_profile_of_a_block_that_stops_is_that_of_its_closed_form() -> None:
     best = np.array([np.min(np.sum((slid(f, v[:, None], time) - data) ** 2, axis=1)) for f in force])
     inside = force[(best - best.min()) / noise**2 <= chdtri(1, 0.1)]
     i = found.intervals[FORCE]
-    assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # the forces of the grid differ by 1 %
+    assert (i.low, i.high) == pytest.approx((inside[0], inside[-1]), rel=0.01)  # neighbouring forces of the grid differ by 1 %
     assert abs(i.local[1] - i.high) > 0.02 * i.high  # the local interval has a different upper end
 
 
 def test_an_interval_ends_at_the_bound_that_the_data_do_not_exclude() -> None:
-    """A glider has no drag. Its data allow zero drag, and any drag with an effect smaller than the noise."""
+    """The data come from a glider without drag. They allow zero drag, and any drag with an effect smaller than the noise."""
     found = trunnion.fit(GLIDER, ["joints.rail.damping"], TIME, {X: noisy(9)}, {"joints.rail.damping": 0.01}, noise=0.02)
     i = found.intervals["joints.rail.damping"]
     assert (i.low, i.low_end) == (0.0, "bound")

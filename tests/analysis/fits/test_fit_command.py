@@ -1,4 +1,4 @@
-"""``trunnion fit`` prints the results of ``trunnion.fit``, from files with units, and reports all mistakes at once."""
+"""``trunnion fit`` reads files with units, prints the results of ``trunnion.fit``, and reports all mistakes at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The example model: the fit finds the numbers with which its data were made, and its README agrees with its script."""
+"""In the example model, the fit finds the numbers with which the data were made. The model's README agrees with its script."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ MU, DRAG = "joints.pivot.friction.mu", "joints.pivot.damping"
 
 
 def measured(mu: float, drag: float = 0.02) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """A second of the arm's angle, without noise."""
+    """Angle of the arm over one second, without noise."""
     r = trunnion.simulate("friction_identification", 1.0, 0.02, rtol=1e-10, overrides={MU: mu, DRAG: drag}, outputs=["pivot.q[1]"])
     return r.time, {"pivot.q[1]": r["pivot.q[1]"]}
 

@@ -10,7 +10,7 @@ POINT = 1e-12
 
 
 def chain(n: int, start: float = 0.0, rub: dict[int, sm.Friction] | None = None) -> sm.Scene:
-    """n masses one below the other; rub: friction of some joints."""
+    """n masses, one below the other. rub: friction of some joints."""
     bodies, joints = {}, {}
     for i in range(n):
         bodies[f"b{i}"] = sm.Body(mass=MASS, inertia=(POINT,) * 3, points={"tip": (0.0, 0.0, -LENGTH)}, center=(0.0, 0.0, -LENGTH))

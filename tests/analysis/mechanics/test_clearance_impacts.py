@@ -36,7 +36,8 @@ def shaken(direction: float = 0.0, **joint) -> sm.Scene:
 @pytest.mark.parametrize("direction", [0.0, *np.random.default_rng(5).uniform(-np.pi, np.pi, 6)])
 @pytest.mark.parametrize("pin", ["inboard", "outboard"])
 def test_a_pin_crosses_as_the_sine_that_drives_it_says(pin: str, direction: float) -> None:
-    """m s̈ = P sin ωt from rest where the force reverses: P/(m ω²) (ωt − sin ωt) = 2c, v = P/(m ω) (1 − cos ωt)."""
+    """Motion in the clearance from rest, where the force reverses: m s̈ = P sin ωt, P/(m ω²) (ωt − sin ωt) = 2c, v = P/(m ω) (1 −
+    cos ωt)."""
     r = simulate(shaken(direction, pin=pin), until=0.95, every=1e-3)
     found = knocks(r, CLEARANCE)
     t = brentq(lambda t: PULL / (MASS * RATE**2) * (RATE * t - np.sin(RATE * t)) - 2 * CLEARANCE, 1e-9, 0.5 / HERTZ)
@@ -99,8 +100,8 @@ def held_by(kind: str, rng: np.random.Generator) -> tuple[sm.Scene, list[float]]
 @pytest.mark.parametrize("kind", ["prismatic", "cylindrical", "universal"])
 @pytest.mark.parametrize("seed", range(36))
 def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind: str, seed: int) -> None:
-    """The component of the force across a clearance causes its impacts. An impact is at the contact that carries the load
-    afterwards."""
+    """The component of the force across a clearance causes impacts in this clearance. An impact is at the contact that carries the
+    load afterwards."""
     scene, sizes = held_by(kind, np.random.default_rng(seed))
     r = simulate(scene, until=0.3, every=1e-3)
     found = knocks(r, CLEARANCE)
@@ -123,7 +124,7 @@ def test_sleeves_shafts_and_crosses_cross_as_the_sine_that_drives_them_says(kind
 
 
 def test_time_and_speed_of_an_impact_equal_those_of_a_simulated_gap() -> None:
-    """The hub on a rail between two hard stops. The hub rests on one of the stops until the force reverses."""
+    """The hub is on a rail between two hard stops. It rests on one stop until the force reverses."""
     stops = sm.EndStops(stiffness=1e9, lower=-CLEARANCE, upper=CLEARANCE)
     back = sm.Signal(harmonic=sm.Harmonic(PULL, HERTZ, phase=np.pi))
     rail = sm.Joint("prismatic", "ground", "hub", axis="x", end_stops=stops, effort=back, start=sm.Start(q=CLEARANCE))

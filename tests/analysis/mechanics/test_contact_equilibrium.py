@@ -1,4 +1,4 @@
-"""Rest on joints that only push: each contact presses or is open, compared with complementarity and statics in closed form."""
+"""Rest on joints that only push: each contact presses or is open. The references are complementarity and closed-form statics."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_coupled_blocks_press_on_their_floors_or_hang_free(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_a_box_on_a_spring_rests_where_it_neither_slides_nor_tips(seed: int) -> None:
-    """Two corners carry a box that a spring at its mass centre pulls: k x ≤ μ m g, and k x h ≤ m g b."""
+    """Two corners carry a box, and a spring pulls at its mass centre. The box rests if k x ≤ μ m g and k x h ≤ m g b."""
     rng = np.random.default_rng(seed)
     mu, half, height, mass, k = (rng.uniform(*r) for r in ((0.1, 0.9), (0.1, 0.4), (0.2, 0.5), (1, 5), (50, 200)))
     end = mass * G * min(mu, half / height) / k

@@ -18,7 +18,7 @@ CLOSE = 1e-8
 
 
 def test_the_block_of_8_1_rests_within_the_cone_of_its_ball() -> None:
-    """m g L sin θ = μ/√(1 + μ²) r m g about every level axis; about the vertical axis the body rests at any angle."""
+    """m g L sin θ = μ/√(1 + μ²) r m g is the limit about every level axis. About the vertical axis the body rests at any angle."""
     scene = load_scene("spherical_pendulum")
     mu, radius = scene.joints["ball"].friction.mu, scene.joints["ball"].friction.radius
     edge = np.arcsin(mu / np.hypot(1.0, mu) * radius / scene.bodies["pendulum"].center[0])
@@ -34,7 +34,7 @@ def test_the_block_of_8_1_rests_within_the_cone_of_its_ball() -> None:
 
 @pytest.mark.parametrize("law", ["coulomb", "stribeck"])
 def test_a_bar_on_a_pin_rests_where_its_weight_turns_it_less_than_friction(law: str) -> None:
-    """m g L/2 sin q = μ_s/√(1 + μ_s²) r m g: the two contacts of a journal share the weight."""
+    """The limit is m g L/2 sin q = μ_s/√(1 + μ_s²) r m g: the two contacts of a journal share the weight."""
     mu, radius, length = 0.4, 0.02, 0.6
     speed = 0.01 if law == "stribeck" else None
     rub = sm.Friction(mu=0.3, mu_static=mu, radius=radius, half_length=0.03, law=law, v_stribeck=speed)
@@ -96,7 +96,7 @@ def test_a_spring_carries_by_hooke() -> None:
 
 
 def test_energy_is_least_where_a_tree_of_springs_rests() -> None:
-    """Three joints with springs under gravity, compared with a minimiser of an independently written potential energy."""
+    """Three joints with springs under gravity. The reference minimises an independently written potential energy."""
     n, stiff = 3, (3.0, 2.0, 1.0)
     scene = chain(n, start=0.4)
     joints = {k: replace(j, spring=sm.Spring(s, 0.5)) for (k, j), s in zip(scene.joints.items(), stiff, strict=True)}

@@ -1,6 +1,5 @@
 """A mechanism that rests on the hook of a latch stays on the hook. The hook's spring determines the poses of rest, the oscillations
-about these poses, and the ranges that friction adds. The references are closed forms; only the root of one equation is found
-numerically."""
+about these poses, and the ranges that friction adds. The references are closed forms, except for the root of one equation."""
 
 from __future__ import annotations
 
@@ -37,7 +36,7 @@ simulation: {{until: 1 s, every: 10 ms}}
 
 
 def rests(at: float, stiff: float, torque: float = 0.0) -> float:
-    """The angle at which weight, hook and a torque balance."""
+    """The angle at which the moments of weight and hook and a torque balance."""
     return brentq(lambda q: MASS * G * HALF * np.cos(q) + stiff * (at - q) + torque, at, at + 0.1, xtol=1e-15)
 
 

@@ -90,7 +90,8 @@ def test_directions_are_those_of_differences(make, at: float) -> None:
     for dy in directions:
         seed = rng.normal(size=ni)
         seed[3::4] = 0.0
-        # in a loop, a single displacement or rate would open the loop; single accelerations and forces are allowed
+        # in a loop, a change of a single displacement or rate would open the loop; a change of a single acceleration or force is
+        # allowed
         if model.system.cuts:
             seed[:] = 0.0
             seed[0 if model.built.scene.forces else 2 :: 4] = 1.0
@@ -103,7 +104,7 @@ def test_directions_are_those_of_differences(make, at: float) -> None:
 
 
 def test_a_pendulum_is_linearised_as_by_hand() -> None:
-    """Compound pendulum about the lower position: A = [[0, 1], [−m g l/I, −c/I]], input torque 1/I."""
+    """A compound pendulum about its lower position has A = [[0, 1], [−m g l/I, −c/I]] and the input matrix 1/I for a torque."""
     scene = scene_from_dict({
         "gravity": [0, -9.81, 0], "bodies": {"bar": {"mass": 2, "inertia": [0.1, 0.2, 0.3], "center": [0.5, 0, 0]}},
         "inputs": {"motor": {"unit": "N*m"}},

@@ -1,4 +1,4 @@
-"""Small oscillations about rest agree with closed forms: chains, springs and dampers, joints that friction holds."""
+"""Small oscillations about rest agree with closed forms: chains, springs and dampers, and joints held by friction."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_joint_that_friction_holds_leaves_the_swing_of_the_rest() -> None:
 
 
 def test_a_loop_swings_as_a_run_of_it_does() -> None:
-    """A linkage's frequency compared with the period of a small oscillation in a simulation."""
+    """The test compares a linkage's frequency with the period of a small oscillation in a simulation."""
     found = modes("crank_slider_free")
     scene = displaced(found, 0, 1e-4)
     joints = {n: replace(j, friction=None) for n, j in scene.joints.items()}

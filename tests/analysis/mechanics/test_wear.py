@@ -24,7 +24,7 @@ GRAVITY = 9.81
 
 
 def block(length: float = 0.05) -> sm.Scene:
-    """A block under its weight that a steady drive moves along a rail."""
+    """A block that a steady drive moves along a rail. Its weight presses it on the rail."""
     rub = sm.Friction(mu=0.2, half_length=length, half_width=0.02, half_height=0.03)
     drive = sm.Drive(constant=sm.Constant(rate=0.4))
     rail = sm.Joint("prismatic", "ground", "block", axis="x", ends="outboard", friction=rub, drive=drive)
@@ -32,7 +32,7 @@ def block(length: float = 0.05) -> sm.Scene:
 
 
 def spun(pin: str) -> sm.Scene:
-    """A balanced rotor that turns steadily; its weight presses a level pin always downwards."""
+    """A balanced rotor that turns steadily. Its weight always presses a level pin downwards."""
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02)
     drive = sm.Drive(constant=sm.Constant(rate=2 * np.pi))
     joint = sm.Joint("revolute", "ground", "rotor", axis="y", pin=pin, friction=rub, drive=drive)
@@ -57,7 +57,8 @@ def test_a_block_on_a_rail_wears_by_weight_times_way() -> None:
 
 @pytest.mark.parametrize("name", ["crank_slider", "double_pendulum"])
 def test_loads_are_the_work_of_friction_over_its_ratio(name: str) -> None:
-    """The reference is the work over one turn of the paper's examples, which the runtime integrates in another way."""
+    """The reference is the work of friction over one turn of the paper's examples. The runtime integrates this work by another
+    method."""
     r = simulate(name, until=1.0 if name == "crank_slider" else 0.5, every=5e-4, rtol=1e-12)
     w = wear(r, K)
     seen = 0
@@ -123,8 +124,8 @@ def test_a_span_with_few_rows_is_integrated_from_the_rows_that_it_has() -> None:
 
 @pytest.mark.parametrize("rate", [2 * np.pi, -41.0, 1e4])
 def test_where_a_turning_part_wears_is_exact_however_far_it_turns_between_two_rows(rate: float) -> None:
-    """A steady load on a part that turns steadily. Bins that the load passes once more than others receive one more share of the
-    wear. The bins at both ends of the passed range are passed in part."""
+    """A steady load on a part that turns steadily. A bin that the load passes one more time receives one more share of the wear.
+    The load passes the bins at both ends of its range only in part."""
     still = spun("inboard")
     turned = replace(still.joints["pin"], drive=sm.Drive(constant=sm.Constant(rate=rate)))
     c = wear(simulate(replace(still, joints={"pin": turned}), until=0.7, every=0.05), K).contacts[0]

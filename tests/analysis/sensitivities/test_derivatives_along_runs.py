@@ -97,7 +97,7 @@ def test_reactions_and_contacts_have_derivatives() -> None:
 
 
 def test_kinks_of_the_regularised_law_cost_nothing() -> None:
-    """Friction is continuous where the branches of the law meet, and so are the derivatives. The run contains three stops."""
+    """Friction and its derivatives are continuous where the branches of the law meet. The run contains three stops."""
     scene = apply(load_scene("spherical_pendulum"), {"friction.law": "regularized", "friction.v_eps": 1e-2})
     names = ["joints.ball.friction.mu", "joints.ball.friction.radius"]
     assert off(scene, names, ["pendulum.position[1]", "pendulum.position[3]", "ball.qd[2]"], 3.1) < ACROSS
@@ -122,7 +122,7 @@ class TestCoulomb:
         assert off(scene, ["joints.ball.friction.mu"], ["pendulum.position[1]", "ball.qd[2]"], 2.9) < 1e-8
 
     def test_a_slow_turn_of_sliding_is_no_event(self) -> None:
-        """At 3.8203 s the guide of example 8.3 slides at 2e-5 m/s, and its direction turns without a stop."""
+        """At 3.8203 s the guide of example 8.3 slides at 2e-5 m/s. The direction of sliding turns without a stop."""
         s = trunnion.sensitivity("double_pendulum", ["joints.cross.friction.mu"], ["lower.position[1]"], 3.83)
         assert not s.notes
 
@@ -144,7 +144,7 @@ class TestCoulomb:
         assert off(scene, names, ["guide.q*", "guide.friction.force"], 0.5) < ACROSS
 
     def test_the_place_of_rest_has_the_derivative_of_its_closed_form(self) -> None:
-        """A block that slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)), and its derivative with respect to μ in closed
+        """A block slides to rest on an incline: x_end = v²/(2 g (μ cos − sin)). The derivative with respect to μ has a closed
         form."""
         g, mu, v = 9.81, 0.3, 2.0
         scene = trunnion.scene.scene_from_dict({  # type: ignore[attr-defined]
@@ -185,7 +185,7 @@ def test_all_mistakes_are_reported_at_once() -> None:
 
 @pytest.mark.slow
 def test_a_reaction_that_is_not_unique_has_no_derivative() -> None:
-    """Bricard's loop is redundant: its motion is unique, its reactions are not."""
+    """Bricard's loop is redundant. Its motion is unique, but its reactions are not."""
     with pytest.raises(SceneError, match="not unique"):
         trunnion.sensitivity("bricard", ["bodies.bar1.mass"], ["j2.reaction.force[*"], until=0.05)
     s = trunnion.sensitivity("bricard", ["bodies.bar1.mass"], ["bar3.end.position[*"], until=0.05)
@@ -208,8 +208,8 @@ def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_measured_curves_give_back_the_friction_they_were_made_with() -> None:
-    """Synthetic data with known friction and noise of 1 mrad. The fit is within four standard deviations of the true value, and the
-    standard deviations are correct."""
+    """The data are synthetic, with known friction and noise of 1 mrad. The fit is within four standard deviations of the true
+    value, and the standard deviations are correct."""
     law = {"friction.law": "regularized", "friction.v_eps": 1e-3}
     truth = {"joints.ball.friction.mu": 0.45}
     r = trunnion.simulate("spherical_pendulum", 3.0, 0.02, rtol=1e-9, overrides=law | truth, outputs=["pendulum.position[1]"])

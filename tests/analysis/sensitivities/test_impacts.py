@@ -1,4 +1,4 @@
-"""Derivatives across the beginning and end of contacts and across impacts: closed form, and differences of runs."""
+"""Derivatives across impacts and across the beginning and end of contacts, compared with closed forms and differences of runs."""
 
 from __future__ import annotations
 

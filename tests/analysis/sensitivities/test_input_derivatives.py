@@ -1,4 +1,4 @@
-"""Derivatives of scenes with external actions: inputs as efforts and as motions, tables, and all of them at once."""
+"""Derivatives of scenes with external actions: inputs as efforts, inputs as motions, tables, and all three together."""
 
 from __future__ import annotations
 

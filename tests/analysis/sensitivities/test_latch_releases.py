@@ -1,5 +1,5 @@
-"""Derivatives across the instant at which a latch's hook releases its part under load: by too large a force, or by a signal that
-lifts the hook."""
+"""Derivatives across the instant at which a latch's hook releases its part under load. Too large a force, or a signal that lifts
+the hook, causes the release."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def thrown(seed: int, lets_go: str, **more: Any) -> Scene:
     pressed = float(np.sqrt(2.0 * back * 0.12 * 200.0))  # about the largest force of the hook without a release
     latch: dict[str, Any] = {"at": at, "stiffness": rng.uniform(150.0, 250.0), "damping": rng.uniform(0.0, 0.3)}
     if lets_go == "signal":
-        met = 2.0 * (at + 0.12) / 5.0 + np.sqrt(2.0 * 0.12 * inertia / back)  # instant at which the wheel is back at the hook
+        met = 2.0 * (at + 0.12) / 5.0 + np.sqrt(2.0 * 0.12 * inertia / back)  # time at which the wheel is back at the hook
         latch["release"] = {"ramp": {"start": 0.0, "end": 1.0, "duration": 0.02, "begin": met + rng.uniform(0.01, 0.04)}}
     else:
         latch["holds"] = pressed * rng.uniform(0.2, 0.4)

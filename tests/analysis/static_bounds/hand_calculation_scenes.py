@@ -28,7 +28,7 @@ def door() -> dict[str, Any]:
 
 
 def walls() -> dict[str, Any]:
-    """A block of 50 N between two walls along which it can slide; a force pushes it along them."""
+    """A block of 50 N between two walls. A force pushes the block along the walls."""
     sizes = {"mu": 0.2, "half_length": 0.06, "half_width": 0.01, "half_height": 0.01}
     sleeve = {"type": "prismatic", "axis": "x", "reference": "y", "friction": sizes}
     points = {"left": [0, 0.2, 0], "right": [0, -0.2, 0]}
@@ -48,7 +48,7 @@ def four_bar(
 ) -> dict[str, Any]:  # fmt: skip
     """An upright crank of 0.1 m, an upright rocker of 0.3 m, and a coupler from (0, 0.1) to (0.4, 0.3) m. The pins on the ground
     have friction. With ``cross``, the universal joint at the crank's end has friction, too; with ``ball``, the ball joint at the
-    rocker's end. No weight, no redundancy."""
+    rocker's end. The bodies have no weight, and the loop is not redundant."""
     b, c = [0, 0.1, 0], [0.4, 0.3, 0]
     across: dict[str, Any] = {"type": "universal", "axis": "z", "reference": "x", "inboard": "crank.b", "outboard": "coupler.b"}
     if cross:
@@ -84,8 +84,8 @@ def guide(height: float) -> dict[str, Any]:
 
 
 def rod(offset: float = 1e-3, torque: float = 0.01) -> dict[str, Any]:
-    """A rod of 20 N that hangs from a ball joint; a torque about y turns the rod. offset: horizontal distance of the mass centre
-    from the ball, m."""
+    """A rod of 20 N hangs from a ball joint. A torque about y turns the rod. offset: horizontal distance of the mass centre from
+    the ball, m."""
     return {
         "schema": 1, "gravity": [0, 0, -10],
         "bodies": {"rod": {"mass": 2.0, "inertia": [0.01, 0.01, 0.01], "center": [offset, 0, -0.2], "points": {"top": [0, 0, 0]}}},
@@ -96,7 +96,7 @@ def rod(offset: float = 1e-3, torque: float = 0.01) -> dict[str, Any]:
 
 
 def beam() -> dict[str, Any]:
-    """A beam of 100 N, its mass centre at 1.2 m, which can slide along guides at 0, 1 and 2 m, of half length 0.05 m, with μ 0.1,
+    """A beam of 100 N with its mass centre at 1.2 m. It can slide along guides at 0, 1 and 2 m, of half length 0.05 m, with μ 0.1,
     0.5 and 0.2."""
     joints: dict[str, Any] = {}
     points = {f"p{k}": [k, 0, 0] for k in range(3)}

@@ -28,8 +28,8 @@ def pushed_ball(rng: np.random.Generator) -> dict[str, Any]:
 
 @pytest.mark.parametrize("seed", sampled(range(8), 1))
 def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: int) -> None:
-    """A state is accepted if the errors of its forces are at most 1e-9 of the load of 20 N. The radius is up to 100 times the lever
-    arm of the force."""
+    """A state is accepted if its forces are wrong by at most 1e-9 of the load of 20 N. The radius is up to 100 times the lever arm
+    of the force."""
     load = hold(scene_from_dict(pushed_ball(np.random.default_rng(seed))), bounds=True, cells=3).load("inputs.u")
     assert max(abs(load.less.guaranteed.certified), abs(load.more.guaranteed.certified)) <= 100 * 1e-9 * 20
 
@@ -37,8 +37,8 @@ def test_a_ball_certainly_holds_no_push_that_turns_it_about_its_contact(seed: in
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(20))
 def test_bounds_of_a_thread_are_its_statics(seed: int) -> None:
-    """A nut alone on a vertical thread holds where cos β tan λ < μ. ``hold`` with and without bounds gives the friction share
-    relative to the friction that the load allows at this limit."""
+    """A nut alone on a vertical thread holds if cos β tan λ < μ. With and without bounds, ``hold`` gives the share of friction
+    relative to the largest friction at this load."""
     rng = np.random.default_rng(seed)
     mu, pitch, lean, handed = rng.uniform(0.05, 0.4), rng.uniform(0.001, 0.02), rng.uniform(0.0, 0.6), rng.choice([-1, 1])
     thread = {"type": "screw", "axis": "z", "pitch": handed * pitch, "inboard": "ground", "outboard": "nut",
@@ -59,7 +59,7 @@ def test_bounds_of_a_thread_are_its_statics(seed: int) -> None:
 
 
 def nut_on_rail(pitch: float, mu: float, cut: str) -> dict[str, Any]:
-    """A nut of 2 kg on a rail without friction, and on a thread with friction whose spindle turns freely."""
+    """A nut of 2 kg on a rail without friction. The nut is also on a thread with friction, whose spindle turns freely."""
     spindle, nut = ({"mass": m, "inertia": [1e-3] * 3} for m in (1, 2))
     joints = {
         "turn": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "spindle"},
@@ -76,7 +76,7 @@ def nut_on_rail(pitch: float, mu: float, cut: str) -> dict[str, Any]:
 @pytest.mark.parametrize("pitch", [0.002, 0.008, 0.08])
 @pytest.mark.parametrize("mu", [0.05, 0.5])
 def test_equilibrium_leaves_nothing_open_in_a_thread_that_carries_a_weight(pitch: float, mu: float, cut: str) -> None:
-    """With flanks that are not inclined, the nut holds where tan λ < μ."""
+    """With flanks that are not inclined, the nut holds if tan λ < μ."""
     found = hold(scene_from_dict(nut_on_rail(pitch, mu, cut)), bounds=True)
     assert found.open == 0
     assert found.holds == ("certain" if pitch / (2 * np.pi * 0.005) < mu else "no")

@@ -1,4 +1,4 @@
-"""Bounds at rest, compared with five hand-calculated mechanisms and with sampled states that the kernel's own laws admit. The
+"""Bounds at rest, compared with hand calculations for five mechanisms and with sampled states that the kernel's laws admit. The
 single state of ``hold`` without bounds lies within the bounds."""
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def test_a_door_without_self_stress_holds_as_with_four_equal_springs_at_its_cont
 
 
 def test_a_block_between_walls_is_sure_to_hold_its_weights_friction_and_may_hold_anything() -> None:
-    """The ends' forces sum to at least the weight; walls that press against each other have unlimited self-stress."""
+    """The forces at the ends sum to at least the weight. Walls that press against each other have unlimited self-stress."""
     load = load_alone(scenes.walls(), "forces.push", 8)
     assert load.more.guaranteed.value == pytest.approx(0.2 * 50.0, rel=CLOSED)
     assert load.more.possible.value == math.inf
@@ -85,7 +85,7 @@ def test_a_block_between_walls_is_sure_to_hold_its_weights_friction_and_may_hold
 
 def test_a_four_bar_rests_while_lines_of_force_keep_within_its_friction_circles() -> None:
     """The coupler pulls with T along its line, at distances h from the pins. The pins' reactions stay within circles ρ = r sin φ
-    about the pins: T (h_a ± ρ_a) about one pin, and T (h_d ± ρ_d) about the other."""
+    about the pins. The torque is T (h_a ± ρ_a) about pin a, and T (h_d ± ρ_d) about pin d."""
     torque, held = 4.5, 13.5
     rho_a, rho_d = 0.01 * sine(0.2), 0.012 * sine(0.3)
     h_a, h_d = 0.1 * 0.4 / math.hypot(0.4, 0.2), 0.3 * 0.4 / math.hypot(0.4, 0.2)
@@ -206,7 +206,7 @@ def test_the_single_state_lies_inside_the_bounds() -> None:
 
 
 def test_a_mechanism_of_two_freedoms_lets_go_in_one_of_two_motions() -> None:
-    """Two doors in a row on the ground: either may turn without the other."""
+    """Two doors in a row on the ground. Each door may turn while the other door rests."""
     scene = scenes.door()
     scene["bodies"]["gate"] = {"mass": 3.0, "inertia": [1, 1, 1], "center": [0.2, 0, 0], "points": {"p": [0, 0, 0]}}
     scene["joints"]["own"] = scene["joints"]["high"] | {"inboard": "ground", "outboard": "gate.p", "start": {"q": 0}}

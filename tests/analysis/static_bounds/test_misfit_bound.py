@@ -1,4 +1,4 @@
-"""Self-stress of opposed joints, bounded by their misfit: the torque that it can hold is finite."""
+"""The misfit of opposed joints bounds their self-stress, so the torque that self-stress can hold is finite."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MISFIT = 2e-6
 
 
 def weightless() -> dict[str, Any]:
-    """The door without weight: its hinges press only against each other."""
+    """The door without weight. Its two hinges press only against each other."""
     return scenes.door() | {"gravity": [0, 0, 0]}
 
 
@@ -35,8 +35,8 @@ def torque(stress: Stress, cells: int) -> tuple[float, float]:
 
 
 def test_a_weightless_door_holds_at_most_the_friction_of_its_misfit_loads() -> None:
-    """Opposed couples at both hinges: forces L, −L, −L, L at heights ±s/2 ± c balance, and so do two faces that press with L
-    against each other."""
+    """Opposed couples at both hinges: the forces L, −L, −L, L at heights ±s/2 ± c balance. Two faces that press with L against each
+    other also balance."""
     most = 30.0
     held = scenes.RADIUS * scenes.MU / (1.0 + scenes.MU**2) ** 0.5 * 4.0 * most + scenes.THRUST * scenes.MU * 2.0 * most
     assert torque(most, 8) == pytest.approx((held, held), rel=1e-8)

@@ -1,4 +1,4 @@
-"""Bounds at rest of teeth with friction equal the only solution, the textbooks' efficiencies, and the limits that runs find."""
+"""Bounds at rest of teeth with friction, compared with the only solution, with textbook efficiencies, and with limits from runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ KINDS = ("gear", "internal", "bevel_gear", "rack", "worm")
 @cache
 def pair(kind: str, seed: int) -> sm.Scene:
     """Two wheels out of balance on the ground, with friction at their teeth. The input ``u`` acts on the inboard wheel, and a
-    constant load on the other."""
+    constant load on the outboard wheel."""
     rng = np.random.default_rng([5, seed])
     load = float(rng.normal()) * (30.0 if kind == "rack" else 3.0)
     if kind == "worm":
@@ -53,7 +53,7 @@ def moves(scene: sm.Scene, effort: float) -> bool:
 
 
 def check(kind: str, seed: int) -> None:
-    """Compare bounds with the single answer, and with runs beside the limits."""
+    """Compare bounds with the only solution, and with runs on both sides of the limits."""
     scene = pair(kind, seed)
     load = hold(scene, bounds=True).load("inputs.u")
     low, high = load.less.possible.certified, load.more.possible.certified
@@ -148,7 +148,8 @@ def test_a_train_holds_between_the_products_of_its_efficiencies(seed: int) -> No
 @pytest.mark.parametrize("kind", KINDS[:3] + KINDS[4:])
 @pytest.mark.slow
 def test_teeth_load_their_bearings_in_bounds_as_in_runs(kind: str, seed: int) -> None:
-    """Friction in both bearings depends on the force that pushes the wheels apart. Only the sum of all frictions is determined."""
+    """Friction in the two bearings depends on the force that pushes the wheels apart. Only the sum of all frictions is
+    determined."""
     scene = pair(kind, seed)
     joints = dict(scene.joints)
     for name in [n for n, j in joints.items() if j.type == "revolute"]:

@@ -63,7 +63,8 @@ PLACES: dict[str, tuple[Optimisation, Of, list[float]]] = {
 
 @pytest.mark.parametrize("name", PLACES)
 def test_the_best_is_found_to_the_tolerance(name: str) -> None:
-    """The ranges are 4 wide. The found point is within twice the tolerance of a range, or ten times along a flat valley."""
+    """The ranges are 4 wide. The found point is within twice the tolerance of a range, or within ten times the tolerance along a
+    flat valley."""
     study, of, true = PLACES[name]
     follow = followed(study, of)
     assert follow.answer["feasible"]
@@ -205,7 +206,7 @@ def test_cases_are_added_where_a_result_bends_until_lines_between_them_are_good(
 
 
 def test_a_boundary_in_two_numbers_is_covered_by_its_boxes() -> None:
-    """A quarter of a circle: each of its points lies in a reported box."""
+    """The boundary is a quarter of a circle. Each point of the boundary lies in a reported box."""
     study = BoxRefinement(("a", "b"), ("1", "1"), (0.0, 0.0), (1.0, 1.0), "outcome", most=2000, tolerance=0.02)
     follow = followed(study, lambda x: {}, lambda x: (x**2).sum(1) > 0.5)
     boxes = follow.answer["boundaries"]

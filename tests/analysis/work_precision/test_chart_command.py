@@ -1,4 +1,4 @@
-"""``trunnion chart`` as its users run it."""
+"""The command ``trunnion chart``, called as users call it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The committed chart pages hold no copy of the viewer, and open from disk."""
+"""The committed chart pages contain no copy of the viewer. A browser can open them from disk."""
 
 from __future__ import annotations
 

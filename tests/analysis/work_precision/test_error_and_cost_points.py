@@ -61,7 +61,7 @@ def test_the_error_that_a_run_states_of_itself_is_the_true_one(swing: WorkPrecis
 
 
 def test_the_reference_is_the_closed_form() -> None:
-    """After one period the pendulum has returned to (−1, 0)."""
+    """After one period the pendulum is back at (−1, 0)."""
     scene = load_scene("simple_pendulum")
     study = measure_work_precision(
         scene, WorkPrecisionRequest(rtols=(1e-6,), methods=("rk8",), until=PERIOD, samples=1, repeats=1, fixed=False, solvers=False)
@@ -73,7 +73,7 @@ def test_the_reference_is_the_closed_form() -> None:
 
 
 def test_the_reference_asks_a_method_of_first_order_only_where_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At tight tolerance, time stepping takes millions of steps for few digits."""
+    """At tight tolerance, time stepping takes millions of steps for few correct digits."""
     scene = load_scene("spherical_pendulum")
     ready = make_benchmark_model(scene, FrictionVariant("coulomb"), make_error_measure(scene), 0.1, 5)
     once, asked = ready.once, []
@@ -105,7 +105,7 @@ def test_tighter_tolerances_give_smaller_errors_until_the_references_own(swing: 
 
 
 def test_a_fixed_step_halved_divides_the_error_by_the_order(swing: WorkPrecision) -> None:
-    """A method of order 5 divides the error by 32, where steps are small enough and the error is not yet round-off."""
+    """Half the step divides the error of a method of order 5 by 32, if steps are small and the error is larger than round-off."""
     steps = next(c for c in group_into_curves(swing.points) if c.fixed and c.method == "rk5").points
     ratios = [a.error / b.error for a, b in pairwise(steps) if 1e-11 < b.error < 1e-5]
     assert ratios
@@ -123,7 +123,7 @@ def test_the_regularised_law_has_an_error_of_its_own_that_no_tolerance_removes(r
 
 
 def test_a_run_that_fails_is_a_point_with_its_reason() -> None:
-    """A run without enough steps, and a guide that jams from the start, raise no exception and have no error (NaN)."""
+    """A run without enough steps and a run of a guide that jams from the start raise no exception. Their error is NaN."""
     jammed = apply(load_scene("double_pendulum"), {"joints.guide.friction.half_length": 0.15, "friction.law": "regularized"})
     study = measure_work_precision(
         jammed,

@@ -1,6 +1,6 @@
 /* The functions of <math.h> and <string.h> for NVIDIA's processors. The compiler provides memory copies and the functions that are
- * single instructions. libdevice, which may be linked without copyright restrictions, provides the others; its names begin with
- * __nv_. */
+ * single instructions. libdevice provides all other functions. Its names begin with __nv_, and it may be linked without copyright
+ * restrictions. */
 #include <stddef.h>
 
 #define UNARY(name) double __nv_##name(double);

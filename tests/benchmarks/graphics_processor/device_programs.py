@@ -1,10 +1,10 @@
-"""Programs for a graphics processor, built on a machine without one.
+"""Programs for a graphics processor, built on a machine without a graphics processor.
 
-``python -m tests.benchmarks.graphics_processor.device_programs FOLDER`` writes, for each mechanism, its C library compiled to PTX,
-and the results of some cases by the same C code on this machine. The compiler that compiles the kernels also compiles the runtime's
-unchanged C code for NVIDIA's processors. The script needs ``libdevice.10.bc`` (package ``nvidia-nvvm``, or a CUDA toolkit). If
-``ptxas`` is found, PTX is assembled, and the largest stack frame is reported. ``ensemble_run.py`` needs only the folder, NumPy and
-the driver.
+``python -m tests.benchmarks.graphics_processor.device_programs FOLDER`` compiles the C library of each mechanism to PTX. It also
+writes the results of some cases that the same C code computes on this machine. The compiler that compiles the kernels also compiles
+the runtime's unchanged C code for NVIDIA's processors. The script needs ``libdevice.10.bc`` (package ``nvidia-nvvm``, or a CUDA
+toolkit). If ``ptxas`` is found, PTX is assembled, and the largest stack frame is reported. ``ensemble_run.py`` needs only the
+folder, NumPy and the driver.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def c_sources(made: Library, folder: Path) -> list[Path]:
 
 
 def names(made: Library) -> list[str]:
-    """Compiler arguments with the names of the library."""
+    """Compiler arguments that define the names in the library."""
     return [f"-DLIBRARY={made.name}", f'-DLIBRARY_HEADER="{made.name}.h"']
 
 
@@ -138,7 +138,7 @@ def largest_stack_frame(files: list[Path]) -> int | None:
 
 
 def on_this_machine(made: Library, ensemble: Ensemble, values: np.ndarray) -> np.ndarray:
-    """Results of cases by the same C code, compiled for this machine: (cases, 2 + outputs)."""
+    """Results of cases, (cases, 2 + outputs), computed by the same C code on this machine."""
     with tempfile.TemporaryDirectory() as work:
         shared = Path(work) / "cases.so"
         build_library(c_sources(made, Path(work)), shared, [Path(work)], cache_folder(), ["-ffp-contract=off", *names(made)])
@@ -173,7 +173,8 @@ def drawn(ensemble: Ensemble, count: int, seed: int) -> np.ndarray:
 
 
 def write(folder: Path, which: str) -> dict[str, Any]:
-    """Build an ensemble's programs in a folder, with the results that a processor computes for the first cases."""
+    """Build the programs of an ensemble in a folder. The folder also gets the results of the first cases from an ordinary
+    processor."""
     ensemble = ENSEMBLES[which]
     made = library(ensemble.scene)
     folder.mkdir(parents=True, exist_ok=True)
@@ -191,7 +192,7 @@ def write(folder: Path, which: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write the folder and print what was built."""
+    """Write the folder, and print the names of the built programs."""
     ask = argparse.ArgumentParser(description=__doc__)
     ask.add_argument("folder", type=Path)
     ask.add_argument("--only", default="")

@@ -1,8 +1,8 @@
 """Run and time the programs of ``device_programs.py`` on an NVIDIA processor. This file needs only NumPy and the driver.
 
 ``python ensemble_run.py FOLDER [--cases N]`` loads each mechanism's program and compares the checked cases with the results from
-the machine that built it. Then the script times cases whose values are drawn on this machine. It prints cases a second by wall time
-of the launch, registers, local memory, and the share of threads that the processor can hold at once.
+the machine that built it. Then the script times cases whose values are drawn on this machine. It prints cases per second of wall
+time of the launch, registers, and local memory. It also prints the share of threads that the processor can hold at once.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PTX, CUBIN = 1, 0
 
 
 class Device:
-    """The first processor of the driver. Every call that fails raises RuntimeError with the driver's words."""
+    """The first processor of the driver. A failing call raises RuntimeError with the driver's message."""
 
     def __init__(self) -> None:
         self.driver = ctypes.CDLL("libcuda.so.1")
@@ -108,7 +108,7 @@ def made(
 
 
 def compared(out: np.ndarray, expected: np.ndarray) -> str:
-    """A text about the differences of results: outcomes, numbers of events (the last output), and other columns relative to their
+    """Differences of results as text: of outcomes, of numbers of events (the last output), and of other columns relative to their
     range."""
     same = out[:, 0] == expected[:, 0]
     events = out[:, -1] == expected[:, -1]

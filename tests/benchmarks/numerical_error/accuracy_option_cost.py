@@ -68,7 +68,7 @@ def measured(given: tuple[str, str]) -> Found:
             if good and out.costs[-1] > DEAR:
                 by = f"{r.settings['method']} {r.settings['rtol']:.1e}, {_cost(r):.0f} evaluations for {min(good):.0f}"
                 out.dear.append(f"{out.costs[-1]:.1f} times the cheapest: {out.name} {a:g}: {by}")
-    except Exception as e:  # noqa: BLE001 (printed; the other scenes are still measured)
+    except Exception as e:  # noqa: BLE001 (the script prints the exception and measures the other scenes)
         out.wrong.append(f"{out.name}: {type(e).__name__} {e}"[:100])
     return out
 
@@ -84,7 +84,7 @@ def _error(r: Result, exact: Result, bound: Bound, k: object) -> float:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure all scenes and print their figures."""
     asked = argparse.ArgumentParser()
     asked.add_argument("--random", type=int, default=80)
     asked.add_argument("--seed", default="held")

@@ -1,6 +1,7 @@
-"""Error against stepping time with exact Coulomb friction. The scenes are example 8.1 (0–5 s), also with the regularised law, and a
-skew chain of three links with friction that falls and comes to rest (10 s). The reference of each scene is its run at rtol 1e-13.
-The reference of 8.1 has Coulomb's law, so that the error of a regularised run includes the error of its law."""
+"""Error against stepping time with exact Coulomb friction. The first scene is example 8.1 (0–5 s), also with the regularised law.
+The second scene is a skew chain of three links with friction that falls and comes to rest (10 s). The reference of each scene is
+its run at rtol 1e-13. The reference of 8.1 has Coulomb's law, so that the error of a regularised run includes the error of its
+law."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """8.2's mechanism undriven and frictionless, 10 s: largest crank-angle error at t = 0.1 … 10 s against stepping time.
 
-The reference is the closed form with one freedom, J(θ) θ̈ + ½ J'(θ) θ̇² + V'(θ) = 0. SciPy's runs of this form are measured,
-too."""
+The reference is the closed form with one freedom, J(θ) θ̈ + ½ J'(θ) θ̇² + V'(θ) = 0. The script also measures runs of SciPy with
+this closed form."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def acceleration(theta: float, omega: float) -> float:
 
 
 def reference() -> np.ndarray:
-    """θ at 0.1, 0.2, … 10 s, rad; the integration ends exactly at every sample and continues from there."""
+    """θ at 0.1, 0.2, … 10 s, rad. The integration ends exactly at every sample and continues from the sample."""
     y, t, out = [0.0, 10.0], 0.0, []
     for k in range(1, 101):
         y = solve_ivp(lambda _t, y: [y[1], acceleration(*y)], (t, 0.1 * k), y, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]

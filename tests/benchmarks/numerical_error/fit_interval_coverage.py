@@ -1,11 +1,11 @@
-"""How often 95 % intervals of fits hold the truth: ``python -m tests.benchmarks.numerical_error.fit_interval_coverage [SETS
-[LEVEL]]``.
+"""Share of 95 % intervals of fits that contain the true value: ``python -m tests.benchmarks.numerical_error.fit_interval_coverage
+[SETS [LEVEL]]``.
 
-Synthetic measurements with Gaussian noise of four mechanisms with dry friction that stop and stick while they are measured: a
-pendulum on a journal, a block that slides to rest, a block on a spring that comes to rest off its middle, and two swings with
-unknown starts. ``trunnion.fit`` fits each set. The script prints the
-share of intervals that contain the true value, for local and for profile intervals, each with its standard error. It also prints
-the number of intervals without an end. 1,000 sets take 20 to 40 minutes of one core."""
+The measurements are synthetic, with Gaussian noise. Four mechanisms with dry friction stop and stick while they are measured. These
+are a pendulum on a journal, a block that slides to rest, a block on a spring that comes to rest off its middle, and two swings with
+unknown starts. ``trunnion.fit`` fits each set. The script prints the share of intervals that contain the true value, for local and
+for profile intervals, each with its standard error. It also prints the number of intervals without an end. 1,000 sets take 20 to 40
+minutes of one core."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 tolerances, by three methods. ``python -m tests.benchmarks.numerical_error.global_error_estimates [--random N] [--seed WORD] [--only
 NAME,…] [--models]``.
 
-A true error is the difference from a run at 1e-13 (auto). An error counts if it exceeds ten times the stated floor, and ten times
-the difference between the run at 1e-13 and a run at 1e-12 by another method. At twenty times of each run, the largest error of each
-column so far is compared. """
+A true error is the difference from a run at 1e-13 (auto). An error counts if it exceeds ten times the stated floor and ten times
+the uncertainty of the true error. This uncertainty is the difference between the run at 1e-13 and a run at 1e-12 by another method.
+At twenty times of each run, the largest error of each column so far is compared. """
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def scenes(random: int, seed: str, only: tuple[str, ...], models: bool) -> Itera
 
 
 def scene(made: str) -> Scene:
-    """The scene of a file, or a random one."""
+    """The scene of a file, or a random scene."""
     if made == "skew_chain":
         chain = skew_chain()
         return replace(chain, simulation=replace(chain.simulation, until=10.0))

@@ -1,4 +1,5 @@
-"""Example 8.1 with the regularised law (v_eps 1e-4), 0–5 s: error of the angle at 5 s against stepping time, ours and SciPy's.
+"""Example 8.1 with the regularised law (v_eps 1e-4), 0–5 s: error of the angle at 5 s against stepping time, for Trunnion and
+SciPy.
 
 The reference is the planar pendulum in closed form (one quadratic equation), integrated piecewise between the kinks at 1e-13.
 """

@@ -1,1 +1,1 @@
-"""Other programs: how they treat joints, limits and friction. ``comparison_page`` writes ``OTHER_PROGRAMS.md`` from these runs."""
+"""Treatment of joints, limits and friction by other programs. ``comparison_page`` writes ``OTHER_PROGRAMS.md`` from these runs."""

@@ -52,7 +52,7 @@ def rest_angle(start: float, friction: float) -> float:
 
 
 def swung(run: Callable[[float, float], tuple[float, float]], settings: str) -> Row:
-    """A row: final angles of both pendulums, degrees, and how fast the second still turns, degrees/s."""
+    """A row: final angles of the two pendulums, degrees, and final rate of the second pendulum, degrees/s."""
     (held, _), (stopped, rate) = (run(math.radians(start), friction) for start, friction in CASES)
     return {
         "settings": settings, "held": f"{math.degrees(held):.4f}", "stopped": f"{math.degrees(stopped):.4f}",

@@ -173,7 +173,7 @@ def sapien(files: dict[str, str]) -> Row:
     scenes: list[Any] = []
 
     def loaded(name: str) -> Any:
-        # the scene is kept, because a joint whose scene is deleted ends the process
+        # the variable keeps the scene alive, because a joint whose scene is deleted ends the process
         scenes.append(sp.Scene([sp.physx.PhysxCpuSystem()]))
         loader = scenes[-1].create_urdf_loader()
         loader.fix_root_link = True
@@ -239,7 +239,7 @@ int main(int, char **a) {
 """
 """Program in C++ that prints the SDF into which libsdformat turns a file."""
 HEAVY = LINK.format("base")
-"""The root link with a mass. Without one, libsdformat drops the root and with it the whole robot."""
+"""The root link with a mass. Without a mass, libsdformat drops the root link and thereby the whole robot."""
 
 
 def output(*words: str) -> str:

@@ -189,7 +189,7 @@ READERS = {
 
 
 CELL = "read: "
-"""Begin of the line with a result. Some programs print, too."""
+"""Beginning of the line with a result. (Some programs print other lines, too.)"""
 
 
 def cell(package: str, name: str) -> str:

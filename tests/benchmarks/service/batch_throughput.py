@@ -1,9 +1,9 @@
 """Share of two cores that a batch in the service uses for stepping: example 8.1 with swept friction and start angle, reductions
 only.
 
-Run it with ``python -m tests.benchmarks.service.batch_throughput [CASES]`` on an idle machine. It starts a server with two workers
-and warms it up. It measures the rate of one core that only steps (the same C loop, in this process). It then runs 10,000 cases from
-submission to result, and then the large batch. """
+Run it with ``python -m tests.benchmarks.service.batch_throughput [CASES]`` on an idle machine. The script starts a server with two
+workers and warms up the server. It measures the rate of one core that only steps (the same C loop, in this process). It then runs
+10,000 cases from submission to result, and at last the large batch. """
 
 from __future__ import annotations
 

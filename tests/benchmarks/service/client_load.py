@@ -55,7 +55,7 @@ def submit(url: str, number: int, end: float) -> tuple[list[float], int]:
 
 
 def clients(share: tuple[str, str, int, int, float]) -> tuple[list[float], list[float], int]:
-    """One process's share of the clients."""
+    """Run the share of the clients that belongs to one process."""
     url, job, pollers, submitters, end = share
     with ThreadPoolExecutor(pollers + submitters) as pool:
         polls = [pool.submit(poll, url, job, end) for _ in range(pollers)]

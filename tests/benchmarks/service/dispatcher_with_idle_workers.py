@@ -1,4 +1,4 @@
-"""The real dispatcher and its real store (SQLite), with any number of workers that only wait, on one machine."""
+"""The real dispatcher with its real store (SQLite) and any number of workers that only wait, on one machine."""
 
 from __future__ import annotations
 
@@ -29,33 +29,33 @@ class FixedDispatchCost(DispatchCost):
 
 @dataclass
 class PendingResult:
-    """The result of a piece that a worker has not finished yet, as a future."""
+    """A future for the result of a piece that a worker has not finished yet."""
 
     said: dict[str, Any]
     status: str = "pending"
     calls: list[Callable[[Any], None]] = field(default_factory=list)
 
     def add_done_callback(self, call: Callable[[Any], None]) -> None:
-        """Call the function when the answer is given."""
+        """Call the function when the result is available."""
         self.calls.append(call)
 
     def result(self, timeout: float = 0.0) -> dict[str, Any]:
-        """The answer."""
+        """The result of the piece."""
         return self.said
 
     def cancel(self) -> None:
-        """Do nothing: no client waits any more."""
+        """Do nothing, because no client waits for the result."""
 
     def say(self) -> None:
-        """Give the answer now."""
+        """Set the result now."""
         self.status = "finished"
         for call in self.calls:
             call(self)
 
 
 class WaitingCluster:
-    """A cluster of workers, each of which waits as long as stepping would take, one piece after the other. case: seconds per
-    case."""
+    """A cluster of workers. Each worker takes one chunk after the other, and waits as long as stepping would take. case: seconds
+    per case."""
 
     def __init__(self, workers: int, case: float):
         self.counted, self.case = workers, case

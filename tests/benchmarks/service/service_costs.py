@@ -1,9 +1,9 @@
 """Processor time that the service needs in addition to the engine: ``python -m tests.benchmarks.service.service_costs``.
 
-Cost of a case: time of the whole server with its worker for jobs of many cases of example 8.1, minus the time of the same chunks in
-the engine alone. Both alternate in pairs. Cost of a job of one case: time from its submission to its end, minus the cost of the
-case. Cost of a status: ``GET /v1/jobs/{id}``. The loop: the longest callback of the server's event loop while 96 jobs are in
-flight, by the processor time of its thread."""
+Cost of a case: time of the whole server with its worker for jobs of many cases of example 8.1. The time of the same chunks in the
+engine alone is subtracted; both measurements alternate in pairs. Cost of a job of one case: time from its submission to its end,
+minus the cost of the case. Cost of a status: ``GET /v1/jobs/{id}``. The loop: the longest callback of the server's event loop while
+96 jobs are in flight, by the processor time of its thread."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def alone(asked: dict[str, Any]) -> float:
 
 
 def during(s: Served, work: Callable[[], object]) -> float:
-    """Processor time of the server while it does some work, s, without that of an idle server in the same time."""
+    """Processor time of the server while it does some work, s. The time of an idle server in the same period is subtracted."""
     began, clock = settled(s), time.monotonic()
     work()
     taken, waited = settled(s) - began, time.monotonic() - clock
@@ -83,7 +83,7 @@ def during(s: Served, work: Callable[[], object]) -> float:
 
 
 def run(s: Served, *jobs: dict[str, Any]) -> None:
-    """Submit jobs, and wait until the last one has ended."""
+    """Submit jobs, and wait until the last job has ended."""
     sent = [s.submit(asked) for asked in jobs]
     while s.job(sent[-1])["state"] not in ("done", "failed"):
         time.sleep(2.0)  # each request for the status costs the server time

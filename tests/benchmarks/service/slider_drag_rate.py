@@ -78,7 +78,7 @@ def dragged(page: Any, path: str, server: psutil.Process, browser: psutil.Proces
 
 
 def report(scene: str, where: str, figures: dict[str, float]) -> None:
-    """Print what was measured while a slider of the page was dragged."""
+    """Print the measurements of a drag of a slider on the page."""
     print(scene, where, ", ".join(f"{name} {value:.1f}" for name, value in figures.items()), flush=True)
 
 

@@ -1,4 +1,4 @@
-"""The figure in service/CAPACITY.md: share of the workers' time that is stepping, as a function of the number of workers."""
+"""The figure in service/CAPACITY.md. It shows the share of stepping in the workers' time as a function of the number of workers."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """The costs of a job in addition to stepping, and a model of 10⁹ cases on 10⁴ workers from these costs (service/CAPACITY.md).
 
-``python -m tests.benchmarks.service.worker_count_model [-o FIGURE.png]`` measures times on this machine, in seconds: to send a
-chunk and store its outcome (SQLite, and PostgreSQL if it is available), to renew a lease, to write, read and count a part, to read
-rows of the table of chunks. With ``--real``, the real dispatcher and its store send chunks to some hundred workers that only wait.
-The script then evaluates a model with these constants. In the model, one dispatcher sends chunks and takes them back, one or many
-in a commit. Each worker has a running and a waiting chunk. ``ActiveJob.size`` gives the sizes of chunks. The only inputs are the
-constants and the cost of a case. """
+``python -m tests.benchmarks.service.worker_count_model [-o FIGURE.png]`` measures times on this machine, in seconds. The measured
+operations are: send a chunk and store its outcome (SQLite, and PostgreSQL if available); renew a lease; write, read and count a
+part; read rows of the table of chunks. With ``--real``, the real dispatcher and its store send chunks to some hundred workers that
+only wait. The script then evaluates a model with these constants. In the model, one dispatcher sends chunks and takes them back,
+one or many in a commit. Each worker has a running and a waiting chunk. ``ActiveJob.size`` gives the sizes of chunks. The only
+inputs are the constants and the cost of a case. """
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def of_parts(cases: int) -> dict[str, float]:
 
 
 def constants(pieces: int) -> dict[str, dict[str, float]]:
-    """All measured constants, printed."""
+    """Measure all constants and print them."""
     found = {"parts of 1,000 cases": of_parts(1000), "parts of 50,000": of_parts(50_000)}
     with stores() as there:
         found |= {f"{name}, {pieces} pieces": of_store(store, pieces) for name, store in there.items()}
@@ -210,7 +210,7 @@ def constants(pieces: int) -> dict[str, dict[str, float]]:
 
 
 def compared(fleet: Fleet, cases: int = 200_000, workers: int = 300) -> None:
-    """The real dispatcher with workers that wait, compared with the model's prediction; printed."""
+    """Compare the real dispatcher, with workers that wait, with the model's prediction, and print the figures."""
     from tests.benchmarks.service.dispatcher_with_idle_workers import real
 
     case = fleet.case
@@ -250,7 +250,7 @@ def main() -> None:
 
 
 def fleet_of(store: dict[str, float], case: float, part: float, together: int) -> Fleet:
-    """A fleet with the measured values of a store, which has this many pieces in a commit."""
+    """A fleet with the measured values of a store. together: number of pieces in a commit."""
     one, many = store["cut"] + store["land"], store["cut, of many each"] + store["land, of many each"]
     each = max(0.0, (many - one / COMMIT_SIZE) / (1.0 - 1.0 / COMMIT_SIZE))
     fixed = (one - each) / one

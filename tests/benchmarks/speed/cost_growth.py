@@ -63,7 +63,7 @@ class Family:
 
 
 def growth_exponent(values: Sequence[tuple[float, float]]) -> float:
-    """Slope of log(cost) over log(n), fitted to the larger half of the (n, cost) pairs, but to three pairs at least."""
+    """Slope of log(cost) over log(n), fitted to the larger half of the (n, cost) pairs, and to at least three pairs."""
     upper = values[-max(3, (len(values) + 1) // 2) :]
     if len(upper) < 2:
         return math.nan
@@ -121,8 +121,8 @@ def _measure_step(n: int, scene: sm.Scene, repeats: int) -> Size:
 
 
 def _measure_cases(counts: Sequence[int], repeats: int) -> tuple[Size, ...]:
-    """For each count n, the time of n runs of one structure with different friction coefficients. Nothing is built between the
-    runs."""
+    """For each count n, the time of n runs of one structure with different friction coefficients. Nothing is compiled or built
+    between the runs."""
     from trunnion.scene import load_scene
 
     scene = load_scene("spherical_pendulum")

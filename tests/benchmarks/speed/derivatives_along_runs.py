@@ -1,4 +1,4 @@
-"""Processor time of ``sensitivity`` compared with one run of ``simulate``, for derivatives with respect to one number and to ten
+"""Processor time of ``sensitivity``, compared with one run of ``simulate``. Derivatives are with respect to one number and to ten
 numbers (or all numbers of a smaller scene). The script also measures a fit. Calls alternate; parts and libraries are compiled
 before the first call."""
 

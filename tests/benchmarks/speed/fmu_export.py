@@ -1,5 +1,5 @@
-"""Time to export an FMU of a new mechanism, for this platform and for all platforms, when the machine has exported other FMUs
-before.
+"""Time to export an FMU of a new mechanism, for this platform and for all platforms. The machine has exported FMUs of other
+mechanisms before.
 
 Run it with ``python -m tests.benchmarks.speed.fmu_export`` (``--kernel parts``, ``--fmi 3``, ``--count N``, ``--platform host``).
 Each mechanism is a random tree of one to three bodies with friction (``tests.reference``). The structure of each tree is new:
@@ -28,7 +28,7 @@ def spent() -> float:
 
 
 def once(seed: int, platform: str, kernel: str, fmi: int, folder: Path) -> tuple[float, float]:
-    """(seconds by the clock, of the processor) of the export of a mechanism."""
+    """Wall time and processor time of the export of a mechanism, s."""
     scene = random_tree(f"export {seed}", **DRY, bodies=1 + seed % 3).scene
     began, used = time.perf_counter(), spent()
     export(scene, folder / "new.fmu", platform=platform, kernel=kernel, fmi=fmi)

@@ -13,7 +13,7 @@ METHODS = ("rk5", "rk8", "rosenbrock", "auto")
 
 
 def main() -> None:
-    """Print the table. The Jacobian unit is built beforehand, so that stepping alone is compared."""
+    """Print the table. The Jacobian unit is built first, so that the table compares only stepping."""
     pin()
     print(f"{'model':22s}" + "".join(f"{m:>12s}" for m in METHODS) + "   auto/best")
     for name in model_names():

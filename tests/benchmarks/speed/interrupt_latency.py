@@ -3,9 +3,9 @@ stepping, writing and bounds (``interrupt_workloads.py``).
 
 Each measurement uses a new process. The process is a fork of this process, so that all modules are imported already. The process
 does the whole work. It is interrupted at a random instant, evenly distributed over the duration of the uninterrupted work. The
-script prints the time until the process has ended, and the processor time used until then, which does not depend on other work of
-the machine. It also prints exit codes and kept rows. Linux only. ``python -m tests.benchmarks.speed.interrupt_latency [instants]
-[place …]``"""
+script prints the time until the process has ended, and the processor time that the process has used. The processor time does not
+depend on other work of the machine. It also prints exit codes and kept rows. Linux only. ``python -m
+tests.benchmarks.speed.interrupt_latency [instants] [place …]``"""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SEED, DEFECT, OVER = 12, 70, "over before"
 
 @dataclass
 class Found:
-    """Measurements: seconds, processor seconds, exit codes, kept results."""
+    """Measurements: wall times, s, processor times, s, exit codes, kept results."""
 
     seconds: list[float] = field(default_factory=list)
     cpu: list[float] = field(default_factory=list)
@@ -45,7 +45,7 @@ class Found:
 
 
 def opened(folder: Path, fresh: bool) -> None:
-    """Prepare a fork: a kernel cache that holds only the runtime (if ``fresh``), and no output on a terminal."""
+    """Prepare a fork. If ``fresh``, its kernel cache contains only the runtime. The fork writes no output to a terminal."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.chdir(folder)
     if fresh:
@@ -88,7 +88,7 @@ def used(pid: int) -> float:
 
 
 def whole(place: Place) -> float:
-    """Seconds that the uninterrupted work takes, the shorter of two."""
+    """Seconds that the uninterrupted work takes; the shorter time of two runs."""
     each = []
     for _ in range(2):
         with tempfile.TemporaryDirectory() as name:
@@ -124,7 +124,7 @@ def ended(place: Place, after: float, budget: bool, found: Found) -> None:
 
 
 def main(words: list[str]) -> None:
-    """Measure the places named, or all."""
+    """Measure the named places, or all places."""
     library()
     instants = int(words[0]) if words else 100
     print("| place | whole, s | n | ms to the end, median / worst | of the processor | ends, and what was kept |")

@@ -31,7 +31,7 @@ WISHBONE = Path(__file__).resolve().parents[3] / "models" / "stability" / "26_wi
 LONG = 3.0
 """Seconds of longer work that the measurement uses."""
 Work = Callable[[Path], int]
-"""A function that works in a folder of its own and returns the exit code."""
+"""A function that works in a separate folder and returns the exit code."""
 
 
 @dataclass(frozen=True)
@@ -49,17 +49,17 @@ class Place:
 
 
 def build(folder: Path) -> int:
-    """A kernel of thirteen bodies in loops."""
+    """Build a kernel of thirteen bodies in loops."""
     return int(not trunnion.simulate(stewart(6), until=1e-3).outcome.ok)
 
 
 def batch(folder: Path) -> int:
-    """A kernel that a thread of a batch builds."""
+    """Build a kernel in a thread of a batch."""
     return int(trunnion.sweep(stewart(3), {"joints.u0.friction.mu": [0.1, 0.2]}, until=1e-3).cancelled)
 
 
 def half_made(folder: Path) -> str:
-    """Files of a build left in the cache."""
+    """Words for whether a build left an incomplete file in the cache."""
     return "left half made" if any(p.name.startswith(".") for p in (folder / "cache").iterdir()) else "nothing half made"
 
 
@@ -101,7 +101,7 @@ def command(folder: Path) -> int:
 
 
 def rows(folder: Path) -> str:
-    """The outcome recorded in a table."""
+    """The outcome that a table records."""
     found = [load_result_table(f) for f in folder.glob("rows.*") if f.suffix in (".csv", ".parquet")]
     return ", ".join(f"table {t.outcome.name}, {'to its end' if len(t.time) else 'empty'}" for t in found) or "no table"
 

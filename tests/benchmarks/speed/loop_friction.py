@@ -23,14 +23,14 @@ STEP, STEPS, TIMES = 1e-4, 40, 9
 
 
 def scenes() -> Iterator[tuple[str, sm.Scene]]:
-    """Name and mechanism, with friction."""
+    """Name and mechanism with friction, for each scene."""
     yield from ((f"Stewart, {n} legs", stewart(n)) for n in (3, 4, 5, 6))
     yield from ((f"scissor, {n} stages", scissor(n)) for n in range(3, 11))
     yield from ((f"four-bars, {n}", rubbing(n_four_bar(n))) for n in (2, 4, 8, 16, 32, 64, 128))
 
 
 def timed(model: Model, until: float, settings: Settings, clock: Callable[[], float]) -> tuple[float, int]:
-    """Seconds in the loop of steps of a run, and its evaluations."""
+    """Seconds of a run in its loop of steps, and number of evaluations."""
     clock()
     r = run(model, until, until, settings)
     return clock(), r.stats.rhs_evaluations

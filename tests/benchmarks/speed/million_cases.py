@@ -64,7 +64,8 @@ class Marks:
 
 
 def swept(cases: int, asked: argparse.Namespace, seed: int) -> tuple[float, float]:
-    """Cases (for each second by the clock, for each processor second) of one sweep, whose time and memory are printed."""
+    """Cases (for each second by the clock, for each processor second) of one sweep. The function prints time and memory of the
+    sweep."""
     marks = Marks(cases)
     at, cpu = time.perf_counter(), time.process_time()
     options = {"reductions": KEEP, "until": asked.until, "workers": asked.workers, "seed": seed, "progress": marks}

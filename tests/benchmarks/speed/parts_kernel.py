@@ -1,5 +1,5 @@
-"""Cost of a new structure on parts, and of its steps compared with the compiled kernel. Wall time of ``trunnion.simulate`` to the
-first rows with compiled parts, and processor time of stepping."""
+"""Cost of a new structure on parts, and cost of its steps compared with the compiled kernel. The script measures the wall time of
+``trunnion.simulate`` to the first rows with compiled parts, and the processor time of stepping."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BRIEF = {"until": 1e-9, "every": 1e-9, "kernel": "parts"}
 
 
 def chain(count: int) -> sm.Scene:
-    """Bars of 0.3 m on journals, μ = 0.3 in each, slightly displaced."""
+    """A chain of bars of 0.3 m on journals with μ = 0.3, slightly displaced."""
     bodies, joints = {}, {}
     for k in range(count):
         ends = {"a": (-0.15, 0.0, 0.0), "b": (0.15, 0.0, 0.0)}
@@ -32,7 +32,7 @@ def chain(count: int) -> sm.Scene:
 
 
 def quickest(what: Callable[[], object], times: int, clock: Callable[[], float]) -> float:
-    """Least time of some calls, s."""
+    """Least wall time of some calls, s."""
     taken = []
     for _ in range(times):
         began = clock()

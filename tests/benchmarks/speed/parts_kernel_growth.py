@@ -59,7 +59,7 @@ def hanging(scene: sm.Scene) -> sm.Scene:
 
 
 def side_by_side(count: int) -> sm.Scene:
-    """This number of spatial slider-cranks, each with its own slider guide on the ground."""
+    """A given number of spatial slider-cranks, each with its own slider guide on the ground."""
     one = load_scene("spatial_slider_crank")
     bodies, joints = {}, {}
     for k in range(count):

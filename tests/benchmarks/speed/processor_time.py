@@ -1,4 +1,4 @@
-"""Timing for the benchmark scripts: pinned to one core, minimum and median of many repetitions."""
+"""Timing for the benchmark scripts. The process stays on one core. Times are the minimum and the median of many repetitions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trunnion.simulation.runtime_interface.simulation_block import Block
 
 
 def pin() -> None:
-    """Stay on one core where the system allows it."""
+    """Stay on one core if the system allows it."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 

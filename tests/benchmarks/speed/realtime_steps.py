@@ -3,8 +3,8 @@ start and friction.
 
 Run it with ``python -m tests.benchmarks.speed.realtime_steps [STEPS]`` (10,000,000 steps, and a tenth of this number with the
 default bounds; about five minutes). For each example the script prints operations and time of a step (median, 99.9th percentile,
-maximum), and the ratio of maximum to median beside the static bound. The script also prints the number of steps beyond each bound,
-the events, and the unexplained energy."""
+maximum). It prints the ratio of maximum to median beside the static bound. The script also prints the number of steps beyond each
+bound, the events, and the unexplained energy."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Driver:
         return started
 
     def case(self, taken: Taken, steps: int) -> None:
-        """Make steps of one case, at most this many, into ``taken``."""
+        """Add at most this many steps of one case to ``taken``."""
         block, places = self.model.block, [STATS.names.index(n) for n in COUNTED]
         work, sizes = work_of(self.model.kernel), self.model.kernel.sizes
         assert work is not None

@@ -1,9 +1,9 @@
-"""Cost of friction in every joint of a chain, along the recursion (parts) and from compiled maps: one evaluation compared with the
-ideal chain, with all joints sliding and with every second joint at rest; a second of motion; error against time (``-o DIR`` draws
-the chart).
+"""Cost of friction in every joint of a chain, along the recursion (parts) and from compiled maps. The script compares one
+evaluation with the ideal chain, with all joints sliding and with every second joint at rest. It also measures a second of motion,
+and error against time (``-o DIR`` draws the chart).
 
-Processor time, minimum of some repetitions. Compiled kernels are measured up to 32 bodies; at 32, a build takes more than a minute
-and 1.3 GB."""
+Times are processor times, minimum of some repetitions. Compiled kernels are measured up to 32 bodies; at 32, a build takes more
+than a minute and 1.3 GB."""
 
 from __future__ import annotations
 

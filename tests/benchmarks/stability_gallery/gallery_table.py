@@ -1,5 +1,5 @@
-"""The stability gallery as a table: the engine's results on both sides of each threshold, and those of other programs, measured
-now: SciPy (regularised law, closed forms, our equations without our integrators) and MuJoCo, where they are installed.
+"""The stability gallery as a table: the engine's results on both sides of each threshold, and results of other programs. The script
+measures SciPy (regularised law, closed forms, our equations without our integrators) and MuJoCo, if installed.
 
 ``python -m tests.benchmarks.stability_gallery.gallery_table`` prints the table; with ``--write`` it also writes the scenes and the
 README of ``models/stability``."""
@@ -47,7 +47,7 @@ def said(edge: Edge) -> str:
 
 
 def elsewhere(row: Row, peers: dict) -> str:
-    """Table cell for other programs: the present measurement, else the row's own statement about them."""
+    """Table cell for other programs: the measured statement, or else the statement that the row contains."""
     found = []
     for name, sides in peers.items():
         for side in (s for s in sides if row.number in s.STATEMENTS):

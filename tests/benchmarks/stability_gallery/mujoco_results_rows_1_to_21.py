@@ -1,4 +1,4 @@
-"""Results of MuJoCo at rows 1 to 21 of the gallery: its joints' constant friction loss, its soft loops, its fixed steps. Every
+"""Results of MuJoCo at rows 1 to 21 of the gallery: constant friction loss of joints, soft loops, and fixed steps. Every
 function returns one statement for the table."""
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def lump(mass: float, across: float = 1.0, along: float = 1.0) -> str:
 
 
 def unstable(data) -> bool:
-    """Whether MuJoCo has found numbers that are not finite (it then starts again from the beginning)."""
+    """True if MuJoCo has found NaN or infinity. (MuJoCo then starts again from the beginning.)"""
     bad = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
     return any(data.warning[int(b)].number for b in bad)
 
@@ -81,7 +81,7 @@ def no_reaction() -> str:
 
 
 def spin_about_force() -> str:
-    """Row 4: a sphere that spins at an angle to the force on its ball joint."""
+    """Row 4: a sphere spins at an angle to the force on its ball joint."""
     loss = 0.5 * 0.02 * 4.0 * G
     model, data = one(f'<joint type="ball" frictionloss="{loss}"/>', lump(4, 0.016, 0.016))
     data.qvel[:] = 10.0 * np.array([math.sin(math.atan(0.5)), 0.0, math.cos(math.atan(0.5))])
@@ -92,7 +92,7 @@ def spin_about_force() -> str:
 
 
 def parallel_cross() -> str:
-    """Row 5: two hinges 1e-6 apart, the arm hanging at an angle."""
+    """Row 5: two hinges with axes 1e-6 apart; the arm hangs at an angle."""
     joints = f'<joint type="hinge" axis="0 1 0"/><joint type="hinge" axis="0 {math.cos(1e-6)!r} {math.sin(1e-6)!r}"/>'
     inertial = '<inertial pos="0.5 0.1 0" mass="78" diaginertia=".13 6.565 6.565"/>'
     model, data = one(joints, inertial, gravity=f"0 3 -{G}", step=1e-4)
@@ -112,7 +112,7 @@ def wedge() -> str:
 
 
 def light_cart() -> str:
-    """Row 9: the free cart; points have the least inertia that MuJoCo accepts."""
+    """Row 9: the free cart. Point masses have the least inertia that MuJoCo accepts."""
     xml = (
         f'<mujoco><option timestep="{{}}" integrator="RK4" gravity="0 0 -{G}"><flag energy="enable"/></option><worldbody><body>'
         '<joint type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="1e-6" diaginertia="1e-14 1e-14 1e-14"/><body>'
@@ -131,8 +131,8 @@ def light_cart() -> str:
 
 
 def loaded(scene: sm.Scene, until: float, step: float, method: str = "implicitfast"):
-    """A scene as MuJoCo's reference solver writes it, stepped to its end. Returns the largest opening of a closure (m), energy
-    gained over the largest kinetic energy, and the farthest turn of its first joint."""
+    """Step a scene, as MuJoCo's reference solver writes it, to its end. Returns the largest opening of a closure (m), energy gained
+    over the largest kinetic energy, and the farthest turn of its first joint."""
     body = next(iter(scene.bodies))
     measure = ErrorMeasure(tuple(f"{body}.position[{k}]" for k in (1, 2, 3)), ((0, 1, 2),), ("m",))
     ready = make_benchmark_model(scene, FrictionVariant("", 0.0), measure, until, 1)
@@ -203,7 +203,7 @@ def fast_spin() -> str:
 
 
 def axial_thrust() -> str:
-    """Row 17: no end faces; the friction loss of the thrust, 0.9 of it as torque."""
+    """Row 17: a joint without end faces. The friction loss is that of the thrust, and 0.9 of it acts as torque."""
     model, data = one('<joint type="hinge" axis="0 1 0" frictionloss="0.12"/>', lump(3, 1.0, 0.015))
     data.qfrc_applied[0] = 0.108
     mujoco.mj_step(model, data, nstep=10_000)

@@ -27,8 +27,8 @@ from trunnion.simulation.run import simulate
 
 
 def fold() -> str:
-    """Row 23, the least torque at which the ball has sliding friction: the friction loss of the ball is that of the root that
-    vanishes."""
+    """Row 23: the least torque at which the ball has sliding friction. The friction loss of the ball is the friction of the
+    vanishing root."""
     side = ARM * MU * PRESS / math.sqrt(ARM**2 - REACH**2)
     loss, forces = REACH * math.sqrt(side**2 - (MU * PRESS) ** 2), []
     lever = f'<body name="lever"><joint type="hinge" axis="0 0 1" frictionloss="{loss}"/>{lump(1, 0.01, 0.01)}</body>'
@@ -81,7 +81,7 @@ def marginal() -> str:
 
 
 def stepped(scene: sm.Scene, until: float, load: tuple[str, np.ndarray, np.ndarray] | None = None):
-    """A scene without friction, as MuJoCo's reference solver writes it, stepped by 1 ms. Returns the model and its data at the end.
+    """Step a scene without friction, as MuJoCo's reference solver writes it, by 1 ms. Returns the model and its data at the end.
     load: a body, a point on it relative to its mass centre, a force."""
     body = next(iter(scene.bodies))
     measure = ErrorMeasure(tuple(f"{body}.position[{k}]" for k in (1, 2, 3)), ((0, 1, 2),), ("m",))
@@ -109,7 +109,7 @@ def wishbone() -> str:
 
 
 def stewart() -> str:
-    """Row 27: from rest; springs from foot to head."""
+    """Row 27: the platform moves from rest. Its springs act from foot to head."""
     scene = platform(6, 0.3)
     joints, forces = dict(scene.joints), {}
     for k in range(6):
@@ -123,7 +123,8 @@ def stewart() -> str:
 
 
 def toggle() -> str:
-    """Row 28: folded through, on its way back at 1 rad/s, a hundredth of a radian before its change point; 20 ms later."""
+    """Row 28: the press folded through, on its way back at 1 rad/s, at 0.01 rad before its change point. The result is taken 20 ms
+    later."""
     inertia = f'mass="{MASS}" diaginertia="{INERTIA} {INERTIA} {INERTIA}"'
     link = f'<joint type="hinge" axis="0 1 0"/><inertial pos="0 0 {-LINK / 2}" {inertia}/>'
     xml = (

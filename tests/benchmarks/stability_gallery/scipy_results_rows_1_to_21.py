@@ -1,5 +1,5 @@
-"""Results of SciPy at rows 1 to 21 of the gallery: the regularised law and closed forms, its integrators on the engine's equations,
-plain linear algebra. Every function returns one statement for the table."""
+"""Results of SciPy at rows 1 to 21 of the gallery: the regularised law and closed forms, SciPy's integrators on the engine's
+equations, and plain linear algebra. Every function returns one statement for the table."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def small_v_eps() -> str:
 
 
 def short_journal() -> str:
-    """Row 6, by Adams' form of the friction, which our engine offers for comparison."""
+    """Row 6: Adams' form of the friction, which the engine also offers."""
     scene = overhung(GRIP)
     joint = scene.joints["pin"]
     assert joint.friction is not None
@@ -63,7 +63,7 @@ def short_journal() -> str:
 
 
 def painleve() -> str:
-    """Row 7: α by fixed point from the friction torque of the last α, at 1 rad and −2 rad/s."""
+    """Row 7: α by fixed-point iteration. The friction torque of the last α gives the next α, at 1 rad and −2 rad/s."""
 
     def steps(share: float) -> int:
         reach, a = share * INERTIA / (M * L), 0.0
@@ -127,7 +127,7 @@ def light_cart() -> str:
 
 
 def ours(scene: sm.Scene):
-    """Right-hand side of our equations without projection, and its start."""
+    """Right-hand side of Trunnion's equations without projection, and its start."""
     model, settings = Model(scene), Settings(rtol=1e-9)
     model.block.configure(settings)
     model.block.assemble()
@@ -194,7 +194,7 @@ def sticking_loop() -> str:
 
 
 def fast_spin() -> str:
-    """Row 15: Euler's equations and the quaternion, defaults of RK45, 4000 rad."""
+    """Row 15: Euler's equations and the quaternion, integrated over 4000 rad by RK45 with its defaults."""
     out = []
     for beyond in (-EDGE, EDGE):
         b = 0.3 * (1 + beyond)

@@ -20,7 +20,7 @@ def page_text() -> str:
 
 
 def help_text() -> str:
-    """What ``trunnion --help`` prints on terminals of 80 columns and more."""
+    """The text that ``trunnion --help`` prints on terminals of at least 80 columns."""
     from trunnion.cli.command_group import COMMAND
     from trunnion.cli.fast_help_and_completion import WIDTH
 

@@ -1,4 +1,4 @@
-"""Generated page: what becomes of each element and attribute of imported files, from the tables of the importers."""
+"""Generated page of imported elements and attributes: the tables of the importers give the fate of each of them."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ def page_text() -> str:
 
 
 def _lines(name: str) -> Iterator[str]:
-    """The rows of a format. An element whose content has the element's fate throughout has no row of its own; the row of its parent
-    lists it."""
+    """The rows of a format. If all content of an element has the element's fate, the row of the parent lists this element."""
     table = schema(name)
 
     def line(row: Row, path: str) -> Iterator[str]:

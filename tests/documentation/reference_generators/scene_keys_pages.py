@@ -26,7 +26,7 @@ CURVES = [law.data for law in FORCE_LAWS.values() if is_dataclass(law.data)]
 EXAMPLES = FilePath(json_schema.__file__).with_name("key_examples")
 """Folder of the scene of examples and of the files that it names."""
 RUBS: Path = ("joints", "axle", "friction")
-"""Place in that scene of a friction that is valid for any law."""
+"""Place of a friction in the scene of examples. A number of any law may stand at this place."""
 LONGEST = 110
 """Largest number of characters of an example."""
 PAGES = {

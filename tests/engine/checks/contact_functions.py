@@ -33,7 +33,7 @@ ELEMENTS = tuple(NUMBERS)
 
 @lru_cache(maxsize=64)
 def functions(element: str, law: str, adams: bool, pin: int) -> tuple[ca.Function, ca.Function, ca.Function]:
-    """(speeds, friction, contacts) of (wrench, rates, numbers, modes), one column a state."""
+    """(speeds, friction, contacts) as functions of (wrench, rates, numbers, modes). Each column is a state."""
     e = CONTACTS[element]
     wrench, rates = ca.SX.sym("w", 6), ca.SX.sym("r", RATES[element])
     names = (*NUMBERS[element], *LAW_NUMBERS[law])
@@ -60,7 +60,7 @@ def functions(element: str, law: str, adams: bool, pin: int) -> tuple[ca.Functio
 
 @dataclass(frozen=True)
 class States:
-    """Random states of one element: columns are states."""
+    """Random states of one element. Each column is a state."""
 
     element: str
     law: str
@@ -97,7 +97,7 @@ def random_states(element: str, law: str, n: int, seed: int = 0) -> States:
 
 
 def modes(s: States, adams: bool, pin: int) -> np.ndarray:
-    """Flags and frozen directions, set as the runtime sets them where a run starts."""
+    """Flags and frozen directions, set as the runtime sets them at the start of a run."""
     n, pairs = s.wrench.shape[1], PAIRS[s.element]
     mode = np.zeros((MODE * pairs, n))
     for i in range(pairs):
@@ -143,7 +143,7 @@ def reference(s: States, i: int, adams: bool, pin: int) -> tuple[np.ndarray, lis
 
 
 def _universal(w, rates, g, law, adams, pin) -> tuple[np.ndarray, list[ct.Contact]]:
-    """Two journals on a massless cross; the opposite wrench loads the second."""
+    """Two journals on a massless cross. The opposite wrench loads the second journal."""
     friction, seen = np.zeros(2), []
     for k, turn in enumerate(([0, 1, 2], [1, 2, 0])):
         sign = pin * (1.0 if k == 0 else -1.0)

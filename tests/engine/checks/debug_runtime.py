@@ -1,4 +1,5 @@
-"""A debug build of the runtime, which tests use in place of the runtime. It has functions that give access to internal data."""
+"""A debug build of the runtime, which tests use in place of the normal build. It has functions that give access to internal
+data."""
 
 from __future__ import annotations
 
@@ -64,7 +65,7 @@ def built() -> Path:
 
 @contextmanager
 def in_place_of_the_runtime() -> Iterator[ctypes.CDLL]:
-    """The debug build; blocks that are made within this context use it."""
+    """Use the debug build for all blocks that are made within this context."""
     monkeypatch = pytest.MonkeyPatch()
     made = ctypes.CDLL(str(built()))
     made.tr_failed_check.restype = ctypes.c_long

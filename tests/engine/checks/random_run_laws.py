@@ -22,7 +22,7 @@ SETTINGS = (("auto", 1e-4), ("rk5", 1e-5), ("auto", 1e-6), ("rosenbrock", 1e-6),
 steps, the states of their stages and the accuracy of the state. Fixed steps and Moreau's impulses locate no event."""
 JAMS = ("jammed", "no_solution", "inconsistent")
 NO_ANSWER = "no answer"
-"""The result of a run that ended by one of these names where enumeration finds no solution."""
+"""The result for a run that ended with one of these outcomes, if enumeration finds no solution."""
 ENERGY, CONE = 1e-3, 1e-6
 """Allowed energy error of a run, relative to the energy converted, and, for a finished run, allowed friction beyond a cone."""
 MOST_PAIRS = 8
@@ -73,8 +73,8 @@ def energy_error(r: Result) -> float:
 
 
 def broken_cone(r: Result, rtol: float, since: float = 0.0) -> float:
-    """Largest relative excess of a pair's friction over its limit, in rows from a time (s) on. Pairs slower than the tolerance
-    may be at rest, so the static coefficient applies to them."""
+    """Largest relative excess of a pair's friction over its limit, in rows from a time (s) on. A pair that is slower than the
+    tolerance may be at rest, so the static coefficient applies to this pair."""
     worst, first = 0.0, int(np.searchsorted(r.time, since))
     for row in np.unique(np.linspace(first, len(r.time) - 1, min(ROWS, len(r.time) - first)).astype(int)):
         decision, eta = Decision(state_at(r, row)), frictions(r, row)
@@ -88,8 +88,8 @@ def broken_cone(r: Result, rtol: float, since: float = 0.0) -> float:
 
 
 def ways_on(case: Case, r: Result | None) -> list[dict[str, str]] | None:
-    """Consistent sets of modes at the end of a run that still exist an instant later, at most one. Empty: no solution. None: too
-    many sets to try. Without a result: sets at the start."""
+    """Consistent sets of modes just after the end of a run; at most one is needed. Empty: no solution. None: too many sets to try.
+    Without a result: sets at the start."""
     last = -1 if r is None else len(r.time) - 1
     here = Decision(case.state() if r is None else state_at(r, last))
     rest = [p for p in here.pairs if p.speed <= SLOW * here.fastest]
@@ -112,8 +112,8 @@ def _bounded(here: Answer, later: Answer) -> bool:
 
 
 def judged(kind: str, seed: int, settings=SETTINGS) -> tuple[dict[tuple, str], tuple[str, ...]]:
-    """Defects of a random mechanism by setting, and the outcomes of its runs. Where enumeration finds no solution either, the
-    outcomes jammed, inconsistent and no_solution count as equal."""
+    """Defects of a random mechanism by setting, and the outcomes of its runs. If enumeration also finds no solution, the outcomes
+    jammed, inconsistent and no_solution count as equal."""
     case, wrong, ends = rubbing(kind, seed), {}, []
     at_start = lru_cache(partial(ways_on, case))  # the start is the same at every setting
     for setting in settings:

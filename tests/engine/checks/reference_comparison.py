@@ -1,4 +1,4 @@
-"""The engine's columns in the form of the reference's table, so that both can be compared."""
+"""The engine's columns in the form of the reference's table, so that the two can be compared."""
 
 from __future__ import annotations
 
@@ -105,8 +105,8 @@ def reference_motion(model: Model, state: State) -> Table:
 
 
 def worst(expected: Table, got: Table, without: tuple[str, ...] = ()) -> tuple[float, tuple[str, str] | None]:
-    """Largest difference over all of ``expected`` but the quantities ``without``, relative to the largest entry of the quantity,
-    and its place. Angles are compared by sine and cosine. NaN in ``expected`` means undefined there; NaN or a missing value in
+    """Largest difference over all quantities of ``expected`` except ``without``, relative to the largest entry of the quantity, and
+    its place. Angles are compared by sine and cosine. NaN in ``expected`` means an undefined value; NaN or a missing value in
     ``got`` counts as an infinite difference."""
     size: dict[str, float] = {}
     for (_, quantity), value in expected.items():

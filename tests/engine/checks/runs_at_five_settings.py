@@ -97,7 +97,7 @@ def _told(r: Result, exact: Result, rtol: float) -> list[str]:
     told += [f"work off by {works[0]:.1e} ({works[1]})"] if works[0] > APART else []
     turned = float(np.ptp(r["energy.kinetic"]) + np.abs(r["energy.dissipated"][-1]) + np.ptp(r["energy.potential"]))
     residual = float(np.abs(r["energy.residual"]).max())
-    if any(e.kind == "contact_closed" for e in exact.events):  # restitution takes energy, which stays in the residual
+    if any(e.kind == "contact_closed" for e in exact.events):  # restitution takes energy, which remains in the residual
         residual = abs(float(r["energy.residual"][-1] - exact["energy.residual"][-1]))
     told += [f"energy residual {residual:.1e} J of {turned:.1e}"] if residual > APART * max(turned, 1e-9) else []
     told += [f"audit {r.audit.verdict}"] if r.audit.verdict == "inaccurate" else []
@@ -109,7 +109,7 @@ def _near(a: float, b: float) -> bool:
 
 
 def _apart(r: Result, exact: Result, names: list[str]) -> tuple[float, str]:
-    """The largest difference of last values, relative to the range of values of their kind in the run."""
+    """The largest difference of final values, relative to the range of values of this kind in the run."""
     worst = (0.0, "")
     for name in names:
         kind = name.split(".")[-1].split("[")[0] if ".q" in name else "energy"

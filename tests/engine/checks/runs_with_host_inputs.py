@@ -42,7 +42,7 @@ class HostRun:
         return self.row[at + 1 : at + 2]
 
     def _reach(self, t: float) -> np.ndarray:
-        """Run to t, s, and declare the inputs there. Returns the event records."""
+        """Run to t, s, and declare the inputs at t. Returns the event records."""
         block = self.model.block
         while (status := block.lib.tr_reach(block.at, t, t, STEPS, self.row.ctypes.data)) == Status.NEED_JACOBIAN:
             block.attach_jacobian()

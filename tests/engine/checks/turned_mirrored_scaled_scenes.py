@@ -17,7 +17,7 @@ from trunnion.scene.queries.body_poses import turns, vector
 from trunnion.scene.queries.numbers_by_path import unit_of
 
 POWERS = {"kg": (0, 1, 0), "m": (1, 0, 0), "s": (0, 0, 1), "N": (1, 1, -2), "J": (2, 1, -2), "W": (2, 1, -3), "Hz": (0, 0, -1)}
-"""Powers of length, mass and time of each unit; those of all others (rad, 1) are zero."""
+"""Powers of length, mass and time of each unit. The powers of all other units (rad, 1) are zero."""
 
 
 def directions(axis: sm.Direction | None, reference: sm.Direction | None) -> tuple[np.ndarray, np.ndarray]:

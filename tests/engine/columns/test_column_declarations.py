@@ -1,5 +1,5 @@
-"""A column is declared once. Both kernels create it from its declaration; exports, derivatives and comparisons read the
-declaration. An incomplete declaration is refused."""
+"""Each column has one declaration. Both kernels create the column from this declaration; exports, derivatives and comparisons read
+it. An incomplete declaration is refused."""
 
 from __future__ import annotations
 

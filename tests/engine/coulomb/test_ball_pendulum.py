@@ -49,7 +49,7 @@ def test_the_pendulum_stops_at_the_known_angles(stop: int) -> None:
 
 
 def test_the_angle_is_that_of_the_reference_with_exact_events() -> None:
-    """Angles in degrees. The reference at 7 s has nine decimals; the required accuracy is 1e-8."""
+    """Angles in degrees. The reference at 7 s has nine decimals, and the required accuracy is 1e-8."""
     angle = pendulum_angle(swing(1e-12))
     assert angle[2] == pytest.approx(57.500835748, abs=1e-8)
     assert angle[7] == pytest.approx(19.275178967, abs=1e-8)
@@ -94,7 +94,8 @@ def test_a_ball_pendulum_outside_its_friction_cone_slips(angle: float) -> None:
 
 
 def test_static_friction_holds_what_sliding_friction_would_not() -> None:
-    """A μ_static of 0.8 holds up to asin(r 0.8/√1.64/l) = 3.5808 degrees. Once the ball slides, its friction coefficient is 0.6."""
+    """With a μ_static of 0.8, the pendulum holds up to asin(r 0.8/√1.64/l) = 3.5808 degrees. Once the ball slides, its friction
+    coefficient is 0.6."""
     limit = math.degrees(math.asin(RADIUS * 0.8 / math.sqrt(1.64) / ARM))
     held = pendulum_at(limit - 1e-6, 10.0, 100.0, mu_static=0.8)
     assert np.ptp(pendulum_angle(held)) == 0.0

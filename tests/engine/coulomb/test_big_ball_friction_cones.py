@@ -93,7 +93,7 @@ def test_a_ball_at_whose_kink_no_sliding_starts_leaps_to_where_it_does(seed: int
 @pytest.mark.parametrize("law", ["coulomb", "regularized"])
 @pytest.mark.parametrize("turned", [tightened, loosened])
 def test_a_ball_whose_branch_folds_away_reports_one_fold_by_every_method_and_tolerance(turned, law: str) -> None:
-    """A brake well beyond its thresholds: at a time known in closed form, forces jump and velocities do not."""
+    """A brake well beyond its thresholds. At a time with a closed form, forces jump and velocities are continuous."""
     scene = turned(0.3, law)
     until = float(scene.simulation.until)
     share = (1.0 - 0.5) / (1.3 - 0.5) if turned is tightened else (1.2 * LEAVES - GRIPS) / (1.2 * LEAVES - 0.7 * GRIPS)

@@ -24,7 +24,7 @@ def contraction(names: list[str], kernel: str) -> np.ndarray:
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_independent_mechanisms_have_the_largest_of_their_contractions(kernel: str) -> None:
-    """The spectral radii of the two mechanisms differ little, so that power iteration converges slowly to the larger one."""
+    """The spectral radii of the two mechanisms differ little, so that power iteration converges slowly to the larger radius."""
     short, long = (contraction([n], kernel) for n in SWINGS)
     assert short[1:].min() > 1e-3
     assert np.abs(short / long - 1.0).max() < 0.2

@@ -40,7 +40,7 @@ def sliding_speeds(case: Case) -> list[float]:
 
 
 def compared(case: Case, here: Case) -> None:
-    """All quantities of the case that both formulations give (free joints have no reaction columns)."""
+    """All quantities of the case that the engine and the reference give (free joints have no reaction columns)."""
     free = {n for n, j in case.scene.joints.items() if REGISTRY[j.type].nv == 6}
     expected = {k: v for k, v in table(solve(case.state())).items() if k[0] not in free or k[1] == "qdd"}
     gap, where = worst(expected, engine_table(here), ("angular_acceleration",))

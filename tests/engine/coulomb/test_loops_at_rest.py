@@ -94,7 +94,7 @@ def test_a_folded_press_locks_itself_in_statics_and_in_runs(load: float, part: f
     scene = replace(placed(-math.acos(part * LOCKS / LINK), 0.0, 0.0, load, 0.01), gravity=(0.0, 0.0, 0.0))
     assert holding(scene) == ("holds" if part < 1 else "slips")
     if part < 1:
-        # the smallest share of friction is that of a line of force between both friction circles
+        # the least share of friction occurs when the line of force runs between the two friction circles
         assert 0 < hold(scene).margin <= 1 - part + EXACT
 
 

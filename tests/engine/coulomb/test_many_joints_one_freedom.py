@@ -18,7 +18,7 @@ TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 UNTIL = 1.0
 ALL = {"lower_in", "upper_in", "lower_ball", "upper_ball", "steer"}
 FEWEST = {"lower_in", "lower_ball"}
-"""The smallest set of joints whose friction once caused events without end."""
+"""A smallest set of joints whose friction can cause events again and again."""
 
 CORNER = """
 schema: 1

@@ -28,7 +28,7 @@ def product_of(states: tuple, shares: tuple) -> list[tuple]:
 
 
 def independent(radius: float, angle: float, rate: float) -> int:
-    """The roots that the reference, which shares no code with the engine, finds from many starts."""
+    """The roots that the reference finds from many starts. The reference shares no code with the engine."""
     state = forward(ball_pendulum(mu=MU, radius=radius, law="coulomb"), *pendulum_start(angle, rate))
     return len(every_root(state, starts=25, spread=20.0))
 
@@ -57,7 +57,7 @@ def test_above_the_threshold_no_root_ends_the_run_and_two_roots_are_counted(angl
 
 
 def test_the_pendulum_has_a_known_acceleration() -> None:
-    """R = 0.0257 m, 60°, 2 rad/s: −13.261857 rad/s² (F4)."""
+    """At R = 0.0257 m, 60° and 2 rad/s, the acceleration is −13.261857 rad/s² (F4)."""
     r = ran(pendulum(math.pi / 3, 0.0257 * math.hypot(1, MU) / MU, 2.0, 1e-6))
     assert abs(r["ball.qdd[2]"][0]) == pytest.approx(13.261857, abs=5e-7)
     assert np.sign(r["ball.qdd[2]"][0]) == -np.sign(r["ball.qd[2]"][0])

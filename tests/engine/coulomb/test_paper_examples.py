@@ -87,8 +87,8 @@ def test_the_double_pendulum_starts_as_computed() -> None:
 
 
 def test_events_of_the_double_pendulum_converge_as_the_tolerance_falls() -> None:
-    """Times of the first stops compared with those at 1e-11. The motion is sensitive: the errors are up to 30 times the tolerance
-    over two seconds."""
+    """The test compares times of the first stops with the times at 1e-11. The motion is sensitive: the errors are up to 30 times
+    the tolerance over two seconds."""
     every = {r: run("double_pendulum", 2.0, 1.0, r).events for r in (1e-6, 1e-8, 1e-11)}
     runs = {r: [e.time for e in events if e.kind != "contact_jump"] for r, events in every.items()}
     truth = runs.pop(1e-11)
@@ -101,8 +101,8 @@ def test_events_of_the_double_pendulum_converge_as_the_tolerance_falls() -> None
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("method", ["rk5", "rk8", "rosenbrock"])
 def test_with_fixed_steps_the_pivot_comes_through_its_stops_and_the_error_falls_with_the_step(method: str) -> None:
-    """The guide of 8.3 stops in two components inside a step, and the engine divides this step. A run therefore takes a few steps
-    more than its duration divided by the step."""
+    """The guide of 8.3 has sliding with two components, and stops inside a step. The engine divides this step. A run therefore
+    takes a few steps more than its duration divided by the step."""
     fine, errors = run("double_pendulum", 4.0, 0.1, rtol=1e-10), []
     for step in (4e-3, 2.5e-4):
         r = simulate("double_pendulum", until=4.0, every=0.1, method=method, step=step)

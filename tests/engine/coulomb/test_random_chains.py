@@ -15,7 +15,7 @@ AXES = ("x", "y", "z")
 
 
 def chain(seed: int, balls: float = 0.0) -> sm.Scene:
-    """Two to four skew bars on frictional revolutes, with a share of balls."""
+    """Two to four skew bars on revolutes with friction; some joints are balls."""
     rng = np.random.default_rng([seed, 5])
     count = int(rng.integers(2, 5))
     bodies: dict[str, sm.Body] = {}
@@ -40,7 +40,7 @@ def chain(seed: int, balls: float = 0.0) -> sm.Scene:
 
 
 COLUMNS = ("energy.*", "*.friction.work", "*.q[1]", "*.qd[1]", "*.qdd[1]")
-"""Columns that the tests need. Contacts and reactions would take longer to compile than all others."""
+"""Columns that the tests need. Contacts and reactions would take longer to compile than all other columns."""
 INSTANT = 1e-8
 """Seconds beyond a run's end at which the search for solutions begins. A run ends so close (1e-12 s) to where two solutions meet
 and vanish that both still exist at its end. The interval without a solution may be as short as 1e-7 s. Seed 1144 ends at a pole of
@@ -61,7 +61,7 @@ def has_no_answer(scene: sm.Scene, until: float) -> None:
         place, rate = (r[f"{n}.q[1]"][-1], r[f"{n}.qd[1]"][-1]) if len(r.time) else (start.q, start.qd)
         moves = len(r.time) > 0 and abs(rate) > 1e-9
         more = INSTANT * r[f"{n}.qdd[1]"][-1] if moves else 0.0
-        more = more if abs(more) < abs(rate) else 0.0  # near a pole, an acceleration is larger than any bound and is left out
+        more = more if abs(more) < abs(rate) else 0.0  # near a pole, an acceleration is larger than any bound and is not checked
         q[n], qd[n] = np.array([place + INSTANT * rate * moves]), np.array([rate + more if moves or not len(r.time) else 0.0])
     if len(r.time):
         assert r.time[-1] == pytest.approx(r.outcome.time, abs=1e-9)

@@ -22,8 +22,8 @@ PUSH_TIMES, PUSH = [0, 0.5, 1.0, 1.01, 2.0], [500, 800, 800, 0, 0]
 OTHERS = [(0.05, 20, 1100), (0.1, 20, 1100), (0.1, 10, 800), (0.2, 20, 1100)]
 """Other presses that jam on their way back: μ, radius of the pins in mm, largest push in N."""
 CROSSING = {"auto": 2e-7, "rk5": 2e-7, "rk8": 2e-7, "rosenbrock": 2e-7, "moreau": 4e-5}
-"""Error in time, s, that the passage through the change point may cause in later events. There the engine leaves out one row of the
-loops for 4e-5 s, and forces jump where this interval begins and ends."""
+"""Error in time, s, that the passage through the change point may cause in later events. Near this point the engine leaves out one
+row of the loops for 4e-5 s, and forces jump where this interval begins and ends."""
 
 TOGGLE = """
 schema: 1

@@ -134,7 +134,7 @@ def test_a_bushing_between_placed_bodies_is_relaxed_in_their_placement() -> None
 
 
 def test_a_bushings_motion_has_derivatives() -> None:
-    """x = (m g/k)(1 − cos t √(k/m)) on a rail; its derivative with respect to k."""
+    """x = (m g/k)(1 − cos t √(k/m)) on a rail. The derivative is with respect to k."""
     k, rail = SIX["stiffness"][2], sm.Joint("prismatic", "ground", "b", axis="z")
     scene = sm.Scene({"b": sm.Body(mass=MASS, inertia=(1.0, 1.0, 1.0))}, {"rail": rail}, "down",
                      forces={"bush": bush("ground", "b")})  # fmt: skip

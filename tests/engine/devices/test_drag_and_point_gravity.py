@@ -1,4 +1,4 @@
-"""Drag and point attraction agree with closed forms, in both kernels, with energy and derivatives."""
+"""Drag and point attraction agree with closed forms. The tests cover both kernels, energy and derivatives."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def air(**more) -> sm.Drag:
 
 
 def with_both(make, seed: int) -> Case:
-    """A random mechanism with drag at two points, attracted by the ground and by one of its bodies."""
+    """A random mechanism with drag at two points. The ground and one of its bodies attract the other bodies."""
     case = make(seed, t=TIME, bodies=4) if make is random_tree else make(seed, t=TIME)
     names = list(case.scene.bodies)
     more = {

@@ -25,7 +25,7 @@ DRIVES = {"slide": CONSTANT, "first": RAMP, "second": HARMONIC, "shaft": TABLE}
 
 
 def scene() -> sm.Scene:
-    """A chain with one drive of each kind; a drive moves the shaft along its axis, and the shaft is free to turn about it."""
+    """A chain with one drive of each kind. A drive moves the shaft along its axis, and the shaft turns freely."""
     joints = {
         "slide": sm.Joint("prismatic", "ground", "b1", axis="x", drive=sm.Drive(constant=CONSTANT)),
         "first": sm.Joint("revolute", "b1.e", "b2", axis="z", drive=sm.Drive(ramp=RAMP)),
@@ -87,8 +87,8 @@ def test_a_drive_follows_its_data(joint: str) -> None:
 
 
 def test_efforts_of_drives_are_what_changes_the_energy() -> None:
-    """Kinetic and potential energy compared with the integral of Σ effort · rate, by Simpson's rule over the rows of smooth
-    intervals."""
+    """The test compares kinetic and potential energy with the integral of Σ effort · rate, by Simpson's rule over the rows of
+    smooth intervals."""
     r = driven()
     power = sum(r[f"{j}.drive.effort[1]"] * r[f"{j}.qd[1]"] for j in DRIVES)
     energy = r["energy.kinetic"] + r["energy.potential"]
@@ -107,12 +107,12 @@ def test_the_free_freedom_beside_a_driven_one_moves_freely() -> None:
 
 
 def test_a_mechanism_without_any_freedom_left_runs() -> None:
-    """All motion is prescribed: there are no states, only statics and inertia."""
+    """All motion is prescribed. The mechanism has no states, only statics and inertia."""
     joint = sm.Joint("revolute", "ground", "b", axis="y", drive=sm.Drive(harmonic=HARMONIC))
     r = simulate(sm.Scene({"b": LINK}, {"j": joint}), until=1.0, every=0.01)
     q, _, qdd = harmonic(r.time)
     inertia = 2.0 * (0.3**2 + 0.1**2) / 12 + 2.0 * 0.15**2
-    weight = 2.0 * 9.81 * 0.15 * np.cos(q)  # turning about y, q > 0 lowers the end: its moment about y is positive
+    weight = 2.0 * 9.81 * 0.15 * np.cos(q)  # about y, q > 0 lowers the end, so its moment about y is positive
     assert r["j.q[1]"] == pytest.approx(q, abs=1e-14)
     assert r["j.drive.effort[1]"] == pytest.approx(inertia * qdd - weight, abs=1e-12)
     assert r["j.reaction.torque[1]"] == pytest.approx(-r["j.drive.effort[1]"], abs=1e-12)

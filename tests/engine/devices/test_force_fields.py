@@ -94,7 +94,7 @@ def test_a_linear_field_is_a_spring_in_space_by_parameters_too() -> None:
 
 
 def test_the_rest_and_vibrations_of_a_bead_follow_from_the_slope_of_its_field() -> None:
-    """A bead on a rail between two magnets: F = −A sin(x/a); it comes to rest at 0, with the frequency √(A/(a m))."""
+    """A bead on a rail between two magnets with F = −A sin(x/a). The bead comes to rest at 0. Its frequency is √(A/(a m))."""
     rail = {"type": "prismatic", "axis": "x", "inboard": "ground", "outboard": "b", "start": {"q": 0.02}}
     field = {"type": "field", "on": "b", "fx": "-4 N*sin(1 rad*x/(50 mm))"}
     scene = scene_from_dict({"name": "bead", "bodies": {"b": {"mass": MASS, "inertia": [1, 1, 1]}}, "joints": {"rail": rail},

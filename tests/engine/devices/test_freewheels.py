@@ -66,7 +66,7 @@ def test_a_freewheel_slips_back_beyond_its_grip() -> None:
 
 
 def test_a_bar_on_a_ratchet_without_teeth_stays_where_it_was_lifted_to() -> None:
-    """A push lifts the bar, and it stays; an input releases it."""
+    """A push lifts the bar, and the bar stays up. An input releases it."""
     scene = bar(0.0, back_torque=sm.FromInput("pawl"))
     joint = replace(scene.joints["joint"], axis="-y", start=sm.Start(q=0.3))
     up = sm.Signal(table=sm.Table((0.0, 0.3, 0.35, 5.0), (0.7 * WEIGHT * LENGTH, 0.7 * WEIGHT * LENGTH, 0.0, 0.0)))

@@ -77,7 +77,7 @@ def test_the_hook_releases_under_too_large_a_load(kernel: str) -> None:
     scene = thrown(sm.Latch(AT, STIFF, damping=5.0, holds=10.0))
     scene = replace(scene, joints={"j": replace(scene.joints["j"], effort=grows, start=sm.Start(q=AT))})
     r = simulate(scene, until=14.0, every=0.01, rtol=1e-9, kernel=kernel)
-    # 2e-3 s: the hook's damping adds a force
+    # 2e-3 s, because the hook's damping adds a force
     assert kinds(r) == [("unlatch", pytest.approx(10.0, abs=1.0 / np.sqrt(STIFF / MASS) + 2e-3))]
     assert r["j.q[1]"][-1] < 0.0
     again = simulate(replace(scene, joints={"j": replace(scene.joints["j"], latch=sm.Latch(AT, STIFF, damping=5.0))}), until=14.0)
@@ -118,7 +118,7 @@ def test_a_latch_in_a_loop_acts_alike_in_both_kernels() -> None:
 @pytest.mark.parametrize("method", ["auto", "rk5", "rk8", "rosenbrock", "moreau"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, method: str) -> None:
-    """After the release, the equation is J q̈ = effort − friction, or friction holds the remaining load."""
+    """After the release, either the equation is J q̈ = effort − friction, or friction holds the remaining load."""
     rng = np.random.default_rng(seed)
     effort, friction, inertia = rng.uniform(1.0, 3.0), rng.uniform(0.05, 0.9), rng.uniform(1e-4, 1e-2)
     lifts = {"ramp": {"start": 0, "end": 1, "duration": 0.2, "begin": 0.3}}
@@ -133,8 +133,8 @@ def test_a_hook_that_lifts_while_its_joint_sticks_lets_it_slide_off(seed: int, m
 
 
 def narrow_pass(rng: np.random.Generator, kind: str) -> dict[str, Any]:
-    """A slider that passes a hook. A signal has lowered the hook shortly before, or lifts it briefly by a dip below the level of
-    release."""
+    """A slider that passes a hook. A signal has lowered the hook shortly before, or lowers it only briefly, by a dip below the
+    level of release."""
     speed, passes = rng.uniform(0.5, 2.0), rng.uniform(0.3, 0.7)
     falls = passes - rng.uniform(1e-3, 0.08)
     if kind == "ramp":

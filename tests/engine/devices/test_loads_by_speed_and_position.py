@@ -39,7 +39,7 @@ HOLDS = {
 
 @pytest.mark.parametrize("kind", HOLDS)
 def test_friction_holds_up_to_its_limit(kind: str) -> None:
-    """Static friction holds a load that is a millionth less than μ m g, and does not hold a load that is a millionth more."""
+    """Static friction holds a load of μ m g less one millionth. It does not hold a load of μ m g plus one millionth."""
     limit = MU * MASS * G
     for share, stays in ((1 - 1e-6, True), (1 + 1e-6, False)):
         scene = scene_from_dict(HOLDS[kind](limit * share))
@@ -92,7 +92,7 @@ def test_four_cases_at_once_in_vector_lanes_have_the_results_of_single_runs() ->
 
 @pytest.mark.slow
 def test_long_chains_have_nonlinear_springs_and_dampers_in_both_kernels() -> None:
-    """Bodies of a long tree share code; each has its own numbers."""
+    """Bodies of a long tree share code, and each body has its own numbers."""
     bodies, joints, forces = {}, {}, {}
     for i in range(20):
         bodies[f"b{i}"] = {"mass": 1.0 + i, "inertia": [0.1, 0.1, 0.1], "points": {"end": [0.3, 0, 0]}}

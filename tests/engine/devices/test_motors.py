@@ -1,4 +1,4 @@
-"""Motors with a linear curve of torque over speed: run-up, working point, braking and power, in the tree, at cuts and in both
+"""Motors whose torque is a linear function of speed: run-up, working point, braking and power, in the tree, at cuts and in both
 kernels."""
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ MASS, END = 2.0, 2.0
 NEAR = 1e-3
 """Relative distance of the start energy from the energy at the top of a hill."""
 FAR = 3.0
-"""Distance of the start from the fixed end of a line, m; the body never comes as far back."""
+"""Distance of the start from the fixed end of a line, m. The body never returns to this distance."""
 METHODS = ("auto", "rk5", "rosenbrock")
 
 

@@ -32,7 +32,7 @@ TIMES = np.linspace(0.0, 0.5, 11)
 
 @cache
 def evaluated(key: str) -> ca.Function:
-    """Force, energy and slope of the energy of a law, by its numbers, coordinate and rate."""
+    """Force, energy and slope of the energy of a law, as functions of its numbers, coordinate and rate."""
     law = REGISTRY[key]
     n, x, rate = ca.SX.sym("n", law.count), ca.SX.sym("x"), ca.SX.sym("rate")
     force = law.force(ca.vertsplit(n), x, rate)
@@ -93,7 +93,7 @@ def test_nonlinear_springs_and_dampers_act_as_in_absolute_coordinates(make, seed
 
 
 def test_both_kernels_and_their_derivatives_agree() -> None:
-    """An arm on a hinge carries a ball; a strut joins the ball to the ground."""
+    """An arm on a hinge carries a ball joint. A strut joins the body on the ball to the ground."""
     rng = np.random.default_rng(3)
     hinge = sm.Joint("revolute", "ground", "arm", axis="z", nonlinear=random.group(rng))
     damped = sm.Nonlinear(quadratic_damping=0.7)

@@ -51,8 +51,8 @@ def test_the_pawl_falls_behind_every_tooth_that_passes_and_catches_the_last(kern
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_body_under_too_strong_a_pull_slips_tooth_by_tooth_and_is_free_below_the_first(kernel: str) -> None:
-    """The pull alone exceeds the capacity of a tooth. The body slips at the corresponding depth on each tooth, and loses the energy
-    that the tooth stored."""
+    """The pull exceeds the capacity of a tooth. On each tooth, the body slips at the corresponding depth and loses the energy that
+    the tooth stored."""
     holds = 0.9 * PULL
     r = simulate(thrown(replace(TEETH, holds=holds)), until=4.0, rtol=1e-9, kernel=kernel)
     caught = int((TOP - AT) / PITCH) + 1
@@ -101,7 +101,7 @@ def test_a_body_on_a_tooth_rests_and_oscillates_there() -> None:
     assert simulate(hung, until=0.1)["j.latch.state[1]"].tolist()[:2] == [4.0, 4.0]
     found = modes(hung)
     assert found.q["j"][0] == pytest.approx(AT + 3 * PITCH - PULL / STIFF, abs=1e-9)
-    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # a damping of 1 s/m under the load PULL is PULL N s/m
+    swing = np.sqrt(STIFF / MASS - (PULL / (2 * MASS)) ** 2)  # PULL is the load, and a damping of 1 s/m gives PULL N s/m
     assert [m.frequency for m in found.modes] == pytest.approx([swing / (2 * np.pi)], rel=1e-7)
     assert equilibrium(hung).kind == "stable"
 
@@ -139,7 +139,7 @@ def test_a_latch_of_any_mechanism_keeps_what_has_passed_it_and_takes_no_energy(s
     past = way * (r[f"{name}.q[1]"] - latch.at)
     tooth = np.where(np.maximum.accumulate(past) < 0, 0, 1 + np.floor(np.maximum.accumulate(past) / pitch) if pitch else 1)
     state = r[f"{name}.latch.state[1]"]
-    # between two rows, the body may pass a further tooth at its highest point
+    # between two rows, the body may pass one more tooth at its highest point
     assert np.mean(state == tooth) > 0.99 or np.all(state >= tooth)
     assert state.max() >= 1.0
     on = way * (r[f"{name}.q[1]"] - latch.at) - np.maximum(state - 1, 0) * (pitch or 0.0)

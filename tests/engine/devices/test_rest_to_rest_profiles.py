@@ -1,4 +1,4 @@
-"""Drives from rest to rest: their positions, rates and accelerations agree with the textbook's formulas of each profile."""
+"""Drives from rest to rest. Their positions, rates and accelerations agree with textbook formulas of each profile."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def first_half(profile: str, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def textbook(profile: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The whole motion: the second half mirrors the first."""
+    """The whole motion; the second half mirrors the first half."""
     u = np.clip((t - BEGIN) / TIME, 0.0, 1.0)
     early, inside = u <= 0.5, (t > BEGIN) & (t < BEGIN + TIME)
     x, v, a = first_half(profile, np.where(early, u, 1 - u))

@@ -35,7 +35,7 @@ CASES = list(product(KINDS, range(12)))
 
 @dataclass(frozen=True)
 class Load:
-    """A load as keys of a scene, and independently as a function of time that is smooth between the times ``ends``."""
+    """A load as keys of a scene, and as an independent function of time. The function is smooth between the times ``ends``."""
 
     keys: dict
     of: Callable[[float], float]

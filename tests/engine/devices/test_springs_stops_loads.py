@@ -51,7 +51,7 @@ def test_a_joint_spring_and_damper_make_the_damped_oscillator() -> None:
     effort = -50.0 * (r["rail.q[1]"] - 0.3) - 1.5 * r["rail.qd[1]"]
     assert r["rail.reaction.force[1]"] == pytest.approx(-effort, abs=1e-12)  # the column holds reactions on the inboard part
     lost = 1.5 * np.trapezoid(r["rail.qd[1]"] ** 2, r.time)
-    assert r["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-4)  # the trapezoidal rule on rows 0.01 s apart has this error
+    assert r["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-4)  # the error of the trapezoidal rule on rows 0.01 s apart
     assert r["energy.potential"] == pytest.approx(25.0 * (r["rail.q[1]"] - 0.3) ** 2, abs=1e-12)
 
 
@@ -104,7 +104,7 @@ def test_a_bouncing_body_touches_and_leaves_when_it_must() -> None:
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 5.0])
 def test_a_stop_never_pulls(damping: float) -> None:
-    """Hunt and Crossley: the force is stiffness·depth·(1 + damping·depth rate) while this is positive."""
+    """By Hunt and Crossley, the force is stiffness·depth·(1 + damping·depth rate) while this product is positive."""
     r = bouncing(damping)
     depth, rate = -0.5 - r["rail.q[1]"], -r["rail.qd[1]"]
     push = -r["rail.reaction.force[1]"]  # the force of the stop on the ball
@@ -150,7 +150,7 @@ def test_a_spring_damper_between_two_free_bodies() -> None:
 
 
 def free_body(forces: dict, inputs=None, spin: float = 0.0) -> sm.Scene:
-    """A body of 2 kg in space, its frame turned by 90° about z, spinning about z."""
+    """A body of 2 kg in space that spins about z. Its frame is turned by 90° about z."""
     body = sm.Body(mass=2.0, inertia=(0.2, 0.3, 0.4), center=(0.1, 0.0, 0.0), points={"p": (0.3, 0.0, 0.0)})
     half = np.sqrt(0.5)
     start = sm.Start((0.0, 0.0, 0.0, half, 0.0, 0.0, half), (-0.0, 0.0, 0.0, 0.0, 0.0, spin))
@@ -163,7 +163,7 @@ def test_a_force_in_world_axes_at_the_mass_centre_makes_a_parabola() -> None:
     r = run(free_body({"f": sm.Force("force", "b", (4.0, 0.0, -1.0))}, spin=2.0), until=1.0)
     v0 = np.array([r[f"b.velocity[{k}]"][0] for k in (1, 2, 3)])
     x = np.array([r[f"b.position[{k}]"] - r[f"b.position[{k}]"][0] for k in (1, 2, 3)])
-    assert v0 == pytest.approx([-0.2, 0.0, 0.0], abs=1e-15)  # the spin times the arm
+    assert v0 == pytest.approx([-0.2, 0.0, 0.0], abs=1e-15)  # the spin times the lever arm
     assert x == pytest.approx(np.outer(v0, r.time) + np.outer([2.0, 0.0, -0.5], r.time**2 / 2), abs=1e-9)
 
 
@@ -183,7 +183,7 @@ def test_a_force_off_the_mass_centre_turns_the_body_and_a_torque_does_just_that(
         r = run(free_body({"t": sm.Torque("torque", "b", torque, frame)}), until=1.0)
         assert r["b.angular_velocity[3]"] == pytest.approx(3.0 * r.time, abs=1e-9)
     r = run(free_body({"t": sm.Torque("torque", "b", (0.6, 0.0, 0.0), "body")}), until=1e-3, every=1e-3)
-    # the body's x is the world's y; 0.6 N m over 0.2 kg m²
+    # the body's x is the world's y; the acceleration is 0.6 N m over 0.2 kg m²
     assert [r[f"j.qdd[{k}]"][0] for k in (4, 5, 6)] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)
 
 
@@ -198,7 +198,7 @@ def test_inputs_drive_forces_and_efforts_and_can_be_set() -> None:
 
 @pytest.mark.parametrize("kind", ["harmonic", "table", "ramp"])
 def test_efforts_follow_their_signal(kind: str) -> None:
-    """Tables of loads are linear between their points and constant outside."""
+    """Tables of loads are linear between their points, and constant outside their range."""
     signal = {
         "harmonic": sm.Signal(harmonic=sm.Harmonic(amplitude=3.0, frequency=0.7, phase=0.4, offset=1.0)),
         "table": sm.Signal(table=sm.Table((0.5, 1.0, 2.0), (1.0, 4.0, -2.0))),

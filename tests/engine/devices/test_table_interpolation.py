@@ -36,7 +36,7 @@ def table(shift: float = 0.0, **more: object) -> dict:
 
 
 def driven(drive: dict, **more: object) -> sm.Scene:
-    """A scene of one link that a drive turns; gravity acts across its axis."""
+    """A scene of one link that a drive turns. Gravity acts across the axis."""
     joint = {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": "link.a", "drive": drive}
     bodies = {"link": LINK}
     given = {"schema": 1, "name": "driven", "gravity": [0, -9.81, 0], "bodies": bodies, "joints": {"j": joint}}
@@ -118,8 +118,8 @@ DRIVES = {
 @pytest.mark.default_cases(3)
 @pytest.mark.parametrize("what", DRIVES)
 def test_statics_hold_a_drive_where_the_run_has_it(what: str) -> None:
-    """The friction share of a pendulum on a driven link depends on the link's angle. Its shoe hangs on a rail along the link,
-    with friction 1. The share is |tan(angle)|, because no moment acts: the shoe is at its mass centre."""
+    """The friction share of a pendulum on a driven link depends on the link's angle. The pendulum's shoe hangs on a rail along the
+    link, with friction 1. The share is |tan(angle)|, because no moment acts: the shoe is at the mass centre."""
     inputs = {"inputs": {"angle": {"unit": "rad", "start": 0.35}}}
     scene = driven(DRIVES[what], **inputs)
     shoe = {"mass": 1.0, "inertia": [1e-9, 1e-9, 1e-9]}
@@ -186,7 +186,7 @@ def test_cases_with_other_ends_do_not_share_a_table() -> None:
 
 
 def test_signals_of_a_block_are_those_of_its_tables() -> None:
-    """Sensitivities evaluate signals as this test does, also at times beyond the run."""
+    """Sensitivities evaluate the signals of a block, also at times beyond the run."""
     model = Model(driven({"table": table(interpolation="clamped")}))
     exact = WAYS["clamped"][1]
     x = np.zeros(model.system.external.size)

@@ -19,7 +19,7 @@ RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 MOREAU = 1e-6
 """Tolerance of `moreau`, which is of first order."""
 FAILED = (5569, 5701, 2, 18, 69, 97, 118, 236, 552, 823, 1378, 1750, 2574, 2739)
-"""Seeds of the short test; an earlier version missed events in most of them."""
+"""Seeds of the short test. Their events are easily missed."""
 MANY = 1500
 """Seeds of the slow test."""
 INACCURATE = ("rosenbrock", 1e-3)

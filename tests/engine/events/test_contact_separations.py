@@ -15,8 +15,8 @@ METHODS = ["auto", "rk5", "rk8", "rosenbrock"]
 
 
 class SliderCrank:
-    """Crank `a` driven at the rate `w`, rod `b` with its centre at `c`, and a slider; the guide has friction, the pins have
-    none."""
+    """Crank `a` driven at the rate `w`, rod `b` with its centre at `c`, and a slider. The guide has friction; the pins have no
+    friction."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)

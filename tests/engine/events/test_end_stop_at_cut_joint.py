@@ -18,7 +18,7 @@ from trunnion.scene import scene_from_dict
 JOINTS = ("main", "crankpin", "gudgeon", "guide")
 METHODS = ("auto", "rk5", "rk8", "rosenbrock")
 STEPS = 400
-"""More than twice the steps of any method; a run that made no progress took 40,000."""
+"""More than twice the steps of any method. A run without progress takes 40,000 steps."""
 
 
 class DrivenCrank:
@@ -49,7 +49,8 @@ class DrivenCrank:
         return [first, first + turn]
 
     def loss(self) -> float:
-        """Energy that the stop takes in two turns, J: its force is stiffness · depth · max(1 + damping · rate of depth, 0)."""
+        """Energy that the stop takes in two turns, J. The stop's force is stiffness · depth · max(1 + damping · rate of depth,
+        0)."""
         begin = self.engaged()[0]
         end = 2.0 * math.pi / self.w - begin
 

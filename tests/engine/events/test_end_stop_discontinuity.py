@@ -20,7 +20,7 @@ UNTIL = 0.6
 
 
 def thrown(**stop: float) -> sm.Scene:
-    """A block is thrown into a stop, and a spring pulls it out faster than the stop follows."""
+    """A block is thrown into a stop. A spring pulls the block out faster than the stop can follow."""
     stops = sm.EndStops(STIFF, **{"lower": 0.0, "damping": DAMPING} | stop)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", spring=sm.Spring(SPRING, rest=1.0), end_stops=stops,
                      start=sm.Start(q=0.02, qd=-8.0 * THROWN))  # fmt: skip

@@ -71,8 +71,8 @@ def run(seed: int, method: str, rtol: float, kernel: str = "auto", part: float =
         # beside this pair again and again
         (128, 1.0, [("auto", 1e-5), ("rosenbrock", 1e-6)]),
         (128, 0.17, [("rk5", 1e-6)]),
-        # if friction grows without bound just before rest, the pair stops at any tolerance without a fold; later, a group at rest
-        # may share its load in two ways, so the comparison ends earlier
+        # if friction grows without bound just before rest, the pair stops at any tolerance without a fold. The comparison ends
+        # before a group at rest may share its load in two ways
         (54, 0.4, [("auto", 1e-5), ("rk8", 1e-9), ("rk5", 1e-6)]),
         # states inside a long step are less precise than the state at its end, and event times must not have their errors
         (3, 1.0, [("rk5", 1e-8), ("rk5", 1e-10)]),
@@ -117,7 +117,7 @@ def test_a_platform_that_turns_round_and_comes_to_rest_has_the_same_events_at_ev
 
 @pytest.mark.slow
 def test_a_scissor_lift_has_the_same_events_at_every_setting() -> None:
-    """The lift reverses twice and comes to rest, each time in all of its ten pairs."""
+    """The lift reverses twice and then comes to rest. All of its ten pairs take part each time."""
     scene = scissor(3, 0.03)
     runs = {(m, rtol): simulate(scene, until=2.0, every=2.0, method=m, rtol=rtol) for m in METHODS for rtol in TOLERANCES}
     exact = runs["rk8", min(TOLERANCES)]

@@ -41,7 +41,7 @@ def test_a_crank_passes_its_dead_centres_in_all_units(seed: int, method: str) ->
 
 
 def geared_shafts(seed: int) -> dict[str, Any]:
-    """Two geared shafts coast to rest: a seal holds one, and the other is free, so that their teeth carry no load."""
+    """Two geared shafts coast to rest. A seal holds one shaft and the other shaft is free, so that their teeth carry no load."""
     rng = np.random.default_rng(seed)
     teeth, module = [int(x) for x in rng.integers(15, 40, 2)], 4e-3
     apart = sum(teeth) * module / 2
@@ -62,7 +62,7 @@ def geared_shafts(seed: int) -> dict[str, Any]:
 
 
 def planar_crank(seed: int) -> dict[str, Any]:
-    """A driven slider-crank. Its guide could carry loads across the plane of motion, but no such loads act."""
+    """A driven slider-crank. Its guide could carry loads across the plane of motion, but no loads act across this plane."""
     sleeve = {"mu": 0.2, "half_width": 0.02, "half_height": 0.02, "half_length": 0.05}
     told = slider_crank(np.random.default_rng(seed), sleeve, pins=True)
     main = {k: v for k, v in told["joints"]["main"].items() if k not in ("effort", "start")}

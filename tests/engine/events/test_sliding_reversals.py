@@ -16,7 +16,8 @@ from trunnion.simulation.run import Model, run
 from trunnion.simulation.runtime_interface import simulation_block as bl
 
 NORMAL_TURNS = {1: 58.897, 5: 57.610}
-"""Stop → degrees by which the ball's normal turns there: 2 atan μ less the jump of the reaction (theory, "Turns of normals")."""
+"""Stop → degrees by which the ball's normal turns at this stop: 2 atan μ less the jump of the reaction (theory, "Turns of
+normals")."""
 
 
 @cache
@@ -55,11 +56,11 @@ def test_the_pendulum_stops_at_the_times_of_the_model_with_one_freedom() -> None
 @pytest.mark.default_cases(4)
 @pytest.mark.parametrize("stop", range(10))
 def test_the_pendulum_stops_at_the_angles_of_the_model_with_one_freedom(stop: int) -> None:
-    """A run that ends at the reversal has rate zero, and the angle of the model with one freedom."""
+    """A run that ends at a reversal has rate zero at its end. The angle is that of the model with one freedom."""
     stops, _ = pendulum_run()
     r = pendulum(every=0.0, until=float(stops[stop, 0]))
     assert angle(r)[-1] == pytest.approx(np.degrees(stops[stop, 1]), abs=1e-6)  # the error is 2e-8 rad at rtol 1e-9
-    assert abs(r["ball.qd[2]"][-1]) <= 1e-6  # times of stops are precise to 1e-8 s, and accelerations are at most 14 rad/s²
+    assert abs(r["ball.qd[2]"][-1]) <= 1e-6  # stop times are precise to 1e-8 s, and accelerations are at most 14 rad/s²
 
 
 @pytest.mark.parametrize("stop", NORMAL_TURNS)
@@ -83,7 +84,7 @@ def test_the_slider_pin_reverses_where_the_crank_stands_upright() -> None:
     r = crank()
     assert reversals(r, "slider_pin") == pytest.approx(np.pi / 20 + np.pi / 10 * np.arange(3), abs=1e-12)
     assert {(e.kind, e.joint, e.part) for e in r.events} == {("reversal", "slider_pin", 1)}
-    assert r["events.count"][-1] >= 6  # each reversal is two kinks of the law: into the linear zone and out of it
+    assert r["events.count"][-1] >= 6  # each reversal passes two kinks of the law: into the linear zone and out of the zone
 
 
 def test_the_slider_pins_normals_turn_as_published() -> None:

@@ -21,7 +21,8 @@ ACCOUNT = 1e-6
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize(("law", "kind"), list(product(REGISTRY, TYPES)))
 def test_energy_is_accounted_for(law: str, kind: str) -> None:
-    """One joint of the type. Each law and each type is tested with exact contacts and with Adams' normal force."""
+    """Each scene has one joint of the type. The test runs each law and each type with exact contacts and with Adams' normal
+    force."""
     adams = float((list(REGISTRY).index(law) + TYPES.index(kind)) % 2)
     case = random_tree(7, 1, types=(kind,), friction=1.0, devices=0.0, drives=0.0, laws=(law,), adams=adams)
     assert all(j.friction is not None for j in case.scene.joints.values())

@@ -21,8 +21,8 @@ here 7.5e-10 s."""
 
 
 def belt(**law) -> sm.Scene:
-    """The guide is so long that the weight alone gives every face a load, so that Σ|F| is the weight. The guide moves with the
-    block (pin outboard), so that the weight stays at the guide's middle."""
+    """The guide is so long that the weight alone loads every face, so Σ|F| is the weight. The guide moves with the block (pin
+    outboard), so the weight stays at the guide's middle."""
     guide = sm.Friction(mu=MU, mu_static=MU_STATIC, half_length=0.5, half_width=0.05, half_height=0.05, **law)
     joints = {
         "drive": sm.Joint("prismatic", "ground", "belt", axis="x", drive=sm.Drive(constant=sm.Constant(BELT))),

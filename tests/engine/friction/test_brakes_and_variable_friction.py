@@ -48,7 +48,8 @@ def test_a_brake_holds_up_to_its_pull_and_no_further(kernel: str) -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_brake_that_is_let_go_and_put_on_again_slips_and_stops_when_it_must(kernel: str) -> None:
-    """The brake's force falls and rises linearly. The block slips where the force equals the pull; then m v = ∫ (pull − force)."""
+    """The brake's force falls and rises linearly. The block slips when the force equals the pull. After that, m v = ∫ (pull −
+    force)."""
     most = 4 * PULL
     r = simulate(braked(sm.Signal(table=sm.Table((0.0, 1.0, 2.0), (most, 0.0, most)))), until=2.0, kernel=kernel, rtol=1e-10)
     force = lambda t: most * abs(1.0 - t)  # noqa: E731
@@ -62,7 +63,7 @@ def test_a_brake_that_is_let_go_and_put_on_again_slips_and_stops_when_it_must(ke
 
 
 def test_a_brake_on_a_turning_joint_adds_to_the_friction_of_its_load() -> None:
-    """The brake is a ramp of torque; a preload by an input adds μ P r to the friction from the journal's load."""
+    """The brake is a ramp of torque. An input sets a preload, which adds μ P r to the friction from the journal's load."""
     edge = WEIGHT * LENGTH / 2
     ramp = sm.Signal(ramp=sm.Ramp(2 * edge, 0.0, duration=1.0))
     r = simulate(bar(ramp), until=1.0)
@@ -78,7 +79,7 @@ def test_a_brake_on_a_turning_joint_adds_to_the_friction_of_its_load() -> None:
 
 
 def test_a_coefficient_over_time_slows_by_its_integral() -> None:
-    """v = v0 − g ∫ μ: along a pin friction is μ times the weight."""
+    """v = v0 − g ∫ μ, because friction along a pin is μ times the weight."""
     wave = sm.Harmonic(amplitude=0.1, frequency=2.0, offset=0.2)
     r = simulate(guided(sm.Signal(harmonic=wave), start=1.0), until=1.0, rtol=1e-11)
     mu = lambda t: 0.2 + 0.1 * np.sin(4 * np.pi * t)  # noqa: E731

@@ -38,7 +38,7 @@ def test_contacts_open_when_nothing_presses_and_keep_their_last_angle() -> None:
         assert np.all(r[f"{c}.state"][~pressed] == 0.0)
         assert np.all(np.abs(r[f"{c}.normal_force"][~pressed]) <= 1e-140)
         assert np.ptp(r[f"{c}.angle"]) <= 1e-12  # the direction of the load is constant
-        assert abs(r[f"{c}.angle"][-1]) > 0.1  # the angle is kept; an undefined angle would be zero
+        assert abs(r[f"{c}.angle"][-1]) > 0.1  # the angle keeps its last value; an undefined angle would be zero
 
 
 def test_without_pressure_there_is_no_friction_and_the_spin_stays() -> None:
@@ -84,7 +84,7 @@ def test_work_by_joint_adds_up_to_what_was_dissipated() -> None:
     for joint in ("guide", "cross"):
         assert np.all(np.diff(r[f"{joint}.friction.work"]) <= 0.0)
     power = r["guide.friction.force"] * r["guide.qd[1]"] + r["guide.friction.torque[1]"] * r["guide.qd[2]"]
-    # the trapezoidal rule on rows 10 ms apart has this error
+    # the error of the trapezoidal rule on rows 10 ms apart
     assert -np.trapezoid(power, r.time) == pytest.approx(r["guide.friction.work"][-1], rel=1e-4)
 
 

@@ -1,4 +1,4 @@
-"""The closed forms of every contact are roots of the contact equations, oppose the motion, and have finite limits."""
+"""The closed forms of every contact satisfy the contact equations, oppose the motion, and have finite limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trunnion.elements.contact.contact_element import COMPONENTS
 STATES = 300
 """Random states for each of the 40 combinations: 12,000 in all."""
 ROOT = 1e-11
-"""The reference finds a ball's root by bracketing, to 1e-15 of a function that is flat near spin along the load; its other contacts
+"""The reference finds a ball's root by bracketing, to 1e-15 of a function that is flat near spin along the load; all other contacts
 need one solve."""
 FORMS = list(product(ELEMENTS, ("regularized", "viscous"), (False, True), (1, -1)))
 
@@ -89,7 +89,7 @@ def test_a_ball_that_spins_about_its_load_feels_no_torque(law: str, adams: bool,
     rates = along * s.wrench[:3] / np.linalg.norm(s.wrench[:3], axis=0)
     friction, derivative, contacts = evaluated(States("ball", law, s.wrench, rates, s.numbers), adams, 1)
     size = np.linalg.norm(s.wrench[:3], axis=0)
-    assert np.all(np.linalg.norm(friction, axis=0) <= 1e-6 * size)  # root of round-off over v_eps; a sliding ball has 1e-3 and more
+    assert np.all(np.linalg.norm(friction, axis=0) <= 1e-6 * size)  # root of round-off over v_eps; 1e-3 and more for a sliding ball
     assert np.all(np.isfinite(derivative))
     assert np.all(np.isfinite(contacts))
     assert contacts[0] == pytest.approx(size, rel=1e-6)  # one normal carries the whole load

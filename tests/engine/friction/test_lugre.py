@@ -83,7 +83,7 @@ def prescribed(amplitude: float) -> Result:
 
 @pytest.mark.parametrize("amplitude", [1e-6, 1e-4, 1e-3])
 def test_bristles_below_break_away_are_a_spring_with_hysteresis(amplitude: float) -> None:
-    """Between reversals of the motion z − s g/σ0 falls by exp(−s σ0 Δx/g), at any speed (Dahl)."""
+    """Between reversals of the motion, z − s g/σ0 falls by the factor exp(−s σ0 Δx/g), at any speed (Dahl)."""
     r, soft = prescribed(amplitude), 0.3 / 1e3
     z, last, expected = 0.0, 0.0, []
     for n, x in enumerate(r["guide.q[1]"]):

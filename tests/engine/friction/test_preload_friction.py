@@ -1,4 +1,4 @@
-"""Friction that does not depend on the load: a given friction of a joint holds and brakes it under any load."""
+"""Friction that does not depend on the load: given friction of a joint holds and brakes the joint under any load."""
 
 from __future__ import annotations
 
@@ -94,7 +94,8 @@ def test_a_seal_adds_its_preload_to_the_loads(joint: str, kernel: str) -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_bar_with_given_friction_swings_by_its_closed_form(kernel: str) -> None:
-    """The energy of one swing gives its end: m g L/2 sin q = T q. Static friction of 1.5 T then holds the bar or not."""
+    """The energy of one swing gives its end, m g L/2 sin q = T q. A static friction of 1.5 T then holds the bar or does not hold
+    it."""
     torque = 3.0
     r = simulate(bar(torque), until=3.0, kernel=kernel)
     first = next(e for e in r.events if e.kind in ("reversal", "stick"))

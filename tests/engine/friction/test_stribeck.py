@@ -17,7 +17,7 @@ FORMS = list(product(ELEMENTS, (False, True), (1, -1)))
 
 
 def levels(s: States) -> np.ndarray:
-    """Coefficient of dry friction of balls at the component of their speed across the load."""
+    """Coefficient of dry friction of balls, as a function of the component of their speed across the load."""
     mu, static, v_stribeck = (s.number(name) for name in ("mu", "mu_static", "v_stribeck"))
     across = np.linalg.norm(np.cross(s.rates.T, s.wrench.T[:, :3]), axis=1) / np.linalg.norm(s.wrench[:3], axis=0)
     return mu + (static - mu) * np.exp(-((s.number("radius") * across / v_stribeck) ** 2))
@@ -49,7 +49,7 @@ def test_friction_never_gives_energy(element: str, adams: bool, pin: int) -> Non
 def test_the_law_is_coulombs_with_kinetic_friction_when_fast_and_static_friction_when_slow(
     element: str, adams: bool, pin: int, equal: str
 ) -> None:
-    """Limits of the law: v_stribeck far below or far above the sliding speed, without viscous friction."""
+    """Limits of the law. v_stribeck is far below or far above the sliding speed, without viscous friction."""
     s, names = random_states(element, "stribeck", 300), ("mu", "mu_static", "v_stribeck", "viscosity")
     first = len(s.numbers) - len(names)
     s.numbers[first + 2], s.numbers[first + 3] = (1e-9 if equal == "fast" else 1e9), 0.0

@@ -13,7 +13,7 @@ from trunnion.scene.data_classes import scene as sm
 from trunnion.simulation.run import simulate
 
 SIZES = {"radius": 0.01, "flank_angle": 0.26}
-"""Sizes of contacts; all others are LENGTH."""
+"""Sizes of contacts. All sizes that are not listed are LENGTH."""
 LENGTH = 0.02
 TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless)
 AXES = {

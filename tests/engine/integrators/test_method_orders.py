@@ -272,7 +272,7 @@ def test_works_asked_for_are_as_accurate_as_was_asked() -> None:
 
     fine = work(1e-12)
     for rtol in (1e-6, 1e-8):
-        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # errors of some 60 steps add up unevenly
+        assert np.abs(work(rtol) - fine).max() <= 1000 * rtol * np.abs(fine).max()  # the errors of some 60 steps add up irregularly
 
 
 @pytest.mark.parametrize("method", ["auto", "rosenbrock"])
@@ -290,7 +290,7 @@ def test_asking_for_works_leaves_the_motion_as_accurate() -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize(("share", "v_eps"), [(0.9999, 1e-4), (0.9999, 1e-3), (0.99, 1e-5)])
 def test_a_velocity_that_creeps_just_below_the_kink_is_handed_to_the_stiff_method(share: float, v_eps: float) -> None:
-    """A sleeve is pushed with slightly less than μN. An explicit method would cross v_eps some 10,000 times a second."""
+    """A sleeve is pushed with slightly less than μN. An explicit method would pass v_eps some 10,000 times a second."""
     rub = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02, law="regularized", v_eps=v_eps)
     joint = sm.Joint("prismatic", "ground", "block", axis="x", friction=rub)
     push = sm.Force("force", "block", (share * 0.4 * 2.0 * 9.81, 0.0, 0.0))

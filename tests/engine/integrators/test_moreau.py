@@ -54,7 +54,7 @@ def test_the_pendulum_comes_to_rest_and_stays() -> None:
 def test_loops_stay_closed() -> None:
     r = simulate("crank_slider", until=1.0, every=0.01, method="moreau", step=1e-3, overrides=COULOMB)
     assert r.outcome.ok
-    assert r["audit.constraint"].max() <= 1e-13  # lengths of about 1 m are rounded to this
+    assert r["audit.constraint"].max() <= 1e-13  # lengths of about 1 m have this round-off
 
 
 def test_two_component_sliding_follows_the_located_run() -> None:
@@ -87,7 +87,7 @@ def swinging() -> tuple[sm.Scene, str, float, Way]:
 
 
 def belt(seed: int) -> tuple[sm.Scene, str, float, Way]:
-    """A block on a belt that a spring holds, with static friction above sliding friction: its stick-slip motion in closed form."""
+    """A block on a belt, held by a spring, with static friction above sliding friction. Its stick-slip motion has a closed form."""
     rng = stream("moreau belt", seed)
     mass, stiffness, mu, more = (float(rng.uniform(*r)) for r in ((0.5, 2.0), (1.0, 5.0), (0.1, 0.3), (0.2, 0.8)))
     speed, weight = float(rng.uniform(0.1, 0.3)), 10.0 * mass
@@ -278,7 +278,7 @@ def test_fixed_steps_act_on_end_stops() -> None:
 
 
 def driven_jack(seed: int) -> sm.Scene:
-    """A spindle that a drive turns, its nut, and a lever that a link lifts: redundant loops without a remaining freedom."""
+    """A drive turns a spindle. Its nut moves a link, which lifts a lever. The loops are redundant, and no freedom remains."""
     rng = np.random.default_rng(seed)
     x, far, high = rng.uniform(-0.02, 0.02), rng.uniform(0.09, 0.13), rng.uniform(0.1, 0.16)
     elbow = rng.uniform(0.07, 0.1)
@@ -315,8 +315,8 @@ def driven_jack(seed: int) -> sm.Scene:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", sampled(range(6), 2))
 def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
-    """In the middle of a step, redundant rows are consistent only after the loops are closed. The method must close the loops
-    there."""
+    """In the middle of a step, redundant rows are consistent only after the loops are closed. The method must close the loops at
+    this point."""
     scene, exact = driven_jack(seed), simulate(driven_jack(seed), rtol=1e-8)
     assert exact.outcome.ok
     for rtol in (1e-3, 1e-4, 1e-6):
@@ -329,7 +329,7 @@ def test_a_mechanism_without_freedom_takes_few_steps(seed: int) -> None:
 
 
 def lifted_from_dead_centre(seed: int) -> sm.Scene:
-    """A slider-crank in its dead centre. A drive moves the piston from there, so that the crank could turn in either direction."""
+    """A slider-crank in its dead centre. A drive moves the piston, so that the crank could turn in either direction."""
     crank, rod, swing = np.random.default_rng(seed).uniform((0.02, 0.1, 0.01), (0.08, 0.2, 0.05))
     body, turns = {"mass": 1, "inertia": [1e-3] * 3}, {"type": "revolute", "axis": "z"}
     drive = {"harmonic": {"amplitude": swing, "frequency": 1, "phase": "90 deg", "offset": crank + rod - swing}}

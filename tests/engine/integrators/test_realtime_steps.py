@@ -28,7 +28,7 @@ def overruns(counters: Mapping[str, int]) -> dict[str, int]:
 
 
 def bounded(scene: Any, step: float, until: float, **bounds: Any) -> trunnion.simulation.results.result.Result:
-    """A run in bounded steps, with a row at the end of each."""
+    """A run in bounded steps, with a row at the end of each step."""
     asked = {"simulation.realtime": {"step": step, **bounds}}
     return trunnion.simulate(scene, until=until, every=step, overrides=asked, kernel="parts")
 
@@ -108,7 +108,7 @@ def test_a_jam_is_passed_by_impulses_and_reported() -> None:
 
 
 def test_a_scene_without_bounds_has_no_columns_and_counters_of_bounded_steps() -> None:
-    """The run has no columns and no counters of bounded steps."""
+    """A run without bounds must not have columns and counters of bounded steps."""
     run = trunnion.simulate(BALL, until=0.1, kernel="parts")
     assert not run.matching("realtime.*")
     assert run.stats.counters["most_evaluations"] == 0

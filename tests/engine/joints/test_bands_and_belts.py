@@ -141,7 +141,7 @@ def test_a_belt_slides_just_beyond_the_limit_of_the_capstan_and_hold_agrees(seed
 
 
 def belts_in_flight(seed: int, **more: object) -> tuple[sm.Scene, object]:
-    """An open and a crossed belt on a carrier in free flight, whose pulleys are out of balance."""
+    """An open and a crossed belt on a carrier in free flight. The pulleys are out of balance."""
     f = flying(seed, ("belt", "crossed"))
     joints = dict(f.scene.joints)
     for k, one in enumerate(f.pairs):

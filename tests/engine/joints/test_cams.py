@@ -27,7 +27,7 @@ RUNS = [*((*c, "parts") for c in CASES), *((*c, "compiled") for c in CASES[::2])
 @dataclass
 class Cam:
     """A cam about the origin, turned by θ, and a follower of one freedom x. along, at: direction of a sliding follower, or pivot of
-    a rocking one. arm, normal: position of the follower's point or face at x = 0 and its normal, relative to the follower."""
+    a rocking follower. arm, normal: position of the follower's point or face at x = 0 and its normal, relative to the follower."""
 
     what: str
     guide: str
@@ -56,7 +56,7 @@ class Cam:
         return (np.conj(n) * p).real - self.curve(np.angle(n) - theta)
 
     def touch(self, x: float, theta: float) -> tuple[complex, complex]:
-        """The point of contact, and the normal there."""
+        """The point of contact, and the normal at this point."""
         p = self.place(x)
         if self.what == "point":
             e = p / abs(p)

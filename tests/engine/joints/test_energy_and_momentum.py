@@ -53,7 +53,8 @@ ENERGIES = covering(PARTS | {"a load": lambda case: bool(case.scene.forces)}, ra
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", ENERGIES)
 def test_random_trees_account_for_their_energy(seed: int) -> None:
-    """With friction, springs, dampers, stops, drives and loads, the energy of the bodies agrees with the work done."""
+    """The mechanisms have friction, springs, dampers, stops, drives and loads. The energy of the bodies agrees with the work
+    done."""
     case = ENERGIES[seed]
     r = run(case.scene, 0.5)
     assert np.abs(r["energy.residual"]).max() <= KEPT * turned_over(r)
@@ -71,7 +72,7 @@ def test_random_loops_account_for_their_energy(seed: int) -> None:
 
 
 def test_a_free_body_keeps_its_momentum() -> None:
-    """Three unequal moments of inertia, spinning near the unstable axis, no gravity."""
+    """A body with three unequal moments of inertia spins near its unstable axis, without gravity."""
     inertia = np.array([0.2, 0.3, 0.45])
     body = sm.Body(mass=2.0, inertia=tuple(inertia), center=(0.1, -0.2, 0.05))
     start = sm.Start((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.02, 9.0, 0.03))

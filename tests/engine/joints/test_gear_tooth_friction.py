@@ -92,14 +92,15 @@ R1, R2, ROLL = 20 * MODULE / 2, 40 * MODULE / 2, MU * np.pi * MODULE / 4
 
 @pytest.mark.parametrize(("internal", "out"), [(False, R2 - ROLL), (True, R2 + ROLL)])
 def test_the_torque_that_a_load_takes_is_that_of_its_efficiency(internal: bool, out: float) -> None:
-    # outside wheels turn in opposite directions, and friction brakes both; the friction that brakes a pinion drives its ring
+    # outside wheels turn in opposite directions, and friction brakes the two wheels; the friction that brakes a pinion drives its
+    # ring
     load = 7.0 * (1 if not internal else -1)
     r = simulate(pair("drive: {constant: {rate: 30}}", f"effort: {load}", internal), rtol=1e-10)
     assert r["on_a.drive.effort[1]"][1:] == pytest.approx((R1 + ROLL) / out * 7.0, rel=1e-9)
     efficiency = -load * r["on_b.qd[1]"] / (r["on_a.drive.effort[1]"] * r["on_a.qd[1]"])
     assert efficiency[1:] == pytest.approx(R1 / R2 * out / (R1 + ROLL), rel=1e-9)
     lost = 1 - np.pi * MU / 2 * (1 / 20 - 1 / 40 if internal else 1 / 20 + 1 / 40)
-    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # the textbooks' formula of first order
+    assert efficiency[1] == pytest.approx(lost, abs=2 * (1 - lost) ** 2)  # limit by the textbooks' first-order formula
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -108,7 +109,7 @@ def test_teeth_hold_between_raising_and_lowering(side: int) -> None:
     for more, moves in ((1e-6, True), (-1e-6, False)):
         torque = 5.0 * ratio * (1 + side * more)
         r = simulate(pair(f"effort: {torque}", "effort: 5"))
-        # in 2 s the excess of the load turns the wheel by 1e-4 rad, round-off in a loop by 1e-13
+        # in 2 s, the excess of the load turns the wheel by 1e-4 rad, and round-off in a loop turns it by 1e-13 rad
         moved = np.abs(r["on_a.q[1]"]).max()
         assert bool(moved > 1e-9) == moves, (side, more)
 
@@ -165,7 +166,7 @@ def reversing() -> Result:
 def test_flanks_change_at_the_instants_at_which_the_load_turns_round() -> None:
     r = reversing()
     turned = [e.time for e in r.events if e.kind == "separation" and e.joint == "m"]
-    # only inertia is driven: the load of a tooth passes zero with the torque
+    # the drive moves only inertia: the load of a tooth and the torque pass zero together
     assert turned == pytest.approx([(k - 17 / 180) / 2 for k in (1, 2, 3, 4)], abs=1e-7)
 
 

@@ -69,8 +69,8 @@ def test_a_self_locking_gear_unit_holds_its_load_without_a_motor_and_lowers_it_w
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(20))
 def test_a_gearbox_is_a_pair_of_torques_at_the_joints_of_its_shafts(seed: int) -> None:
-    """Shafts about any two axes, out of balance, in a housing in free flight. If efforts equal to the gearbox's two torques at the
-    joints of the shafts replace the gearbox, the accelerations are the same."""
+    """Shafts about any two axes, out of balance, in a housing in free flight. In a second scene, efforts at the joints of the
+    shafts replace the gearbox. The efforts equal the gearbox's two torques, and give the same accelerations."""
     f, rng = flying(seed, ("gear",)), np.random.default_rng(seed)
     ratio, efficiency, backward = float(rng.uniform(-9, 9)), 0.8, float(rng.choice([0.7, 0.0]))
     rubs = sm.Friction(efficiency=efficiency, efficiency_backward=backward)

@@ -146,7 +146,7 @@ def test_a_differential_shares_speeds_and_torques_between_its_sides() -> None:
     r = simulate(made(joints, bodies="abcd"))
     assert r["left.qd[1]"] + r["right.qd[1]"] == pytest.approx(2 * r["cage.qd[1]"], rel=1e-12, abs=1e-12)
     assert np.ptp(r["pin.q[1]"]) > 0.1
-    # Lagrange's equations with ω = (ω_l + ω_r)/2 and the pin's own spin (z_s/z_p)(ω_l − ω_r)/2; c and d turn together
+    # Lagrange's equations with ω = (ω_l + ω_r)/2 and the spin (z_s/z_p)(ω_l − ω_r)/2 of the pin; c and d turn together
     same, other = 0.01 + 0.02 / 4 + 0.01 * 0.64, 0.02 / 4 - 0.01 * 0.64
     found = np.linalg.solve([[same, other], [other, same]], [-0.1 + 0.45, 0.2 + 0.45])
     assert [r["left.qdd[1]"][0], r["right.qdd[1]"][0]] == pytest.approx(list(found), rel=1e-9)

@@ -31,8 +31,8 @@ def random_rods(seed: int, rods: int, **how) -> Case:
 
 
 def hung(masses: list[float], lengths: list[float], angles: list[float], rates: list[float], spread: float = 0.1) -> Scene:
-    """Point masses in the plane x, y that hang on each other by rods; angles are from straight down. (Each body has a free joint
-    and an inertia that nothing turns.)"""
+    """Point masses in the plane x, y that hang on each other by rods. Angles are from the downward vertical. (Each body has a free
+    joint, and no load turns its inertia.)"""
     p, v = np.zeros(3), np.zeros(3)
     bodies, joints, end = {}, {}, "ground"
     for i, (m, length, a, w) in enumerate(zip(masses, lengths, angles, rates, strict=True)):
@@ -122,7 +122,7 @@ def as_bodies(case: Case) -> Scene:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(100))
 def test_a_rod_is_a_body_without_mass_between_two_balls(seed: int) -> None:
-    """Both scenes agree at the start to 1e-9, and along a run to a hundred times its tolerance."""
+    """The two scenes agree at the start to 1e-9, and along a run to a hundred times the tolerance of the run."""
     case = random_rods(seed, 1 + seed % 3, friction=0.4, laws=LAWS, drives=0.0)
     places = [f"{b}.{q}*" for b in case.scene.bodies for q in ("position", "acceleration")]
     names = [n for n, j in case.scene.joints.items() if j.type == "rod"]

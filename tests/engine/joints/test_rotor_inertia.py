@@ -28,7 +28,7 @@ TREES, LOOPS = range(8), range(4)
 
 
 def spun(case: Case, names: set[str]) -> Case:
-    """The case with a rotor in each freedom of these joints; a quaternion's rotor has the same inertia about all axes."""
+    """The case with a rotor in each freedom of these joints. The rotor of a quaternion has the same inertia about all axes."""
     joints = dict(case.scene.joints)
     for name in names:
         kind = REGISTRY[joints[name].type]
@@ -71,7 +71,7 @@ def test_rotors_in_loops_are_those_of_the_dense_solve(seed: int, kernel: str) ->
 
 
 def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
-    """Bars hinged to each other about increasingly inclined axes; each hinge has its rotor and constant friction."""
+    """Bars hinged to each other about axes of increasing inclination. Each hinge has its own rotor and constant friction."""
     bodies = {f"b{i}": {"mass": 1 + 0.1 * i, "inertia": [0.01, 0.02, 0.03], "center": [0.5, 0, 0]} for i in range(n)}
     joints = {
         f"j{i}": {
@@ -90,7 +90,7 @@ def chain(n: int, rub: bool, rotor: float | None) -> sm.Scene:
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 @pytest.mark.parametrize("rub", [False, True])
 def test_long_chains_with_rotors_agree_in_both_kernels(rub: bool, kernel: str) -> None:
-    """The compiled kernel runs 24 bodies in loops; the parts kernel finds their friction along the recursion."""
+    """The compiled kernel runs 24 bodies in loops. The parts kernel finds the friction of the bodies along the recursion."""
     scene = chain(24, rub, 0.4)
     q = {n: np.array([j.start.q]) for n, j in scene.joints.items()}
     qd = {n: np.array([j.start.qd]) for n, j in scene.joints.items()}
@@ -190,7 +190,7 @@ def test_every_method_steps_rotors() -> None:
 
 
 def test_rotors_turn_behind_gears() -> None:
-    """Two wheels of 20 and 50 teeth: q̈ = τ/(I₁ + J₁ + (20/50)² (I₂ + J₂))."""
+    """Two wheels of 20 and 50 teeth have q̈ = τ/(I₁ + J₁ + (20/50)² (I₂ + J₂))."""
     wheel = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
     hinge = {"type": "revolute", "axis": "z", "inboard": "ground"}
     joints = {

@@ -63,7 +63,7 @@ def test_a_screw_at_rest_holds_between_the_torques_that_raise_and_that_lower(pit
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("pitch", [0.002, 0.03])
 def test_a_screw_with_friction_accelerates_by_its_closed_form(pitch: float, sense: int, kernel: str) -> None:
-    """T − m (g + q̈ p/2π) r tan(λ ± φ) = J q̈, to 1e-9."""
+    """T − m (g + q̈ p/2π) r tan(λ ± φ) = J q̈ holds to 1e-9."""
     given = torque(pitch, sense) + sense * 0.5
     arm = torque(pitch, sense) / LOAD
     rate = (given - LOAD * arm) / (SPIN + MASS * pitch / (2 * math.pi) * arm)

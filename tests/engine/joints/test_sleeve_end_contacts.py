@@ -72,8 +72,8 @@ def slid(kind: str, pin: str, ends: str | None, kernel: str, **lengths: float) -
 @pytest.mark.parametrize("pin", ENDS)
 @pytest.mark.parametrize("kind", SLIDING)
 def test_a_short_sleeve_on_a_long_rod_presses_alike_at_both_its_ends_wherever_it_is(kind: str, pin: str, kernel: str) -> None:
-    """Each end carries half of the weight component across the rod. Friction acts on the rod's surface; its moment moves part of
-    the load from one end to the other."""
+    """Each end carries half of the weight component across the rod. Friction acts on the rod's surface. The moment of friction
+    moves part of the load from one end to the other end."""
     r = slid(kind, pin, "outboard", kernel)
     across, rate = 2.0 * 9.81 * np.cos(SLOPE), 9.81 * (np.sin(SLOPE) - MU * np.cos(SLOPE))
     assert r["guide.q[1]"][-1] == pytest.approx(rate / 2, rel=1e-9)

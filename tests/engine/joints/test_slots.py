@@ -92,9 +92,9 @@ Answer = tuple[np.ndarray, float, complex]
 
 
 def asked(s: Slot, at: tuple[float, float, float, float], rates: tuple[complex, float], mu: float) -> Answer:
-    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. Returns the acceleration
-    (2) and angular acceleration of the body, the normal force (positive to the right of the tangent), and the wrench of the curve
-    on the body in the world. One system of equations, the balance and the constraint, gives all of them."""
+    """The forces and accelerations at t and θ, for a contact at the curve parameter u and a sliding rate. Returns acceleration (2)
+    and angular acceleration of the body, normal force (positive to the right of the tangent), and the wrench of the curve on the
+    body, world. Equations of balance and the constraint together determine these numbers."""
     t, theta, u, slides = at
     turned = np.exp(1j * RATE * t)
     way = s.at(u, 1) / abs(s.at(u, 1))
@@ -216,7 +216,7 @@ def test_a_yoke_moves_as_a_sine_and_its_pin_changes_sides_in_time() -> None:
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_friction_holds_a_yoke_under_its_load_up_to_its_arms(kernel: str) -> None:
-    # at 45 deg a load F on the slide needs F r sin 45 from the crank; friction of the pin adds or removes mu F r cos 45
+    # at 45 deg, a load F on the slide needs F r sin 45 from the crank; friction of the pin adds or subtracts mu F r cos 45
     mu, load, angle = 0.2, 5.0, np.pi / 4
     for side in (1, -1):
         most = load * 0.05 * (np.sin(angle) + side * mu * np.cos(angle))
@@ -242,8 +242,8 @@ def test_derivatives_of_a_run_on_a_curve_are_those_by_differences() -> None:
 
 
 def test_a_note_reports_where_the_force_on_a_bead_changes_sides() -> None:
-    """The bead starts at the top with the speed v. The force is zero at cos φ = (2 + v²/(g R))/3, whether the bead stays on the
-    circle or not."""
+    """The bead starts at the top with the speed v. The force is zero at cos φ = (2 + v²/(g R))/3. This holds whether or not the
+    bead stays on the circle."""
     radius, speed = 0.5, 0.4
     angles = np.linspace(0, 2 * np.pi, 201)
     points = [[radius * float(np.sin(a)), radius * float(np.cos(a))] for a in angles[:-1]]

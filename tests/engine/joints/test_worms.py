@@ -89,7 +89,8 @@ def in_flight(seed: int, friction: sm.Friction | None) -> tuple[Scene, dict[str,
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("seed", range(20))
 def test_the_force_of_a_worm_acts_at_the_pitch_point_of_both_wheels(seed: int) -> None:
-    """If the reported force, applied to both wheels at the pitch point, replaces the pair, the accelerations are the same."""
+    """In a second scene, the reported force acts on both wheels at the pitch point in place of the pair. The accelerations are the
+    same."""
     scene, at = in_flight(seed, sm.Friction(mu=0.08, pressure_angle=0.35))
     r = simulate(scene, until=1e-3, every=1e-3)
     R = matrix_from_quaternion(np.array([r[f"carrier.orientation[{k}]"][0] for k in (1, 2, 3, 4)]))

@@ -34,7 +34,7 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def interrupted(work: Callable[[], object]) -> None:
-    """Ctrl-C acts as at a terminal while the work runs, and must end the work."""
+    """While the work runs, Ctrl-C acts as at a terminal and must end the work."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):

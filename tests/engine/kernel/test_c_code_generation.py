@@ -1,4 +1,4 @@
-"""C code generated from expressions computes the same values as CasADi, in any number of stages and pieces."""
+"""C code that is generated from expressions computes the values of CasADi, with any number of stages and pieces."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def random_outputs(seed: int, inputs: list[SX], length: int = 160) -> list[SX]:
 
 
 def staged(name: str, seed: int) -> tuple[str, ca.Function, list[int]]:
-    """Three stages: parameters, then x, then z, with outputs in the last two (some known earlier)."""
+    """Three stages: parameters, then x, then z. The last two stages have outputs, some of which an earlier stage already
+    determines."""
     p, x, z = SX.sym("p", NP), SX.sym("x", NX), SX.sym("z", NZ)
     early, late = random_outputs(seed, [p, x]), random_outputs(seed, [p, x, z])
     stages = [
@@ -93,7 +94,7 @@ def staged(name: str, seed: int) -> tuple[str, ca.Function, list[int]]:
 
 @pytest.fixture(scope="module")
 def cases() -> dict[tuple[int, int], tuple[str, ca.Function, list[int], str]]:
-    """By seed and size of the pieces: name, function, number of kept values a stage, and C code."""
+    """Cases by seed and size of the pieces. A case has a name, a function, the number of kept values a stage, and C code."""
     made = {}
     before = code_generator.PIECE
     try:
@@ -180,7 +181,7 @@ def test_infinities_are_written_as_c_knows_them() -> None:
 
 
 def test_the_compilers_own_flags_change_only_the_last_digits() -> None:
-    """Contraction rounds once where CasADi rounds twice; nothing else may differ (no fast-math: NaN stays NaN)."""
+    """Contraction rounds once where CasADi rounds twice. The flags must change nothing else (without fast-math, NaN stays NaN)."""
     assert "-ffp-contract=fast" in c_compiler.FLAGS
     assert not any("fast-math" in f or "Ofast" in f or "finite-math" in f for f in c_compiler.FLAGS)
 
@@ -196,7 +197,7 @@ def asked(f: ca.Function) -> list[casadi_instructions.Instruction]:
 
 
 def random_function(seed: int) -> ca.Function:
-    """A function of random expressions whose values all have numbers of their own."""
+    """A function of random expressions. Each value of the function has its own number."""
     x = SX.sym("x", NX)
     return ca.Function("f", [x], [ca.vertcat(*random_outputs(seed, [x]))], {"live_variables": False})
 

@@ -37,7 +37,7 @@ def running(scene: str) -> Model:
 
 
 def failed(lib: ctypes.CDLL) -> tuple[int, bytes | None, bytes | None]:
-    """Number of failed checks; function and data of the first failed check."""
+    """Number of failed checks, and function and data of the first failed check."""
     function, part = ctypes.c_char_p(), ctypes.c_char_p()
     count = lib.tr_failed_check(ctypes.byref(function), ctypes.byref(part))
     return count, function.value, part.value

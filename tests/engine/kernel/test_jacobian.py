@@ -1,5 +1,5 @@
-"""The derivative of the right-hand side is exact, with the multipliers of loops and friction eliminated, in both variants of its
-code."""
+"""The derivative of the right-hand side is exact in both variants of its code. The multipliers of loops and friction are
+eliminated."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TOLERANCE = 1e-8
 """Allowed difference relative to the largest entry of a row, or to 1. Differences of fourth order with steps of 1e-5 lose 11 of 16
 digits. They lose more where a sliding speed of millimetres a second is differenced; a missing term causes errors of percents."""
 TIMES = {"andrews": 0.01, "cart_pole": 0.1}
-"""Times at which models are examined, s; the others are examined at 0.37 s."""
+"""Times at which models are examined, s. All other models are examined at 0.37 s."""
 BALL, CROSS = (lambda j: j.type == "spherical" and rubs(j)), (lambda j: j.type == "universal" and rubs(j))
 CASES: dict[str, tuple[int, Property]] = {
     "ball and cross on a loop": (1, lambda c: both(BALL, CROSS)(c) and small(c)),

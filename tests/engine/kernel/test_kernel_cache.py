@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.fixture
 def stepping() -> Path:
-    """The runtime's entry in the cache of all tests."""
+    """The entry of the runtime in the cache that all tests share."""
     runtime()
     return library_cache.cache_folder() / f"runtime-{runtime_key()}"
 
@@ -174,7 +174,7 @@ def test_a_process_that_builds_much_does_not_look_through_the_cache_at_every_bui
     for number in range(5):
         library_cache.entry(f"thing-{number}", lambda folder: None)
     assert looked == [home]
-    library_cache._pruned[home] -= library_cache.RECENT_SECONDS  # as if this time had passed since the last pruning
+    library_cache._pruned[home] -= library_cache.RECENT_SECONDS  # the test sets the last pruning back by this time
     library_cache.entry("thing-5", lambda folder: None)
     assert looked == [home, home]
 
@@ -191,7 +191,7 @@ def test_the_whole_folder_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def compile_one(folder: Path, number: int) -> Path:
-    """Compile a small library, different for every number, through the cache in ``folder``."""
+    """Compile a small library through the cache in ``folder``. Each number gives a different library."""
     source, library = folder / f"f{number}.c", folder / f"f{number}{c_compiler.library_suffix()}"
     source.write_text(f"int f(void) {{ return {number}; }}\n")
     c_compiler.build_library([source], library, [], folder)

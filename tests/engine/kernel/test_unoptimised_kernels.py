@@ -1,4 +1,4 @@
-"""Kernels that are compiled without optimisation compute the same values as optimised ones, up to round-off."""
+"""Kernels that are compiled without optimisation compute the same values as optimised kernels, up to round-off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The report on a loop that cannot be closed: the remaining distance and angle, its joints, their axes and its drives."""
+"""The report on a loop that cannot be closed. It contains the remaining distance and angle, and the joints of the loop, their axes
+and their drives."""
 
 from __future__ import annotations
 
@@ -45,7 +46,7 @@ def test_the_report_of_an_open_loop_names_the_drive_that_keeps_it_open() -> None
     drive = {"drive": {"constant": {"rate": 1, "start": "180 deg"}}}
     outcome = simulate(linkage(0.25, base=drive), until=0.01).outcome
     assert outcome.name == "open_loop"
-    # the rod must span 0.25 + 0.1 m and is 0.2 m long
+    # the rod must span 0.25 + 0.1 m, but has 0.2 m
     assert outcome.numbers["distance"] == pytest.approx(0.15, rel=1e-6)
     assert "driven: base" in outcome.advice
 

@@ -1,6 +1,5 @@
-"""Loops with bodies that are much lighter than others, or without mass. As the mass falls, the motion converges in first order to
-that of mass 0. The steps stay the same, wherever the loop is cut. The loop equations alone would lose as many digits as the mass
-ratio has."""
+"""Loops with bodies of small mass or without mass. As the mass falls, the motion converges in first order to that of mass 0. The
+steps stay the same for every cut of the loop. The loop equations alone would lose as many digits as the mass ratio has."""
 
 from __future__ import annotations
 
@@ -28,8 +27,8 @@ SEEDS = (0, 3, 8, 11, 15, 16, 18)
 
 
 def shafts(inertia: float) -> Scene:
-    """Three shafts in mesh; the middle wheel has this inertia, and the mesh loses half of the power. The bearing and the teeth slip
-    together as the motor's torque falls. Hand calculation: (1.1875 + J/2) dω/dt = 1.3 − t from t = 1.3 s on."""
+    """Three shafts with wheels in mesh. The middle wheel has the given inertia, and the mesh loses half of the power. The bearing
+    and the teeth slip together as the motor's torque falls. Hand calculation: (1.1875 + J/2) dω/dt = 1.3 − t from t = 1.3 s on."""
     bodies = {n: {"mass": 1, "inertia": [j] * 3} for n, j in (("a", 1.0), ("mid", inertia), ("b", 1.5))}
     ground = {"m": [0, 4, 0], "b": [0, 8, 0]}
     motor = {"ramp": {"start": 3, "end": 1, "duration": 2}}

@@ -114,7 +114,7 @@ def test_start_values_act_wherever_the_loop_is_cut(seed: int, given: str) -> Non
 
 
 def test_a_start_value_at_a_cut_is_swept_and_differentiated() -> None:
-    """A jack whose guide has a start rate: the spindle turns with 2π/pitch of this rate."""
+    """A jack whose guide has a start rate. The spindle turns with 2π/pitch times this rate."""
     pitch = 0.01
     scene = scene_from_dict({
         "schema": 1, "gravity": [0, 0, 0],

@@ -24,7 +24,7 @@ REACH = np.arcsin(0.6) / 10
 
 
 def short_rod(rubs: bool = False) -> sm.Scene:
-    """Example 8.2 with a rod of 0.3 m, with which the crank of 0.5 m cannot turn all the way round."""
+    """Example 8.2 with a rod of 0.3 m, which prevents a full turn of the crank of 0.5 m."""
     scene = load_scene("crank_slider")
     bodies = scene.bodies | {"rod": replace(scene.bodies["rod"], center=(0.15, 0.0, 0.0), points={"end": (0.3, 0.0, 0.0)})}
     joints = {
@@ -145,7 +145,7 @@ def frames(kind: str, q: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", REGISTRY)
 def test_the_freedoms_of_a_joint_are_independent_whatever_its_coordinates(kind: str) -> None:
-    """Π has full rank everywhere: the least singular value of its columns is that of orthogonal unit axes."""
+    """Π has full rank for all coordinates. The least singular value of its columns is that of orthogonal unit axes."""
     rng, joint = np.random.default_rng(7), REGISTRY[kind]
     for _ in range(200 if joint.nv else 0):
         q = rng.normal(size=joint.nq) * np.pi

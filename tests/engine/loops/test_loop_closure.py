@@ -1,5 +1,5 @@
-"""Closed loops: start values that close them, closure throughout a run, and motion through configurations where the number of
-freedoms changes."""
+"""Closed loops. Start values close the loops, and the loops stay closed throughout a run. The motion passes configurations where
+the number of freedoms changes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_loops_stay_closed(name: str, until: float) -> None:
     r = simulate(name, until=until, every=until / 500, outputs=["audit.constraint", "energy.kinetic", "energy.potential"])
     assert r.outcome.ok
     assert r["audit.constraint"].max() <= CLOSURE
-    if name != "crank_slider":  # crank_slider is driven and does not keep its energy
+    if name != "crank_slider":  # the drive of crank_slider changes its energy
         energy = r["energy.kinetic"] + r["energy.potential"]
         assert np.ptp(energy) <= 2e-3 * r["energy.kinetic"].max()  # the run has a thousand swings at rtol 1e-6
 
@@ -161,7 +161,7 @@ def test_rates_that_contradict_each_other_give_an_outcome() -> None:
 
 
 def tip(n: int, t: float) -> np.ndarray:
-    """Tip of the first crank of the N-four-bar: all cranks parallel, θ̈ = −((N+1)/2+N)/((N+1)/3+N) g cos θ."""
+    """Tip of the first crank of the N-four-bar. All cranks are parallel: θ̈ = −((N+1)/2+N)/((N+1)/3+N) g cos θ."""
     k = ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * 9.81
     y = solve_ivp(lambda t, y: [y[1], -k * np.cos(y[0])], (0, t), [np.pi / 2, -1.0], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
     assert y[0] < -np.pi / 2  # the crank has passed the horizontal, where the number of freedoms jumps from 1 to N + 1
@@ -175,7 +175,7 @@ def test_n_four_bar_passes_its_singular_configuration(n: int) -> None:
     assert [r["crank0.tip.position[1]"][-1], r["crank0.tip.position[2]"][-1]] == pytest.approx(tip(n, 2.0), abs=1e-8)
     assert r["audit.constraint"].max() <= CLOSURE
     spread = np.ptp([r[f"pivot{i}.q[1]"] for i in range(n + 1)], axis=0)
-    assert spread.max() <= 1e-7  # cranks are parallel to half of the digits, because flat loops close to second order
+    assert spread.max() <= 1e-7  # cranks are parallel to half of the digits, because flat loops close only to second order
 
 
 SOAKED = ("bricard", "crank_slider", "crank_slider_free", "n_four_bar")

@@ -55,7 +55,7 @@ def test_motions_without_inertia_are_counted_as_by_the_mass_matrix_of_one_dense_
 
 
 def pendulum(inertia: float, link: bool) -> Scene:
-    """A mass that hangs on a rod, or on a body without mass between two balls."""
+    """A mass that hangs on a rod, or on a massless body between two balls."""
     bodies: dict[str, Any] = {"m": {"mass": 1, "inertia": [inertia] * 3, "position": [0, -0.7, 0]}}
     joints: dict[str, Any] = {"fly": {"type": "free", "inboard": "ground", "outboard": "m"}}
     if link:

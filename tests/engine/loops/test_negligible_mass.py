@@ -33,8 +33,8 @@ def gears(nut: float, inertia: float, ratios: tuple[float, ...] = (2.0,)) -> dic
 
 
 def four_bar(coupler: float, point: bool) -> dict[str, Any]:
-    """A crank and a rocker of kilograms and a coupler of `coupler` kg, which is a rod or (point) a mass at its pin. There is no
-    drive."""
+    """A crank and a rocker with masses of kilograms, and a coupler of `coupler` kg. The coupler is a rod or, with ``point``, a mass
+    at its pin. There is no drive."""
 
     def link(length: float, mass: float) -> dict[str, Any]:
         j = mass * length**2 / 12
@@ -60,7 +60,7 @@ def test_freedoms_are_counted_beside_a_body_without_weight(nut: float, inertia: 
     for ratios in ((2.0,), (2.0, 0.5)):
         start = examined(scene_given(gears(nut, inertia, ratios)))[0]["start"]
         assert start["moving_freedoms"] == 1
-        assert start["redundant_rows"] == 4 + 4 * len(ratios)  # each loop holds five rows and needs one of them
+        assert start["redundant_rows"] == 4 + 4 * len(ratios)  # each loop has five rows; one is needed, four are redundant
 
 
 @pytest.mark.parametrize("nut", MASSES)

@@ -36,7 +36,7 @@ def test_reactions_reported_are_the_smallest_that_carry_the_motion(which: str) -
     eq, wrench, loose = open_reactions(case)
     assert len(eq.rows) - eq.rank == {"bricard": 1, "loops": 12}[which]
     amounts = smallest(case, eq, wrench, loose)
-    assert np.abs(amounts).max() > 1e-2  # the reference has other reactions, so that they are not unique
+    assert np.abs(amounts).max() > 1e-2  # the reference finds other reactions, so the reactions are not unique
     for name in case.scene.joints:
         chosen = -(wrench[name] + loose[name] @ amounts)
         force, torque = reaction(eq.state, name, chosen)

@@ -1,4 +1,4 @@
-"""Starts with screws: the given start values are kept, even if the screw's own angle is many turns away."""
+"""Starts with screws keep the given start values, even if the angle of the screw is many turns away."""
 
 from __future__ import annotations
 

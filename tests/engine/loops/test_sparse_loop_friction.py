@@ -57,7 +57,8 @@ COULOMB: dict[str, Callable[[], sm.Scene]] = {
 
 
 class Equations:
-    """Functions of a scene's kernel at random numbers, and its maps: S λ + Se η + g0 = 0, f and q̈ as they follow from λ and η."""
+    """Functions of a scene's kernel at random numbers, and the maps of the scene: S λ + Se η + g0 = 0, and f and q̈ as functions of
+    λ and η."""
 
     def __init__(self, scene: sm.Scene):
         self.built: Built = build(scene)
@@ -92,7 +93,7 @@ class Equations:
         return pivots[: t.nbodies + t.nelements + t.active]
 
     def free(self) -> np.ndarray:
-        """Multipliers of freedoms whose motion is not prescribed; only these have an effect."""
+        """Multipliers of freedoms with free motion. Only these multipliers have an effect."""
         free = np.zeros(self.table.neta, bool)
         for e in elements(self.built.system):
             free[list(e.eta)] = [e.joint.cut or k in e.joint.free for k in range(e.joint.kind.nv)]
@@ -130,8 +131,8 @@ def test_a_newton_step_is_that_with_maps(name: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_pivots_over_those_without_friction_are_the_determinant_of_newtons_matrix(name: str) -> None:
-    """The multipliers of the loops are eliminated. The determinant also changes its sign where a row of S_D becomes dependent on
-    the others."""
+    """The multipliers of the loops are eliminated. The determinant also changes its sign where a row of S_D becomes linearly
+    dependent on its other rows."""
     it = equations(name)
     dn, D = it.derivative()
     a = it.table.active
@@ -160,7 +161,7 @@ def test_given_multipliers_leave_the_residual_of_the_maps(name: str) -> None:
 def models(monkeypatch: pytest.MonkeyPatch, scene: sm.Scene) -> list[Model]:
     """The models of one scene: along the recursion, and with maps."""
     made = []
-    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other method
     for along in (True, False):
         monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         made.append(Model(scene, ("*.q[*]",), "parts"))
@@ -207,7 +208,7 @@ def test_friction_of_pairs_at_rest_along_the_recursion_solves_the_equations_of_m
 def test_a_run_is_that_with_maps(monkeypatch, name: str) -> None:
     """Both runs have the same events, end and certificate. The engine refuses no step."""
     scene, ends, contractions = COULOMB[name](), [], []
-    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other method
     for along in (True, False):
         monkeypatch.setattr(scene_kernel, "is_recursion_shorter", lambda *_, along=along: along)
         r = simulate(scene, until=0.3, every=0.1, rtol=1e-9, outputs=("*.q[*]", "audit.constraint"), kernel="parts")

@@ -35,7 +35,7 @@ COUNT = 8
 
 
 def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> sm.Side:
-    """A side of a joint in the k-th copy, in which the body ``hung`` or the ground takes the place of the ground."""
+    """A side of a joint in the k-th copy. The body ``hung`` or the ground replaces the ground of the original."""
     s = given if isinstance(given, sm.Side) else sm.Side(*given.split("."))
     if s.body != "ground":
         return replace(s, body=f"c{k}_{s.body}")
@@ -44,7 +44,7 @@ def side(given: sm.Side | str, k: int, ground: sm.Ground, hung: str | None) -> s
 
 
 def together(scenes: Sequence[sm.Scene], hung: Callable[[int], str | None] = lambda k: None) -> sm.Scene:
-    """The mechanisms as one scene, with names that begin with c0_, c1_, …; hung(k): body on which mechanism k stands."""
+    """The mechanisms as one scene, with names that begin with c0_, c1_, …. hung(k): body on which mechanism k stands."""
     bodies, joints = {}, {}
     for k, scene in enumerate(scenes):
         bodies |= {f"c{k}_{n}": b for n, b in scene.bodies.items()}
@@ -73,7 +73,7 @@ def cranks(n: int) -> sm.Scene:
 @pytest.fixture
 def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[sm.Scene, bool], Model]:
     """Creates a scene's model on parts, solved by structure or dense."""
-    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other choice
+    monkeypatch.setattr(scene_kernel, "_evaluation", scene_kernel._evaluation.__wrapped__)  # no tables of the other method
 
     def made(scene: sm.Scene, dense: bool) -> Model:
         monkeypatch.setattr(loop_matrix_fill, "MANY_ROWS", 10**6 if dense else 16)
@@ -138,8 +138,8 @@ def open_at_start(scene: sm.Scene) -> Redundancy:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_open_reactions_of_mechanisms_together_are_those_of_each_apart(seed: int) -> None:
-    """The loops are redundant by structure (four-bars, of which neighbours share a crank) or by a position (Bricard's
-    mechanism)."""
+    """The loops are redundant by structure or in one position. By structure: four-bars, of which neighbours share a crank. In one
+    position: Bricard's mechanism."""
     scenes = [n_four_bar(3), n_four_bar(1), load_scene("bricard")]
     scenes = [scenes[i] for i in np.random.default_rng(seed).choice(3, 3 + seed)]
     apart, found = [open_at_start(s) for s in scenes], open_at_start(together(scenes))

@@ -32,7 +32,7 @@ LIMIT = 1e-9
 
 
 def _rub(rng: np.random.Generator, kind: str, faced: bool) -> sm.Friction:
-    """Contacts of a joint with random numbers; ``faced``: with a thrust face where the type has one."""
+    """Contacts of a joint with random numbers. ``faced``: with a thrust face, if the type has a thrust face."""
     sizes = {"radius": rng.uniform(0.005, 0.03), "mu": rng.uniform(0.05, 0.6), "law": "coulomb"}
     if kind != "spherical":
         sizes["half_length"] = rng.uniform(0.02, 0.08)
@@ -75,7 +75,7 @@ def _carried(seed: int, family: str) -> Case:
 
 
 def _stiffened(case: Case, rng: np.random.Generator, every: bool) -> Case:
-    """The case with contacts of unequal stiffness; unless ``every``, the first joint gives no stiffness."""
+    """The case with contacts of unequal stiffness. Unless ``every`` is true, the first joint gives no stiffness."""
     joints = {
         n: replace(j, stiffness=float(10 ** rng.uniform(7, 9)) if every or i else None)
         for i, (n, j) in enumerate(case.scene.joints.items())
@@ -119,13 +119,13 @@ def test_only_ratios_of_stiffness_count_and_the_default_is_a_hundred_newtons_a_m
     assert worst(plain, told(3e6, 3e6))[0] <= LIMIT
     assert worst(unequal, told(None, 7e8))[0] <= LIMIT
     assert worst(unequal, told(2e5, 14e5))[0] <= LIMIT
-    assert worst(plain, unequal)[0] > 1e-3  # stiffness has an effect
+    assert worst(plain, unequal)[0] > 1e-3  # the stiffness has an effect
 
 
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_joints_on_one_axis_share_their_load_alike_in_axes_that_are_not_the_worlds(family: str) -> None:
-    """The rows that close the loop hold only round-off on such axes, from which no rank must be derived."""
+    """On oblique axes, the rows that close the loop hold only round-off. No rank must be derived from round-off."""
     case = _carried(0, family)
     moved = rotated(case, len(family))
     gap, where = worst(engine_table(case), moved.back(engine_table(moved.case)))
@@ -153,7 +153,7 @@ def _hung(seed: int, family: str) -> Case:
 
 
 def _about_to_slip(case: Case, part: float) -> tuple[Compliant, float]:
-    """The model of springs in which the hinges need this part of the sine of their friction angle, and its angular acceleration."""
+    """The model of springs, and its angular acceleration. The hinges need the given part of the sine of their friction angle."""
     def rubbing(friction: sm.Friction) -> sm.Friction:
         return replace(friction, mu=math.tan(math.asin(abs(part) * math.sin(math.atan(friction.mu)))))
 

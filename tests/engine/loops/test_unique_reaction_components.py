@@ -23,8 +23,8 @@ from trunnion.simulation.run import Model, run, simulate
 from trunnion.simulation.runtime_interface.simulation_block import Settings
 
 DETERMINED, OPEN = 1e-9, 1e-5
-"""Changes of a component relative to the largest one of its joint: below the first, it is round-off; above the second, it is a
-component. Random mechanisms have none between."""
+"""Changes of a component relative to the largest component of its joint. Below the first number, a change is round-off; above the
+second number, the component is open. Random mechanisms have no changes between these numbers."""
 
 
 class Draft:
@@ -51,7 +51,7 @@ class Draft:
         return name
 
     def ring(self, first: str, last: str, points: Iterator[Any], tag: str = "l", **kinds: Any) -> list[str]:
-        """Links between two parts, with joints about the z axis at the points, which lie at any height."""
+        """Links between two parts. The joints turn about the z axis at the given points, which lie at any height."""
         places = [np.array([*p, self.rng.uniform(-0.2, 0.2)]) for p in points]
         chain = [first, *(f"{tag}{i}" for i in range(len(places) - 1)), last]
         ends = enumerate(zip(pairwise(chain), places, strict=True))
@@ -107,7 +107,7 @@ def driven(d: Draft) -> None:
 
 
 def driven_loops(d: Draft) -> None:
-    """Two loops without a common joint; drives hold all joints but one of each."""
+    """Two loops without a common joint. Drives hold all joints of each loop except one."""
     for tag in "lm":
         for name in d.ring("ground", "ground", d.circle(4), tag)[1:]:
             d.joints[name]["drive"] = {"constant": {"rate": 0.0}}

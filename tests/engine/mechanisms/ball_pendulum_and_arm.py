@@ -25,7 +25,7 @@ def run(
     outputs: tuple[str, ...] = ("*",),
     **changes,
 ) -> Result:
-    """A run that must reach its end. changes: ``path__to__number=value``."""
+    """Run a scene to its end, which the run must reach. changes: ``path__to__number=value``."""
     overrides = {**DRY, **{k.replace("__", "."): v for k, v in changes.items()}}
     r = simulate(scene, until=until, every=every, rtol=rtol, max_steps=max_steps, outputs=outputs, overrides=overrides)
     assert r.outcome.ok, r.outcome

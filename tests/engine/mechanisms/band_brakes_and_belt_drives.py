@@ -24,7 +24,7 @@ class Band:
     pretension: float | None = None
 
     def friction(self, sense: float) -> float:
-        """Difference of the tensions while the band slides; sense: of the motion that friction opposes."""
+        """Difference of the tensions while the band slides. sense: sense of the motion against which friction acts."""
         ratio = math.exp(self.mu * abs(self.wrap))
         if self.pretension is not None:
             return sense * 2 * self.pretension * (ratio - 1) / (ratio + 1)
@@ -98,8 +98,8 @@ class Brake:
 
 @dataclass(frozen=True)
 class Drive:
-    """A belt on two pulleys under constant torques; way: sense of the belt joint's axis. A wrap angle of 0 is that of the
-    geometry."""
+    """A belt on two pulleys under constant torques. way: sense of the belt joint's axis. If the wrap angle is 0, the geometry gives
+    the angle."""
 
     band: Band
     radii: tuple[float, float]
@@ -149,14 +149,14 @@ class Drive:
         push = b1 * M1 / J1 + b2 * M2 / J2
         least, most = self.wrapped.friction(-1), self.wrapped.friction(1)
         slid, f = motion(times, b1 * w1 + b2 * w2, lambda f: push - soft * f, push / soft, least, most)
-        # b1 (J1 w1) and b2 (J2 w2) change by opposite impulses of friction: J1 w1/b1 − J2 w2/b2 changes by the torques alone.
+        # b1 (J1 w1) and b2 (J2 w2) change by opposite impulses of friction. Only the torques change J1 w1/b1 − J2 w2/b2.
         kept = (J1 * w1 / b1 - J2 * w2 / b2) * times + 0.5 * (M1 / b1 - M2 / b2) * times**2
         q1 = (slid * J2 / b2**2 + kept) / (b1 * J2 / b2**2 + J1 / b1)
         return q1, (slid - b1 * q1) / b2, f
 
 
 def random_band(rng: np.random.Generator, wraps: tuple[float, float] = (1.0, 9.0)) -> Band:
-    """A band with a tension of one end or the mean of both."""
+    """A band for which the tension of one end or the mean of both tensions is given."""
     wrap = float(rng.choice([-1, 1]) * rng.uniform(*wraps))
     size = float(rng.uniform(20, 400))
     return Band(float(rng.uniform(0.05, 0.5)), wrap, *((size, None) if rng.random() < 0.6 else (None, size)))

@@ -145,7 +145,7 @@ class Row:
         return carrier + more * axis + rate * cross(self("carrier.angular_velocity"), axis)
 
     def reported(self, joint: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Force and torque that a joint exerts on its inboard part, and their place (world)."""
+        """Force and torque that a joint exerts on its inboard part, and their point of action, in the world."""
         j = self.f.scene.joints[joint]
         assert isinstance(j.inboard, sm.Side)
         R = self.turned(j.inboard.body)
@@ -171,7 +171,7 @@ class Row:
         return force, torque
 
     def touch(self, one: Pair) -> tuple[np.ndarray, np.ndarray]:
-        """The point at which two wheels touch and the direction in which their surfaces move there, in the world."""
+        """The point at which two wheels touch, and the direction in which their surfaces move at this point, in the world."""
         R, at = self.turned("carrier"), self("carrier.position")
         base = at - R @ self.f.inertia["carrier"][1]
         p1, p2, a1, a2 = base + R @ one.p1, base + R @ one.p2, R @ one.a1, R @ one.a2

@@ -38,7 +38,7 @@ class Hoist:
         return scene_from_dict(data | {"simulation": {"until": 1.0, "every": 0.05}})
 
     def friction(self, torque: float, sense: float) -> float:
-        """Largest friction at the drum, for its torque and the sense of its motion, from the catalogue's efficiencies."""
+        """Largest friction at the drum for a torque and a sense of the motion, from the catalogue's efficiencies."""
         taken = torque / self.forward if sense * torque > 0 else self.backward * torque
         return abs(taken - torque) + abs(self.ratio) * self.no_load
 
@@ -61,7 +61,7 @@ class Hoist:
         return 1 - abs(needed) / self.friction(-self.load, needed)
 
     def angles(self, times: np.ndarray) -> np.ndarray:
-        """Angles of the drum: at most two parts of constant acceleration, and rest."""
+        """Angles of the drum. The motion has at most two parts of constant acceleration, and rest."""
         out, q, w, t = np.empty(len(times)), 0.0, self.rate, 0.0
         while True:
             if w == 0.0:

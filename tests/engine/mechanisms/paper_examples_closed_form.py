@@ -106,7 +106,8 @@ class Slider:
 def slider_crank(
     phi: float, rate: float = 10.0, mu: float = 0.3, radius: float = 0.01, v_eps: float = 1e-4, adams: bool = False
 ) -> Slider:
-    """Plane statics of slider and rod in their prescribed motion. The rod falls from crank pin A to slider pin B at −psi."""
+    """Plane statics of slider and rod in their prescribed motion. From the crank pin A to the slider pin B, the rod descends at the
+    angle −psi."""
     s = CRANK / ROD * np.sin(phi)
     psi = np.arcsin(s)
     psi1 = CRANK / ROD * np.cos(phi) * rate / np.cos(psi)
@@ -125,7 +126,7 @@ def slider_crank(
     spin = -psi1  # rate of the rod relative to the slider
 
     def moment(fy: float) -> float:
-        """Moments about A on the rod: −f at B, friction, weight, inertia."""
+        """Sum of moments about A on the rod: of −f at B, friction, weight and inertia."""
         friction = -np.sign(spin) * share * np.hypot(fx, fy)
         at_B = ROD * (u[0] * -fy - u[1] * -fx)
         load = np.array([0.0, -ROD_MASS * G]) - ROD_MASS * a_C

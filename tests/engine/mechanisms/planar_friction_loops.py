@@ -86,7 +86,7 @@ class PlaneLoop:
         return float(exact[3] * unit)
 
     def scene(self, extra: float | sm.Signal) -> sm.Scene:
-        """The chain with the torques that hold its weight and ``extra`` torque about y on link 0."""
+        """The scene of the chain. Torques hold its weight, and ``extra`` torque about y acts on link 0."""
         bodies, joints = {}, {}
         forces: dict[str, sm.Applied] = {}
         before, base = 0.0, self.balance()

@@ -47,7 +47,7 @@ def moving(scene: sm.Scene, at: float, tree: tuple[str, ...]) -> Case:
 
 @cache
 def case_of(which: str) -> Case:
-    """The case "bricard", "loops" (the four-bar of four loops), or, for the name of a law, the four-bar with friction."""
+    """The case "bricard", the case "loops" (the four-bar of four loops), or the four-bar with friction by the law of this name."""
     if which == "bricard":
         return moving(load_scene("bricard"), 0.7, ("j0", "j1", "j2", "j3", "j4"))
     if which == "loops":

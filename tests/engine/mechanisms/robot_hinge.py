@@ -61,7 +61,7 @@ class Hinge:
         return abs(needed) / self.friction(-self.load, needed)
 
     def places(self, times: np.ndarray) -> np.ndarray:
-        """Angles of the arm: at most two parts of constant acceleration, and rest."""
+        """Angles of the arm. The motion has at most two parts of constant acceleration, and rest."""
         out, q, w, t = np.empty(len(times)), 0.0, self.rate, 0.0
         while True:
             if w == 0.0:

@@ -1,4 +1,4 @@
-"""A ladder: a rod between a driven top and a foot with friction, and the hand-calculated force in the rod."""
+"""A ladder: a rod between a driven top and a foot with friction. The force in the rod is calculated by hand."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def ladder(mu: float = 0.3, rods: int = 1, placed: bool = False) -> Scene:
 
 
 def tension(t: np.ndarray, mu: float, length: float = LENGTH) -> np.ndarray:
-    """The hand-calculated force in the rod: m ẍ = −T (cos α + μ sin α), where x² + y² = L² gives ẍ = −(ẋ² + ẏ²)/x. The rod and
-    friction both brake the slider."""
+    """The hand-calculated force in the rod: m ẍ = −T (cos α + μ sin α), where x² + y² = L² gives ẍ = −(ẋ² + ẏ²)/x. Rod and friction
+    brake the slider."""
     y = LENGTH * math.sin(0.9) - DOWN * t
     x = np.sqrt(length**2 - y**2)
     return MASS * DOWN**2 * (1 + y**2 / x**2) / x * length / (x + mu * y)

@@ -21,9 +21,9 @@ def driven(stages: int, rate: float, mu: float = 0.15) -> Scene:
 
 def statics(stages: int, mu: float, shoe: float, sense: float) -> dict[str, float]:
     """Force in every pin, N, by hand statics, while the shoe at a distance from the foot (m) moves slowly outward (sense 1) or
-    inward (−1). A pin at level k carries the weight V above it on its side, and a thrust T; a middle pin carries the thrusts of
-    both its levels. Balance of a bar about its middle: (T − T') sinθ l/2 = (V + V') cosθ l/2 ∓ friction of its three pins, each r
-    μ/√(1 + μ²) times its force."""
+    inward (−1). A pin at level k carries the weight V of the parts above on its side, and a thrust T. A middle pin carries the
+    thrusts of the two levels beside it. Balance of a bar about its middle: (T − T') sinθ l/2 = (V + V') cosθ l/2 ∓ friction of its
+    three pins, each r μ/√(1 + μ²) times its force."""
     angle = np.arccos(shoe / LENGTH)
     arm, out = -sense * RADIUS * mu / np.sqrt(1.0 + mu * mu), {}
     V, above = MASS * GRAVITY * (stages - np.arange(stages + 1)), 0.0

@@ -14,7 +14,7 @@ PLATE = np.radians([-50.0, 70.0, 170.0, -170.0, -70.0, 50.0])
 
 
 def stewart(legs: int, mu: float = 0.1) -> Scene:
-    """The platform at rest with relaxed springs, on the first legs of six."""
+    """The platform at rest with relaxed springs, on the first ``legs`` of six legs."""
     bodies, joints, feet, heads = [], [], [], []
     for k in range(legs):
         foot = BASE * np.array([np.cos(GROUND[k]), np.sin(GROUND[k]), 0.0])

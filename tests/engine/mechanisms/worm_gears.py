@@ -14,8 +14,8 @@ from trunnion.scene.scene_loader import scene_from_dict
 
 @dataclass(frozen=True)
 class Worm:
-    """threads, teeth, axial module (m), lead angle (rad; negative: left-handed), normal pressure angle (rad), μ; side: whether the
-    wheel is on the side of a × b of the axes a and b, or on the other."""
+    """threads, teeth, axial module (m), lead angle (rad; negative: left-handed), normal pressure angle (rad), μ; side: the side of
+    the wheel, along a × b of the axes a and b or against it."""
 
     threads: int
     teeth: int
@@ -41,8 +41,8 @@ class Worm:
         return self.side * math.copysign(self.threads / self.teeth, self.lead)
 
     def forces(self, torque: float, drives: bool) -> tuple[float, float, float, float]:
-        """(circumferential force of the wheel, that of the worm, separating force, torque of the worm) for a torque of the wheel;
-        drives: whether the worm drives (Niemann/Winter; Decker)."""
+        """(circumferential force of the wheel, circumferential force of the worm, separating force, torque of the worm) for a
+        torque of the wheel. drives: whether the worm drives (Niemann/Winter; Decker)."""
         tangent, rub = math.tan(abs(self.lead)), (1 if drives else -1) * self.mu / math.cos(self.pressure)
         wheel = torque / self.r2
         worm = wheel * (tangent + rub) / (1 - rub * tangent)

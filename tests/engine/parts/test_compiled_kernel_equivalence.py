@@ -181,7 +181,7 @@ def test_a_run_is_the_same_whether_compiled_or_made_of_parts(scene: str | tuple,
     assert [(e.kind, e.joint) for e in one.events] == [(e.kind, e.joint) for e in other.events]
     for name in [c.name for c in one.columns if c.key[0] in ("q", "qd", "reaction", "position", "kinetic", "potential")]:
         size = max(np.abs(one[name]).max(), 1e-3)
-        assert np.abs(one[name] - other[name]).max() <= 1e-5 * size, name  # different round-off has an effect of 1,000 × rtol
+        assert np.abs(one[name] - other[name]).max() <= 1e-5 * size, name  # 1,000 × rtol: the effect of different round-off
 
 
 def test_nothing_is_compiled_for_an_unseen_structure(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -94,7 +94,8 @@ def test_nothing_is_compiled_for_an_unseen_structure_that_is_stiff(monkeypatch: 
 
 
 def test_a_joint_on_a_loop_that_forbids_nothing_has_no_rows_to_differentiate() -> None:
-    """Two pendulums with a bushing between them have no products of rows, and therefore no products with directions."""
+    """Two pendulums with a bushing between them have no products of rows. Therefore they have no products of rows with
+    directions."""
     bodies = {f"b{k}": {"box": [0.4, 0.05, 0.05], "mass": 1.0, "points": {"end": [-0.2, 0, 0], "tip": [0.2, 0, 0]}} for k in (1, 2)}
     hinges = {f"h{k}": {"type": "revolute", "axis": "z", "inboard": "ground", "outboard": f"b{k}.end"} for k in (1, 2)}
     bushing = {"type": "free", "inboard": "b1.tip", "outboard": "b2.tip", "damping": [0.3] * 6, "cut": True}

@@ -18,8 +18,8 @@ from trunnion.system.construction.system_builder import build
 
 
 def models(scene: Scene) -> list[Model]:
-    """Models, compiled and of parts, with columns of all kinds but contacts. The ratio of contacts at rest has no bound at states
-    whose friction is random."""
+    """Compiled models and models of parts, with columns of all kinds except contacts. The ratio of contacts at rest has no bound at
+    states with random friction."""
     names = [c.name for c in columns(build(scene).system) if ".contact[" not in c.name]
     return [Model(scene, names, kernel) for kernel in ("compiled", "parts")]
 

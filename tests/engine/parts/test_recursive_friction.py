@@ -18,7 +18,8 @@ from trunnion.system.construction.system_builder import build
 from trunnion.system.structure.friction_joint_indices import elements
 
 TREES = (8, 9, 10, 15, 20, 25, 27)
-"""Seeds with friction in every joint type that can have it, in both directions, a driven one, and every law."""
+"""Seeds of trees. Together they have friction in every joint type with friction, in both directions, a driven joint, and every
+law."""
 SAME = 1e-11
 """Allowed difference relative to the largest number. Newton's method leaves 1e-15 of the largest friction, which the lightest
 body's acceleration amplifies."""
@@ -36,7 +37,7 @@ def blocks(scene: Scene) -> list:
 
 
 def evaluated(pairs: list, y: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """ẏ and multipliers of both blocks at a state, with the modes of a start at that state."""
+    """ẏ and multipliers of both blocks at a state. The modes are those of a start at this state."""
     found = []
     for _, block in pairs:
         block.y[: len(y)] = y
@@ -100,7 +101,7 @@ def test_a_run_has_the_same_events_as_from_maps(scene: Scene) -> None:
 
 
 def test_both_kernels_report_the_contacts_up_to_an_event() -> None:
-    """Contacts follow from accelerations with friction; accelerations without friction would give false contact jumps."""
+    """Contacts follow from accelerations with friction. Accelerations without friction would give false contact jumps."""
     turns = []
     for kind in ("parts", "compiled"):
         r = simulate(chain(8), until=0.01, every=0.01, rtol=1e-8, outputs=("*.q[*]",), kernel=kind)

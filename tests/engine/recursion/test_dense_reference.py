@@ -122,7 +122,7 @@ def compared(case: Case) -> dict[str, float]:
     for name, friction in result.friction.items():
         mine = results(model, row)[name, "friction"]
         floor = -1e-14 * np.abs(mine) @ np.abs(state.qd[name])  # round-off of the sum
-        assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it takes energy out
+        assert mine @ state.qd[name] >= floor, name  # friction on the inboard part points along the rates: it dissipates energy
         assert friction @ state.qd[name] >= floor, name
     return row
 

@@ -1,4 +1,4 @@
-"""The description of a mechanism does not change its results: order, sides, world axes, body frames, units."""
+"""Results do not depend on the description of a mechanism: order, sides, world axes, body frames, units."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ WAYS: dict[str, Callable[[Case], Moved]] = {
         case, lambda c: rotated(c, 4), lambda c: reframed(c, 5), lambda c: rescaled(c, 1000.0, 1e-3, 2.0)
     ),
 }
-"""Other descriptions by name. The order of names does not change the kernel. The other three together make one new kernel, not
-three: each of them changes every vector, so that one cannot hide a dependence on another."""
+"""Other descriptions by name. The order of names does not change the kernel. The other three descriptions are applied together,
+which gives only one new kernel. Each of them changes every vector, so that none can hide a dependence on another."""
 
 
 @cache
@@ -83,7 +83,7 @@ def test_results_do_not_depend_on(way: str, which: str) -> None:
 @pytest.mark.default_cases(2)
 @pytest.mark.parametrize("kind", [k for k in TWO_SIDED if REGISTRY[k].nv < 6])
 def test_results_do_not_depend_on_the_side_a_joint_is_described_from(kind: str) -> None:
-    devices = 0.6 if of(kind).swaps_by_sign else 0.0  # devices of other types have no description from the other side
+    devices = 0.6 if of(kind).swaps_by_sign else 0.0  # devices of other types cannot be described from the other side
     case = random_tree(11, 2, types=(kind,), friction=1.0, devices=devices, drives=0.0, t=TIME)
     gap, where = difference(case, swap_joint_sides(case, "j2"))
     assert gap <= TOLERANCE, where

@@ -14,7 +14,8 @@ OPERATIONS = (operator.add, operator.sub, operator.mul, operator.truediv)
 
 
 def operands() -> list[tuple]:
-    """Scalars, columns and matrices, full and with structural zeros, numbers on either side, and another type of matrix."""
+    """Operands: scalars, columns and matrices, full and with structural zeros, numbers on either side, and another type of
+    matrix."""
     a, v, m = ca.SX.sym("a"), ca.SX.sym("v", 3), ca.SX.sym("m", 3, 2)
     sparse = ca.sparsify(ca.vertcat(a, 0, v[1]))
     return [

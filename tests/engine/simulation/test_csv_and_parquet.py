@@ -1,4 +1,4 @@
-"""Tables contain the exact numbers of a result, and metadata about its origin."""
+"""Tables contain the exact numbers of a result, and metadata about the origin of the result."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from trunnion.simulation.run import simulate
 
 G = 9.81
 LOW, HIGH = 0.2, 5.0
-"""Limits of stated over true error: a lower ratio breaks the promise, a higher one gives little information."""
+"""Limits of stated over true error. A lower ratio breaks the promise; a higher ratio gives little information."""
 METHODS = ("rk5", "rk8", "rosenbrock")
 
 
@@ -35,7 +35,7 @@ def certain(r: Result) -> Certainty:
 
 
 def so_far(error: np.ndarray) -> np.ndarray:
-    """The largest error up to each row."""
+    """The largest error of all rows up to each row."""
     return np.maximum.accumulate(np.abs(error))
 
 

@@ -1,4 +1,4 @@
-"""The motion is bit-identical for every choice of columns, and works are as precise as the tolerance."""
+"""The motion is bit-identical for every choice of columns. Works are as precise as the tolerance."""
 
 from __future__ import annotations
 

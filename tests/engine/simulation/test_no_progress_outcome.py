@@ -28,7 +28,7 @@ def test_a_motion_too_fast_for_any_step_ends_as_stalled(method: str) -> None:
 
 
 def test_a_fixed_step_far_too_long_ends_where_events_follow_each_other_without_end() -> None:
-    """From 2.47176 s on, two branches of friction alternate every 1e-11 s. The third step would take 1e11 events."""
+    """From 2.47176 s on, two branches of friction alternate every 1e-11 s. The third fixed step would contain 1e11 events."""
     r = simulate("spherical_pendulum", until=4.0, step=1.1, every=1.1, method="rosenbrock", kernel="parts",
                  overrides={"friction.law": "regularized"}, outputs=["ball.q[1]"])  # fmt: skip
     assert r.outcome.name == "no_progress"

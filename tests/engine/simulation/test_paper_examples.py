@@ -134,7 +134,7 @@ def test_pivot_comes_to_rest_and_the_minute_is_completed() -> None:
     assert r["guide.q[1]"][9] == pytest.approx(13.75, abs=0.02)  # row at 4.5 s; the motion is sensitive after the first second
     assert r["guide.q[1]"][-1] == pytest.approx(13.75, abs=0.03)
     late = r.time > 20.0
-    assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-4  # only the creep of the regularised law, at most v_eps, remains
+    assert np.abs(r["guide.qd[1]"][late]).max() <= 1e-4  # only the creep of the regularised law remains, at most v_eps
     assert np.abs(r["energy.residual"]).max() <= 1e-4 * turned_over(r)  # the run has rtol 1e-6
 
 

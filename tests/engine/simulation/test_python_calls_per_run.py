@@ -17,7 +17,7 @@ from trunnion.simulation.run import simulate
 
 
 def calls_while_stepping(monkeypatch: pytest.MonkeyPatch, until: float) -> tuple[int, Result]:
-    """Number of function calls in Python while example 8.1 steps to ``until`` under law coulomb, and the run's result."""
+    """Number of function calls in Python while example 8.1 steps to ``until`` under law coulomb; also the run's result."""
     called: list[str] = []
     stepping = OneRun._step
 

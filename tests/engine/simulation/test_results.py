@@ -1,4 +1,4 @@
-"""Results of a run: columns by name, units, counts, outcomes with partial rows. The same run twice gives the same bits."""
+"""Results of a run: columns by name, units, counts, and outcomes with partial rows. A repeated run gives the same bits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def pendulum() -> Result:
 
 
 def out_of_reach() -> Scene:
-    """Example 8.2 without friction and with a rod of 0.3 m: the loop closes at the start, and ends at sin φ = 0.6."""
+    """Example 8.2 without friction and with a rod of 0.3 m. The loop closes at the start, and the run ends at sin φ = 0.6."""
     scene = load_scene("crank_slider")
     bodies = scene.bodies | {"rod": replace(scene.bodies["rod"], center=(0.15, 0.0, 0.0), points={"end": (0.3, 0.0, 0.0)})}
     joints = {n: replace(j, friction=None, start=sm.Start(q=0.8) if n == "guide" else None) for n, j in scene.joints.items()}
@@ -94,7 +94,7 @@ def test_the_columns_asked_for_do_not_change_the_motion() -> None:
     one, most = (simulate("spherical_pendulum", until=1.0, every=0.3, outputs=o, overrides=PAPER) for o in columns)
     assert one["ball.qd[2]"] == pytest.approx(most["ball.qd[2]"], abs=1e-13)
     assert one.stats.steps == most.stats.steps
-    # ten times rtol times the largest rate
+    # the limit is ten times rtol times the largest rate
     assert one["ball.qd[2]"] == pytest.approx(pendulum()["ball.qd[2]"], abs=10 * 1e-6 * 5.0)
 
 
@@ -205,7 +205,7 @@ def test_the_end_of_reach_is_the_outcome_of_the_run() -> None:
 
 
 def test_numbers_out_of_range_are_named() -> None:
-    """The acceleration of tiny masses that are pushed hard overflows."""
+    """A large force acts on tiny masses, so that the acceleration overflows."""
     joints = {"arm": sm.Joint("revolute", "ground", "a", axis="y"), "push": sm.Joint("prismatic", "a", "b", axis="x", effort=1e300)}
     bodies = {"a": sm.Body(box=(1.0, 0.1, 0.1), mass=1e-290), "b": sm.Body(mass=1e-290, inertia=(1e-290, 1e-290, 1e-290))}
     r = simulate(sm.Scene(bodies, joints), until=1.0)
@@ -239,7 +239,7 @@ def test_an_interrupt_in_the_progress_callback_keeps_the_rows_so_far(monkeypatch
 
 
 def test_rows_that_need_no_forces_cost_no_evaluations() -> None:
-    """Coordinates come from the dense output; only columns that depend on multipliers or accelerations need a solve."""
+    """Coordinates come from the dense output. Only columns that depend on multipliers or accelerations need a solution."""
     few, many = (simulate("friction_identification", until=2.0, every=every, outputs="*.q[1]") for every in (2.0, 1e-3))
     assert len(many) > 1000 > len(few)
     assert many.stats.rhs_evaluations <= few.stats.rhs_evaluations + 3 * many.stats.steps

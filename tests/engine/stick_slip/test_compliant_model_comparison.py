@@ -25,7 +25,7 @@ def revolute(inboard: str, outboard: str, at: list[float] | None = None, **more:
 
 
 def slider_crank(cut: str) -> dict[str, Any]:
-    """A slider-crank with ideal pins and a guide of given friction; its loop is cut at one joint."""
+    """A slider-crank with ideal pins and a guide of given friction. The loop is cut at the given joint."""
     bodies = {
         "crank": {"mass": 1, "center": [0.05, 0, 0], "inertia": [1e-3, 8.4e-4, 8.4e-4], "points": {"pin": [0.1, 0, 0]}},
         "rod": {"mass": 1, "center": [0.15, 0, 0], "inertia": [1e-3, 7.5e-3, 7.5e-3], "points": {"end": [0.3, 0, 0]}},

@@ -1,6 +1,6 @@
 """Platforms on three sprung legs (revolute, guide, ball). At the start all balls lie in one plane. In this position only, some legs
-rest because other legs rest. Legs that almost rest move with the platform. A final stop of such legs would take a hundredth of its
-energy, or jam it."""
+rest because other legs rest. Legs that almost rest move with the platform. If the engine stopped these legs for good, the platform
+would lose a hundredth of its energy or jam."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from trunnion.simulation.run import simulate
 
 WAYS = (("auto", 1e-6), ("rk5", 1e-5), ("rk8", 1e-7))
 MOST_STEPS = 200
-"""Ten times the steps of the widest of these platforms. Earlier, runs took thousands, or did not reach their end."""
+"""Ten times the steps of the widest of these platforms."""
 ENERGY = 3e-4
-"""Allowed energy error relative to the energy converted. At the loosest of these tolerances, ten platforms have at most 2e-4; with
-legs stopped for good they lost 2e-2."""
+"""Allowed energy error relative to the energy converted. At the loosest of these tolerances, ten platforms have at most 2e-4; if
+legs stopped for good, they would lose 2e-2."""
 
 
 def bar(mass: float, size: tuple[float, float, float], at: np.ndarray, **points: np.ndarray) -> sm.Body:

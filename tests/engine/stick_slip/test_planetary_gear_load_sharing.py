@@ -16,7 +16,7 @@ from trunnion.batch.plan_and_runner import Runner, plan
 from trunnion.simulation.settings.run_settings import Run
 
 NEAR = 1e-7
-"""Time before and after an onset of slip, s. Within it, loads change by far less than they once jumped."""
+"""Time before and after an onset of slip, s. Within this time, loads change only slightly."""
 FLOOR = 1e-6
 """Error of a run with rtol 1e-8, rad; the angles are of order 10."""
 SMOOTH = (2e-5, 1e-5)

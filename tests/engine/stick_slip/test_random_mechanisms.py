@@ -31,7 +31,7 @@ def test_three_hundred_random_mechanisms_obey_the_laws_at_five_settings(kind: st
 
 
 def stiff(*case: object) -> object:
-    """A case whose Jacobian takes the compiler five to nine seconds, run with the slow tests."""
+    """A case of the slow tests. The compiler needs five to nine seconds for its Jacobian."""
     return pytest.param(*case, marks=pytest.mark.slow)
 
 
@@ -41,23 +41,23 @@ def stiff(*case: object) -> object:
     [
         # when another pair stops, the state of a ball that turns about its contact moves across the border of its cone
         ("tree", 38, ("rk5", 1e-5)),
-        # the direction of a pair turns so fast that its friction jumps; this jump seems to release another pair
+        # the direction of a pair turns so fast that its friction jumps; this jump seems to release a second pair
         ("tree", 199, ("rk5", 1e-6)),
         stiff("tree", 199, ("auto", 1e-6)),  # the previous case, with the default method
-        # a ball that closes a loop is slow for a moment, at its own dead centre, but does not stop
+        # a ball that closes a loop slows down briefly at its own dead centre, but does not stop
         ("loop", 19, ("auto", 1e-4)),
-        ("loop", 15, ("rk5", 1e-5)),  # loops are closed in the row of an event: in this row, a sleeve slips
-        ("loop", 27, ("auto", 1e-4)),  # loops are closed in the row of an event: in this row, balls reach their cones
-        ("loop", 3, ("rk8", 1e-8)),  # in the row of its stop, a ball that stops with others has no direction of sliding
+        ("loop", 15, ("rk5", 1e-5)),  # the row of an event has closed loops; in this row, a sleeve slips
+        ("loop", 27, ("auto", 1e-4)),  # the row of an event has closed loops; in this row, balls reach their cones
+        ("loop", 3, ("rk8", 1e-8)),  # in the row of the stop, a ball that stops together with other pairs has no sliding direction
         # a ball turns about its contact at the start; only random starts of the search find its friction
         ("loop", 116, ("rk5", 1e-5)),
-        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of both components of friction counts
+        ("loop", 153, ("rk5", 1e-5)),  # shafts at rest share a load; the sum of the two components of friction counts
         ("loop", 49, ("rk8", 1e-8)),  # the row of a stop has the direction of sliding before the stop, not that of round-off
         stiff("loop", 121, ("rosenbrock", 1e-6)),  # the previous case, for a pair that was slow for a long time
         ("loop", 54, ("auto", 1e-4)),  # pairs that stop because another pair stops are at rest, too
         ("loop", 56, ("rk5", 1e-5)),  # friction grows without bound: a jam, not a fold
-        ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end: it does not alternate between them
-        ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is at a solution for its friction, not near one
+        ("loop", 64, ("auto", 1e-4)),  # a ball's two branches meet and end; the ball does not alternate between them
+        ("loop", 152, ("rk5", 1e-5)),  # the event of a ball is exactly at a solution for its friction
         stiff("loop", 206, ("auto", 1e-6)),  # modes between two simultaneous events, which last no time, have no row
         ("loop", 257, ("auto", 1e-6)),  # the loads of pairs at rest have several roots; with the wrong roots, no pair holds
         # the root with which a group at rest shares its load vanishes; with other roots the group stays at rest
@@ -65,7 +65,7 @@ def stiff(*case: object) -> object:
         # a pair began to slide along a line in the step before a stop, and then changed its direction
         ("loop", 83, ("rk5", 1e-5)),
         ("loop", 86, ("auto", 1e-4)),  # a group's capacity grows with its load, which the rule ignores
-        ("loop", 107, ("auto", 1e-4)),  # the event of a group that shares its load is the first event of its pairs
+        ("loop", 107, ("auto", 1e-4)),  # a group that shares its load has its event at the first event of its pairs
         stiff("loop", 247, ("rosenbrock", 1e-6)),  # loop closure does not move a resting pair
         stiff("loop", 274, ("rk8", 1e-8)),  # a shaft comes to rest while its direction rotates
         stiff("loop", 268, ("auto", 1e-4)),  # a pair that stops keeps its direction to the end
@@ -97,8 +97,8 @@ def test_a_ball_whose_sliding_turns_back_before_its_cone_does_not_stop(setting: 
 @pytest.mark.parametrize("setting", [("rk5", 1e-5), stiff(("auto", 1e-6)), stiff(("rosenbrock", 1e-8))])
 def test_sliding_along_a_stiff_direction_ends_without_shrinking_steps(setting: tuple[str, float]) -> None:
     """The shaft that closes loop 26 comes to rest and reverses. Friction accelerates the shaft a thousand times as much along its
-    axis as about its axis, so that every method's steps shrink with the remaining time. The shaft reverses at 0.2447825447 s (the
-    stiff method at rtol 1e-10). The error of this time is at most 7 rtol × the time scale in every method."""
+    axis as about its axis. Every method's steps shrink with the remaining time. The shaft reverses at 0.2447825447 s (the stiff
+    method at rtol 1e-10). The error of this time is at most 7 rtol × the time scale in every method."""
     case = rubbing("loop", 26)
     method, rtol = setting
     r = simulate(case.scene, until=1.5 * time_scale(case), every=0, method=method, rtol=rtol, outputs=["energy.*"])

@@ -1,4 +1,4 @@
-"""Screws in loops: several threads on one spindle slip at one instant, and a crank jams where a force on the nut cannot drive the
+"""Screws in loops. Several threads on one spindle slip at one instant. A crank jams where a force on the nut cannot drive the
 screw."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Finished runs obey the laws: friction alone takes energy, every slip is found, and results do not depend on method or
+"""Finished runs obey the laws. Only friction takes energy, and every slip is found. Results do not depend on method or
 tolerance."""
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def test_two_sliders_in_series_do_not_both_stop_at_a_dead_centre(seed: int) -> N
         for rtol in (1e-4, 1e-8):
             r = simulate(scene, until=0.8, every=0.02, method=method, rtol=rtol)
             assert r.outcome.ok
-            assert energy_error(r) <= 10 * rtol  # energies are sums of squared velocities, whose relative errors are about rtol
+            assert energy_error(r) <= 10 * rtol  # energies are sums of squared velocities with relative errors of about rtol
             assert r["guide.qd[1]"][-1] == pytest.approx(creeping["guide.qd[1]"][-1], abs=10 * rtol + 10 * LIMIT)
 
 
@@ -141,8 +141,8 @@ def test_a_block_slips_once_in_every_period_at_every_tolerance(duty: float) -> N
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("duty", [0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499, 0.4999])
 def test_a_block_slips_once_in_every_one_of_1000_periods_at_every_setting(duty: float, seed: int) -> None:
-    """The force acts for exactly half of each period. The block then no longer rests: its speed falls to zero and rises at once, at
-    every setting."""
+    """The force acts for exactly half of each period. At every setting, the block then does not rest: its speed falls to zero and
+    rises at once."""
     for method in METHODS:
         for rtol in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
             slips_in_every_period(duty, seed, method, rtol, 1000)
@@ -228,7 +228,7 @@ def test_random_loops_lose_energy_to_friction_alone(seed: int) -> None:
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8])
 def test_a_pair_of_several_components_that_reverses_along_a_line_stays_on_it_at_every_row(rtol: float) -> None:
-    """The double pendulum finally swings in a plane: its guide turns and no longer travels. Just after a reversal, friction across
+    """The double pendulum finally swings in a plane: its guide turns and does not travel. Just after a reversal, friction across
     the line of sliding is very stiff. Stages of the dense output must not amplify round-off across this line."""
     scene = load_scene("double_pendulum")
     scene = replace(scene, friction=replace(scene.friction, law="coulomb", normal_force="adams"))

@@ -22,19 +22,19 @@ from trunnion.system.construction.start_values_and_scales import length_scale, r
 
 
 def modes(block: bl.Block) -> np.ndarray:
-    """The modes of a block's pairs, as a view into it."""
+    """The modes of a block's pairs, as a view into the block."""
     n = block.kernel.sizes["nsliders"]
     return block.x[len(block.x) - MODE.numbers * n :].view(MODE.dtype)
 
 
 def solution(block: bl.Block) -> np.ndarray:
-    """[λ | η] of a block, as a view into it."""
+    """[λ | η] of a block, as a view into the block."""
     s = block.kernel.sizes
     return block._view(bl.Array.MULTIPLIERS, s["active"] + s["neta"])
 
 
 def block_on_table(push: float = 0.0, speed: float = 0.0, law: str = "coulomb", mu: float = 0.5, lean: float = 0.0) -> sm.Scene:
-    """A block of 2 kg on a rough table that is inclined by an angle, rad, and a force, N, that pushes it."""
+    """A block of 2 kg on a rough table. The table is inclined by an angle, rad, and a force, N, pushes the block."""
     rub = sm.Friction(mu=mu, half_width=0.01, half_height=0.01, half_length=0.5)
     slide = sm.Joint("prismatic", "ground", "block", axis="x", pin="outboard", friction=rub, start=sm.Start(0.0, speed),
                      effort=push)  # fmt: skip
@@ -149,7 +149,7 @@ def test_a_stop_that_presses_with_nothing_in_it_is_seen() -> None:
     slide = sm.Joint("prismatic", "ground", "block", axis="x", end_stops=sm.EndStops(upper=0.1, stiffness=1e4))
     block = begun(sm.Scene({"block": sm.Body(mass=2.0, inertia=(0.1, 0.1, 0.1))}, {"slide": slide}))
     assert block.broken() == set()
-    block.x[len(block.x) - 1] = 1.0  # the scene has no pair, so that the last number is the stop's flag
+    block.x[len(block.x) - 1] = 1.0  # the scene has no pair, so the last number is the flag of the stop
     assert block.broken() == {Breaks.STOP}
 
 

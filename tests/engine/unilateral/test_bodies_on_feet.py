@@ -148,8 +148,8 @@ def test_a_box_on_four_feet_lands_slides_stops_and_then_tips_or_slides_as_by_han
 
 
 def loads_of_feet(feet: np.ndarray, y: np.ndarray, mu: float, mass: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Loads of feet of equal stiffness on a plane under a body that slides at the state y (x, y, angle, and rates): (loads N; arms
-    from the mass centre; friction per load). The compressions lie in a plane, and a foot whose compression is negative has no
+    """Loads of feet of equal stiffness on a plane, under a body that slides at the state y (x, y, angle, and rates). Returns (loads
+    N; arms from the mass centre; friction per load). The compressions lie in a plane. A foot with negative compression has no
     load."""
     c, s = np.cos(y[2]), np.sin(y[2])
     arms, one = feet[:, :2] @ np.array([[c, s], [-s, c]]), np.ones(len(feet))
@@ -168,7 +168,7 @@ def loads_of_feet(feet: np.ndarray, y: np.ndarray, mu: float, mass: float) -> tu
 
 def slide_on_feet(seed: list[int]) -> tuple[np.ndarray, float, float, np.ndarray, np.ndarray]:
     """A random body that slides and spins on four to six feet for 0.1 s: (feet, μ, mass, states at the start and at the end).
-    Raises LinAlgError if it tips or stops."""
+    Raises LinAlgError if the body tips or stops."""
     rng = np.random.default_rng(seed)
     n, high, mass, mu = rng.integers(4, 7), rng.uniform(0.1, 0.3), rng.uniform(1, 5), rng.uniform(0.1, 0.45)
     turn = 2 * np.pi * (np.arange(n) + rng.uniform(-0.3, 0.3, n)) / n

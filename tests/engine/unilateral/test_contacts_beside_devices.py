@@ -1,4 +1,4 @@
-"""Contacts that begin and end in random mechanisms with friction, stops, hooks, brakes, freewheels, motors and gear units: runs end
+"""Random mechanisms with contacts that begin and end, friction, stops, hooks, brakes, freewheels, motors and gear units. Runs end
 alike at every setting."""
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ FAILED = [
     ("dropped_levers", 7), ("dropped_levers", 58), ("braked_wheels", 13), ("pulled_boxes", 5), ("pulled_boxes", 20),
     ("lifting_tappets", 2), ("lifting_tappets", 15), ("slotted_wheels", 20),
 ]  # fmt: skip
-"""Scenes that ended as jammed, inaccurate or penetrated, or took thousands of steps, because pairs kept the friction of the rates
-before an impact, or because short flights were missed."""
+"""Scenes in which pairs must not keep the friction of the rates before an impact, or in which short flights are easily missed."""
 MOST = 800
 """Steps of any of these runs."""
 

@@ -68,7 +68,7 @@ def impulses(W: np.ndarray, v: np.ndarray, mu: float, target: float, least: floa
 @pytest.mark.default_cases(10)
 @pytest.mark.parametrize("seed", range(120))
 def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int) -> None:
-    """Newton's and Poisson's law with Coulomb's cone for the impulses, at random angle, speed, mass and friction."""
+    """Impacts by Newton's and Poisson's laws, with Coulomb's cone for the impulses. Angle, speed, mass and friction are random."""
     rng = np.random.default_rng(seed)
     mass, inertia, length, angle = rng.uniform(0.5, 3), rng.uniform(0.01, 0.3), rng.uniform(0.2, 1), rng.uniform(-1.2, 1.2)
     mu, e, law = rng.uniform(0, 0.4), rng.uniform(0.1, 0.9), ("newton", "poisson")[seed % 2]
@@ -96,7 +96,7 @@ def test_the_end_of_a_rod_strikes_a_table_with_the_impulses_of_its_law(seed: int
 
 @pytest.mark.parametrize("kernel", ["parts", "compiled"])
 def test_a_wheel_slides_until_it_rolls_and_leaves_no_energy_unexplained(kernel: str) -> None:
-    """A solid wheel that starts with v and without turning rolls after v/(3 μ g), with 2/3 of its speed."""
+    """A solid wheel starts with the speed v and without rotation. It rolls after v/(3 μ g), with 2/3 of this speed."""
     mu, radius, v, mass = 0.3, 0.25, 2.0, 3.0
     fly = in_plane("wheel", (radius, 0.0, 0.0), (0.0, v, 0.0))
     made = scene({"wheel": body(mass, 0.5 * mass * radius**2)}, {"fly": fly, "rim": rim("wheel", radius, mu)})

@@ -34,7 +34,7 @@ class Hill:
         return scene({"wheel": body(self.mass, self.part * self.mass * self.radius**2)}, {"fly": fly, "track": track})
 
     def rates(self, _: float, y: np.ndarray, rolls: bool) -> list[float]:
-        """y: parameter, speed along the track, rim speed ω R."""
+        """Rates of y = (parameter, speed along the track, rim speed ω R)."""
         c1, c2 = self.curve(y[0], 1), self.curve(y[0], 2)
         size = np.hypot(*c1)
         slope, bend = c1[0] / size, (c1[1] * c2[0] - c1[0] * c2[1]) / size**3
@@ -46,8 +46,8 @@ class Hill:
         return [y[1] / size, -G * slope - self.mu * push / self.mass, self.mu * push / self.mass / self.part]
 
     def reference(self, until: float) -> tuple[float, np.ndarray, float]:
-        """Time at which the wheel begins to roll (infinite: later than ``until``), state at ``until``, and the largest share of
-        friction while it rolls."""
+        """Time at which the wheel begins to roll (infinite if later than ``until``), state at ``until``, and largest share of
+        friction during rolling."""
 
         def sliding(_: float, y: np.ndarray, __: bool) -> float:
             return y[1] - y[2]

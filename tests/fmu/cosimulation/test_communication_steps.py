@@ -24,7 +24,7 @@ KNEE = ("knee.q[1]", "knee.qd[1]", "hip.q[1]", "hip.drive.effort[1]")
 
 
 def said(host: Host) -> str:
-    """The FMU's messages to the host's logger, although no log was requested."""
+    """Messages of the FMU to the host's logger. The host has requested no log."""
     return " ".join(text for _, text in host.log)
 
 
@@ -96,7 +96,7 @@ def test_a_motion_follows_its_input_critically_damped(flavour: str) -> None:
 
 
 def test_a_motion_follows_exactly_when_the_derivatives_are_given() -> None:
-    """The FMU extends a parabola by its two derivatives without error."""
+    """The FMU extends a parabola without error, using two derivatives of the input."""
     host = Host(exported("arm"), angle=0.2)
     at = host.reference["angle"]
     for k in range(20):

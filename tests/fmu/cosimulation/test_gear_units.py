@@ -28,7 +28,7 @@ def made() -> Path:
 
 @pytest.mark.parametrize("changes", [{}, {"forward": 0.5}, {"forward": 0.7, "backward": 0.0, "motor": 0.0, "no_load": 0.0}])
 def test_a_hoist_as_an_fmu_moves_as_the_closed_form(changes: dict[str, float]) -> None:
-    """The load sinks at first, comes to rest within a communication step, and then rises or stays."""
+    """At first the load sinks. It comes to rest within a communication step, and then rises or stays."""
     h = replace(SINKING, **changes)
     host = Host(made(), begin=False, solver__tolerance=1e-11)
     paths = {"forward": "box.friction.efficiency", "backward": "box.friction.efficiency_backward",

@@ -29,7 +29,7 @@ def certified(fmi: int) -> Path:
 
 
 def run(file: Path, errors: int, rtol: float) -> np.ndarray:
-    """A run of this FMU in fmpy."""
+    """A run of the FMU of ``certified`` in fmpy."""
     given = {"solver.errors": errors, "solver.tolerance": rtol}
     return simulate_fmu(str(file), stop_time=UNTIL, output_interval=SPACING, start_values=given)
 
@@ -107,7 +107,7 @@ def test_errors_follow_inputs_that_the_host_changes() -> None:
 
     plain, told, exact = moved(0.0, 1e-5), moved(1.0, 1e-5), moved(0.0, 1e-12)
     assert np.all(told >= np.maximum.accumulate(np.abs(plain - exact)))
-    assert told.max() < 1e-5 * np.abs(exact).max()  # a second run with other inputs would have far larger differences
+    assert told.max() < 1e-5 * np.abs(exact).max()  # a second run with other inputs would differ far more
 
 
 @pytest.mark.parametrize("how", [{"flavour": "python"}, {"kind": "me"}])

@@ -1,4 +1,5 @@
-"""Joints that jam: an FMU continues through a jam if its scene does. Otherwise it reports the jam as the engine does."""
+"""Joints that jam: if the scene continues through a jam, so does its FMU. Otherwise the FMU reports the jam as the engine reports
+it."""
 
 from __future__ import annotations
 

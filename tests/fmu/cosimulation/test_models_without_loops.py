@@ -50,7 +50,7 @@ def test_numbers_that_no_bundled_model_has_are_bounded_as_in_a_scene() -> None:
 
 
 def test_numbers_that_do_not_go_together_are_refused_when_they_take_effect_and_the_run_continues() -> None:
-    """Hosts set parameters one after the other, so that intermediate values may be in the wrong order."""
+    """Hosts set parameters one by one, so that intermediate values may be in the wrong order."""
     host, same = (Host(exported("spherical_pendulum:stribeck")) for _ in range(2))
     mu, static = "joints.ball.friction.mu", "joints.ball.friction.mu_static"
     host.run(0.0, 3, 0.01)

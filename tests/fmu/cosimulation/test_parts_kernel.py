@@ -1,5 +1,5 @@
-"""FMUs made of parts: tables and parts as C text. Their results equal the engine's run on parts to the last bit; the stored state
-of one FMU can be loaded in another place."""
+"""FMUs made of parts contain tables and parts as C text. Their results equal the engine's run on parts to the last bit. The stored
+state of an FMU can be loaded at another place in memory."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_directional_derivatives_are_those_of_compiled_code() -> None:
         names = ["knee.qdd[1]", "hip.drive.effort[1]", "two.acceleration[1]"]
         known = [host.reference[n] for n in ("motor", "angle")]
         both.append([host.fmu.getDirectionalDerivative([host.reference[n] for n in names], [k], [1.0]) for k in known])
-    np.testing.assert_allclose(*both, rtol=1e-6)  # both runs end with errors of rtol 1e-6
+    np.testing.assert_allclose(*both, rtol=1e-6)  # both runs have errors of rtol 1e-6
     assert np.abs(both[0]).max() > 0.1
 
 

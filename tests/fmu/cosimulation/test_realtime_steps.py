@@ -72,7 +72,7 @@ def test_bounds_of_steps_are_parameters_and_steps_beyond_them_are_reported(made:
 
 
 def test_exports_promise_a_bound_that_steps_keep(made: tuple[Path, Export]) -> None:
-    """Operations are counted by the weights of the export, over a run with an event and a run made by the fallback."""
+    """The test counts operations by the weights of the export, over a run with an event and a run made by the fallback."""
     _, told = made
     for bounds in ({}, {"iterations": 1}):
         over = {"simulation.realtime": {"step": STEP, **bounds}}

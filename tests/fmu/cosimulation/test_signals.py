@@ -49,7 +49,7 @@ def made(kind: str) -> Path:
 
 @cache
 def expected() -> trunnion.Result:
-    """The run in which a jump replaces the late input."""
+    """The run of a scene in which a jump replaces the late input."""
     jump = {"step": {"start": 1.0, "end": 8.0, "begin": BEGIN}}
     return trunnion.simulate(scene(late=jump), until=UNTIL, every=0.1, rtol=1e-11, kernel="parts")
 

@@ -19,7 +19,7 @@ TURN, BANDWIDTH = 0.5, 100.0
 
 
 def rate(t: float) -> float:
-    """Rate of a critically damped motion to the angle that was set, rad/s."""
+    """Rate of a critically damped motion to the angle that the host set, rad/s."""
     since = max(t - BEGIN * STEP, 0.0)
     return TURN * BANDWIDTH**2 * since * np.exp(-BANDWIDTH * since)
 
@@ -39,5 +39,5 @@ def test_a_sleeve_that_follows_an_input_starts_and_rests_with_it(share: float) -
     time, q, v, count = np.array(rows).T
     assert q == pytest.approx(alone(rate, 0.2, share, 0.3, time)[0], abs=20 * 1e-6 * LONG)
     assert count[BEGIN - 1] == 1.0  # the sleeve has stopped
-    assert count[-1] in (2.0, 3.0)  # the sleeve slips; the decay of its motion may be reported as a stop
+    assert count[-1] in (2.0, 3.0)  # the sleeve slips; the FMU may report the decay of its motion as a stop
     assert abs(v[-1]) < 1e-20

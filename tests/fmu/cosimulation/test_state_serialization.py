@@ -34,13 +34,14 @@ def checksum(body: bytes) -> int:
 
 
 def forged(state: bytes, at: int, value: bytes) -> bytes:
-    """The state with other bytes at a place of its body, and the right checksum."""
+    """The state with other bytes at a place of its body, and with a correct checksum."""
     body = state[SEAL : SEAL + at] + value + state[SEAL + at + len(value) :]
     return state[:8] + struct.pack("<Q", checksum(body)) + body
 
 
 def places(host: Host, state: bytes) -> int:
-    """Positions at which a state stores the places of its arrays. The first place is 0, the next begins after the parameters."""
+    """Positions at which a state stores the places of its arrays. The first place is 0; the second place begins after the
+    parameters."""
     count = sum(v.causality == "parameter" for v in host.md.modelVariables)
     return state[SEAL:].index(struct.pack("<2i", 0, count))
 
@@ -60,7 +61,7 @@ def midway(file: Path) -> tuple[Host, bytes]:
 
 
 def refusal(host: Host, state: bytes) -> str:
-    """The message about refused bytes; "" when they are accepted."""
+    """The message about refused bytes; "" if the FMU accepted the bytes."""
     host.log.clear()
     with suppress(FMICallException):
         host.fmu.deSerializeFMUstate(state)

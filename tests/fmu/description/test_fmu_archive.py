@@ -67,7 +67,7 @@ def test_another_scene_has_another_guid_and_the_flavours_share_theirs(tmp_path: 
 
 
 def test_python_files_have_names_of_their_own(tmp_path: Path) -> None:
-    """Two FMUs in one process must not run each other's code."""
+    """Two FMUs in one process must not run each other's Python code."""
     names = []
     for model in ("spherical_pendulum", "crank_slider"):
         with zipfile.ZipFile(exported(model, "python")) as z:
@@ -139,7 +139,7 @@ def test_a_second_fmu_compiles_its_own_code_only(monkeypatch: pytest.MonkeyPatch
 
 
 def test_parallel_compilation_covers_all_units_but_the_model_tables(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """``prepare`` compiles the units of a model side by side. ``library`` then compiles only the tables of the model."""
+    """``prepare`` compiles the units of a model in parallel. ``library`` then compiles only the tables of the model."""
     compiled: list[str] = []
     run = c_compiler.run
 
@@ -177,5 +177,5 @@ def test_an_fmu_is_optimised_whatever_the_environment_asks_of_kernels(
         monkeypatch.setenv("TRUNNION_QUICK_BUILD", switch)
         made[switch] = library(chosen(["host"])[0], tmp_path.name, sources)
     assert made["1"] == made["0"]
-    assert len(calls) == 2  # one call compiles the code of the model, the other links
+    assert len(calls) == 2  # one call compiles the code of the model, the other call links
     assert not any(flag in call for call in calls for flag in c_compiler.QUICK)

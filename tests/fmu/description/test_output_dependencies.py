@@ -22,14 +22,14 @@ STEPS = ((0, 0.01), (7, 0.01), (40, 0.005))
 
 @cache
 def made(name: str) -> Path:
-    """The FMU of a scene with inputs, all of whose columns are outputs."""
+    """The FMU of a scene with inputs. All columns of the scene are outputs."""
     file = FOLDER / f"depends-{name}.fmu"
     export(MADE[name](), file, outputs="*")
     return file
 
 
 def declared(file: Path, at_start: bool) -> dict[str, set[str]]:
-    """The variables on which each output is declared to depend."""
+    """The variables on which each output depends according to the description."""
     md = read_model_description(file)
     return {u.variable.name: {d.name for d in u.dependencies} for u in (md.initialUnknowns if at_start else md.outputs)}
 
@@ -90,8 +90,8 @@ def test_events_audit_and_structural_zeros_depend_on_no_input() -> None:
 
 
 def test_declared_dependencies_of_motor_and_crank_form_no_algebraic_loop() -> None:
-    """A motor whose angle the crank follows; the torque of the crank's drive acts on the motor. There is no algebraic loop, neither
-    at the start nor at communication points."""
+    """The crank follows the angle of a motor. The torque of the crank's drive acts on the motor. Neither the start nor a
+    communication point has an algebraic loop."""
     links = {"angle": "shaft.q[1]", "load": motor_and_crank.LOAD}
     for at_start in (True, False):
         needs = declared(made("crank"), at_start) | declared(made("motor"), at_start)

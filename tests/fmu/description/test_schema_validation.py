@@ -53,7 +53,7 @@ def problems(files: dict[str, bytes]) -> list[str]:
 
 @pytest.mark.parametrize("name", [*model_names(), *DESIGNS, "arm"])
 def test_no_form_of_any_model_has_a_problem(name: str) -> None:
-    """The description is the same for kernels made of parts, which have no sources."""
+    """Kernels made of parts have the same description, but no sources."""
     scene = arm() if name == "arm" else trunnion.load_scene(trunnion.models_dir() / name)
     model, first = started(scene, None, "compiled")
     found = {}

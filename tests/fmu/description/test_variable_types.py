@@ -95,8 +95,8 @@ def test_declared_derivatives_equal_differences(model: str) -> None:
 @pytest.mark.default_cases(1)
 @BOTH
 def test_derivatives_of_outputs_are_known(flavour: str) -> None:
-    """If the derivative of an output is an output, too, its value is returned. A discrete output has the derivative 0. For other
-    outputs, the derivative is a forward difference. Reading derivatives changes nothing."""
+    """If the derivative of an output is also an output, the FMU returns its value. A discrete output has the derivative 0. For
+    other outputs, the derivative is a forward difference. Reading derivatives changes nothing."""
     host, same = (Host(exported("double_pendulum", flavour)) for _ in range(2))
     names = ["guide.q[1]", "guide.qd[2]", "upper.position[3]", "energy.kinetic", "cross.friction.torque[1]"]
     names.append("guide.friction.state[1]")

@@ -66,7 +66,7 @@ class Host3:
         return out
 
     def put(self, name: str, *values: float) -> None:
-        """Set a real variable, an array with all its numbers."""
+        """Set a real variable. An array is set with all its numbers."""
         self.fmu.setFloat64([self.reference[name]], list(values))
 
     def ticking(self) -> list[str]:
@@ -76,13 +76,13 @@ class Host3:
         return [n for n, ticks in zip(names, on, strict=True) if ticks]
 
     def step(self, until: float) -> tuple[bool, bool, bool, float]:
-        """One step towards a time: (events to handle, terminated, early, reached)."""
+        """Make one step towards a time. Returns (events to handle, terminated, early, reached)."""
         said = self.fmu.doStep(self.time, until - self.time)
         self.time = said[3]
         return said
 
     def handle(self, *names: str) -> tuple[list[str], list, list]:
-        """Handle the present event: (clocks that tick, values before, values after)."""
+        """Handle the present event. Returns (clocks that tick, values before, values after)."""
         self.fmu.enterEventMode()
         ticking, before = self.ticking(), self.get(*names)
         again, *_ = self.fmu.updateDiscreteStates()
@@ -92,8 +92,8 @@ class Host3:
         return ticking, before, after
 
     def run(self, until: float, h: float, *names: str) -> tuple[list[tuple], list[list]]:
-        """Steps of h up to a time, events handled: ([(time, clocks, values before, values after)], [values at points of
-        communication])."""
+        """Make steps of h up to a time, and handle events. Returns ([(time, clocks, values before, values after)], [values at
+        communication points])."""
         events, rows, begin = [], [], self.time
         for k in range(round((until - begin) / h)):
             end = begin + (k + 1) * h

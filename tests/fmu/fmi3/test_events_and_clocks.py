@@ -34,7 +34,7 @@ def logged(model: str, until: float, h: float, skip: int = 0) -> list[tuple[floa
 
 
 def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> None:
-    """The run is in fmpy's own event mode, which makes two rows at each event."""
+    """The run uses fmpy's own event mode, which makes two rows at each event."""
     expected = [e.time for e in trunnion.simulate("spherical_pendulum").events]
     assert len(expected) == 11
     got = simulate_fmu(str(exported("spherical_pendulum", fmi=3)), stop_time=10, output_interval=0.01, use_event_mode=True,
@@ -46,7 +46,8 @@ def test_the_eleven_events_of_example_8_1_are_where_the_engine_has_them() -> Non
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("model", LAWS)
 def test_each_event_is_reported_once_at_its_instant_by_the_clock_of_its_joint_and_kind(model: str) -> None:
-    """The test includes reversals inside a proportional zone, which the FMU records only when the motion leaves the zone."""
+    """The test includes reversals inside a proportional zone. The FMU records such a reversal only when the motion leaves the
+    zone."""
     until, h = 5.0, 0.1
     due = logged(model, until, h, skip=10)
     events, _ = Host3(exported(model, fmi=3)).run(until, h)
@@ -154,7 +155,7 @@ def test_a_state_kept_at_an_event_continues_from_there() -> None:
 
 @pytest.mark.parametrize("early", [True, False])
 def test_inputs_that_are_set_at_every_point_act_as_in_fmi_2(early: bool) -> None:
-    """Steps may or may not end at events."""
+    """The test makes steps that may end at events and steps that may not."""
 
     def motor(t: float) -> float:
         return 40.0 * np.sin(7.0 * t)

@@ -1,10 +1,10 @@
-"""FMUs of all bundled models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER [TOOL ...]`` prints what
-the table of fmu/README.md summarises.
+"""FMUs of all bundled models in all forms in other tools: ``python -m tests.fmu.hosts.host_table FOLDER [TOOL ...]`` prints the
+figures for the table of fmu/README.md.
 
 FOLDER keeps the FMUs and an environment for each tool. Tools in C are used if they are on the path. PyFMI, which is compiled with
-its libraries, is used if FOLDER has an environment with it. A cell is the largest difference of a final value from that in fmpy,
-relative to 1 or the value, whichever is larger. If the tool refuses files, the cell has the last line of each refusal, with the
-models."""
+its libraries, is used if FOLDER has an environment with it. A cell is the largest difference of a final value from the value in
+fmpy, relative to 1 or to the value, whichever is larger. If the tool refuses files, the cell has the last line of each refusal,
+with the models."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ TOOLS = {
     "energysim": ("energysim==2.1.9.1", "fmpy==0.2.14", "pypsa==0.31.2"), "pyfmi": (),
 }  # fmt: skip
 FORMS_OF = {"casadi": ("me2", "me3"), "fmpy_compiled": ("cs2", "arrays3"), "bd2cmake": ("arrays3",)}
-"""The forms of FMUs that a tool is for, if it is not for all."""
+"""The forms of FMUs that a tool accepts, if the tool does not accept all forms."""
 PROGRAMS = {"fmuCheck.linux64": ("cs2", "me2", "python2"), "fmi4ctest": tuple(FORMS)}
 STOP, STEP = 0.9, 0.01
 """Seconds. At 1 s the motions of `robot_arm` end, and its friction jumps."""
@@ -87,7 +87,7 @@ def _end(told: subprocess.CompletedProcess[str]) -> str:
 
 
 def _of_program(tool: str, file: Path) -> Values | str:
-    """The final values by a program in C, which writes a CSV file; none if it writes no file."""
+    """The final values from a C program, which writes a CSV file; no values if the program writes no file."""
     rows = Path(tempfile.mkdtemp()) / "rows.csv"
     mode = "me" if file.stem.rpartition("-")[2].startswith("me") else "cs"
     options = {"fmuCheck.linux64": ["-k", mode, "-h", str(STEP), "-s", str(STOP), "-n", "0"],
@@ -111,7 +111,7 @@ def difference(a: Values, b: Values) -> float:
 
 
 def files(folder: Path) -> dict[tuple[str, str], Path]:
-    """The FMUs by model and form, in a folder that is made if it is missing."""
+    """The FMUs by model and form, in a folder. The function creates a missing folder."""
     folder.mkdir(parents=True, exist_ok=True)
     made = {(m, f): folder / f"{m}-{f}.fmu" for m in MODELS for f in FORMS}
     for (model, form), file in made.items():

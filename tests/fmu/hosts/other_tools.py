@@ -1,6 +1,6 @@
 """Other tools that simulate FMUs. ``python other_tools.py TOOL STOP STEP FILE …`` runs in an environment with that tool, without
-Trunnion. For each FILE, an FMU or an SSP file, it prints the final values of the outputs as a line of JSON, or the last line of
-what the tool raises."""
+Trunnion. Each FILE is an FMU or an SSP file. For each FILE, the script prints one line: the final values of the outputs as JSON, or
+the last line of the tool's exception."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def fmpy(file: str, stop: float, step: float) -> Values:
 
 
 def fmpy_compiled(file: str, stop: float, step: float) -> Values:
-    """fmpy with binaries that it compiles from the sources of the FMU."""
+    """fmpy with binaries that fmpy compiles from the sources of the FMU."""
     from fmpy import extract
     from fmpy.build import build_platform_binary
 
@@ -101,7 +101,8 @@ def cofmupy(file: str, stop: float, step: float) -> Values:
 
 
 def container(file: str, stop: float, step: float) -> Values:
-    """The container of fmu_manipulation_toolbox, run by fmpy. It exposes outputs of an SSP file only if its JSON file says so."""
+    """The container of fmu_manipulation_toolbox, run by fmpy. The container exposes outputs of an SSP file only if its JSON file
+    lists them."""
     folder, name = Path(tempfile.mkdtemp()), Path(file).name
     shutil.copyfile(file, folder / name)
     if file.endswith(".ssp"):
@@ -122,7 +123,8 @@ def _fmucontainer(folder: Path, given: str, *more: str) -> None:
 
 
 def casadi(file: str, stop: float, step: float) -> Values:
-    """The difference of the state derivatives at the start from those in fmpy. DaeBuilder has neither events nor co-simulation."""
+    """Difference between the state derivatives at the start and those in fmpy. CasADi's DaeBuilder supports neither events nor
+    co-simulation."""
     import casadi as ca
     from fmpy import simulate_fmu
 
@@ -178,7 +180,7 @@ def pathsim(file: str, stop: float, step: float) -> Values:
 
 
 def pyfmi(file: str, stop: float, step: float) -> Values:
-    """PyFMI, which reads FMUs by FMI Library and not by fmpy."""
+    """PyFMI, which reads FMUs by FMI Library instead of fmpy."""
     from pyfmi import load_fmu
 
     os.chdir(tempfile.mkdtemp())

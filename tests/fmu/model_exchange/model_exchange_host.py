@@ -1,4 +1,4 @@
-"""FMUs for model exchange for the tests, made once in each process, runs of them in fmpy, and a separate instance."""
+"""FMUs for model exchange, made once in each process of tests. Also runs of these FMUs in fmpy, and a separate instance."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def swing() -> trunnion.Scene:
 
 
 def driven() -> trunnion.Scene:
-    """Three links with friction. Drives start the first two from rest, and stop the second twice; the third sticks at first."""
+    """Three links with friction. Drives start the first two links from rest, and stop the second link twice. The third link sticks
+    at first."""
     bar = {"box": [0.6, 0.04, 0.04], "density": 7800, "points": {"a": [-0.3, 0, 0], "b": [0.3, 0, 0]}}
     hinge, rub = {"type": "revolute", "axis": "z"}, {"mu": 0.2, "radius": 0.02, "half_length": 0.05}
     table = {"table": {"time": [0, 0.2, 0.5, 0.8, 1.2, 1.5], "value": [0, 0, 0.3, 0.3, -0.4, 0]}}
@@ -67,7 +68,8 @@ def driven() -> trunnion.Scene:
 
 
 def thrown() -> trunnion.Scene:
-    """Two blocks thrown up a rail past their latches. A signal releases one, the other slips on the teeth of its ratchet."""
+    """Two blocks are thrown up a rail past their latches. A signal releases one block; the other block slips on the teeth of its
+    ratchet."""
     body = {"mass": 2, "inertia": [1, 1, 1]}
     hook, rail = {"at": 0.3, "stiffness": 4e4}, {"type": "prismatic", "axis": "x", "inboard": "ground"}
     rail |= {"effort": -6, "start": {"qd": 3}}
@@ -125,7 +127,7 @@ def run_me(
 
 
 def engine_run(scene: trunnion.Scene, until: float) -> tuple[trunnion.Result, Told]:
-    """A far more exact run of the engine, and its events."""
+    """A run of the engine at a far tighter tolerance, and its events."""
     made = trunnion.simulate(scene, until=until, every=EVERY, rtol=1e-11)
     assert made.outcome.ok, made.outcome
     return made, [(e.time, e.kind, e.joint) for e in made.events]
@@ -199,7 +201,7 @@ class Importer:
 
 
 def run_scipy(host: Importer, until: float, tolerance: float, columns: list[str], method: str = "DOP853") -> np.ndarray:
-    """A run in SciPy, in which each indicator is an event: states by name (rows) every EVERY seconds."""
+    """A run in SciPy, in which each indicator is an event function. Returns states by name (rows) every EVERY seconds."""
     from scipy.integrate import solve_ivp
 
     states = [u.variable.derivative for u in host.md.derivatives]

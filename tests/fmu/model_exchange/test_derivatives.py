@@ -17,7 +17,7 @@ import trunnion
 from tests.fmu.model_exchange.model_exchange_host import Importer, exchange, scene_of
 
 EXACT = 1e-12
-"""Allowed difference relative to the largest number of the matrix. Both are exact; the engine's kernel is compiled for this
+"""Allowed difference relative to the largest number of the matrix. Both results are exact; the engine's kernel is compiled for this
 machine."""
 SLOPE = 1e-6
 """Allowed difference relative to the largest difference of its column, by differences of fourth order over 1e-3 of the nominal
@@ -28,7 +28,8 @@ MODELS = ("spherical_pendulum", "double_pendulum", "crank_slider", "swing", "bri
 
 
 def asked(host: Importer) -> tuple[list[int], list[int]]:
-    """References of (unknowns: outputs and local variables that are continuous, derivatives of states; knowns: states, inputs)."""
+    """References of (unknowns, knowns). Unknowns are derivatives of states and continuous outputs and local variables. Knowns are
+    states and inputs."""
     md = host.md
     rates = [u.variable for u in md.derivatives]
     columns = [v for v in md.modelVariables if v.causality in ("output", "local") and v.variability == "continuous"]
@@ -102,7 +103,7 @@ def test_casadi_evaluates_the_model_at_any_state_and_gets_the_engines_matrices(f
 
 
 def test_adjoint_derivatives_are_the_transposed_directional_ones() -> None:
-    """FMI 3.0, in event mode. Indicators have no derivatives, and the FMU reports this."""
+    """The test uses FMI 3.0 in event mode. Indicators have no derivatives, and the FMU reports this."""
     file = exchange("swing", 3)
     md, folder, log = read_model_description(file), extract(file), []
     atexit.register(shutil.rmtree, folder, ignore_errors=True)

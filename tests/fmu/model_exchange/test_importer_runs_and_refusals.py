@@ -30,7 +30,7 @@ INSTANT = 2e-6
 
 
 def claim_is_the_engine(name: str, until: float, fmi: int) -> None:
-    """Check positions to MOTION, and the events of the engine in its order, each within INSTANT."""
+    """Check positions to MOTION. Check that the events are those of the engine, in the engine's order, each within INSTANT."""
     scene = scene_of(name)
     made, events = engine_run(scene, until)
     positions = [n for n in made.names if ".q[" in n]
@@ -53,7 +53,7 @@ def test_cvode_gives_the_motion_and_the_events_of_the_engine(name: str, until: f
 
 @pytest.mark.slow
 def test_a_brake_that_yields_in_a_braced_train_yields_in_an_importers_solver_too() -> None:
-    """The ring's brake keeps its torque until the sun's bearing reaches its capacity; then both slide."""
+    """The ring's brake keeps its torque until the sun's bearing reaches its capacity. Then brake and bearing slide."""
     claim_is_the_engine("planets", 0.25, 2)
 
 
@@ -68,12 +68,12 @@ def test_another_solver_with_another_search_for_roots_gives_the_motion_too() -> 
 
 
 def test_a_loop_closed_by_the_drift_that_is_allowed_has_the_motion_and_the_events_of_the_engine() -> None:
-    """The coordinates of 8.2 that close its loop are states. Outputs are those of the closed loop."""
+    """The coordinates of 8.2 that close its loop are states. Outputs follow from the closed loop."""
     claim_is_the_engine("crank_slider", 2.0, 2)
 
 
 def three_balls() -> trunnion.Scene:
-    """Two balls and a cross between them, all with friction: the lower ball reaches its cone, where its friction jumps."""
+    """Two balls and a cross between them, all with friction. The lower ball reaches its cone, where its friction jumps."""
     sizes = [(0.564, 0.026), (0.631, 0.041), (0.463, 0.028)]
     bodies = {f"b{k}": {"box": [length, 0.06, 0.05], "density": 7800, "points": {"a": [-0.15, 0, 0], "e": [0.15, up, 0]}}
               for k, (length, up) in enumerate(sizes)}
@@ -107,12 +107,12 @@ def test_a_ball_comes_to_its_cone_where_its_number_is_round_off_and_where_its_fr
 
 
 def test_latches_fall_catch_and_let_go_at_the_engines_instants() -> None:
-    """The latches' hooks are discrete states: they fall and lift only in event mode."""
+    """The hooks of the latches are discrete states. They fall and lift only in event mode."""
     claim_is_the_engine("thrown", 4.0, 3)
 
 
 def test_friction_begins_where_a_drive_starts_from_rest() -> None:
-    """No state of a mechanism without loops shows that a driven pair moves."""
+    """In a mechanism without loops, no state shows that a driven pair moves."""
     claim_is_the_engine("driven", 0.9, 2)
 
 
@@ -126,7 +126,7 @@ def test_stops_times_of_events_and_inputs_are_the_engines() -> None:
 
 
 def described(name: str) -> list[tuple[bytes, bytes]]:
-    """(FMI 2.0, FMI 3.0) descriptions of a scene for both kinds of use, each alone in an archive."""
+    """Descriptions of a scene for FMI 2.0 and FMI 3.0, for both kinds of use. Each description is alone in an archive."""
     model, first = started(scene_of(name), None, "auto")
     out = []
     for standard in ("2.0", "3.0"):

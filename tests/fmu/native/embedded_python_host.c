@@ -1,5 +1,5 @@
-/* A C host of an FMU that contains Python code: loads the library, makes runs, frees the instance, unloads the library. Prints the
- * first variable of the last run. Usage: embedding LIBRARY GUID RESOURCES RUNS */
+/* A C host of an FMU that contains Python code. It loads the library, makes runs, frees the instance and unloads the library. It
+ * prints the first variable of the last run. Usage: embedding LIBRARY GUID RESOURCES RUNS */
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>

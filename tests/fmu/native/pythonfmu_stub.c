@@ -1,4 +1,4 @@
-/* Replacement of pythonfmu's library on Windows without Python: acts as the slave, with the native library in the resources. */
+/* Replacement of pythonfmu's library on Windows without Python. It acts as the slave, with the native library in the resources. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
-"""The native library in hosts without Python: on this machine, and in slow tests under wine (Windows) and qemu (64-bit ARM) if they
-are installed."""
+"""The native library in hosts without Python. The tests run on this machine. Slow tests run under wine (Windows) and qemu (64-bit
+ARM), if installed."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ HOST = Path(__file__).with_name("fmi2_host.c")
 
 
 def built(target: str, out: Path, source: Path = HOST) -> Path:
-    """The path of a C host, compiled for a target from the system's own libraries, as FMUs are. Otherwise the compiler would first
-    build its own runtime, for half a minute of processor time."""
+    """The path of a C host, compiled for a target. Like FMUs, the host uses the system's own libraries. Otherwise the compiler
+    would first build its own runtime, for half a minute of processor time."""
     sources, link = [source], ["-nostdlib", "-lc", "-ldl"]
     if "windows" in target:
         sources = [source, WINDOWS]
@@ -87,8 +87,8 @@ ARM = Path(os.environ.get("QEMU_LD_PREFIX", "/usr/aarch64-linux-gnu"))
 
 
 def under_qemu(standard: str, folder: Path, *more: str) -> list[float]:
-    """The output of a C host with the library of example 8.1 for 64-bit ARM. Skips where qemu is not installed, or fails where it
-    is required."""
+    """The output of a C host with the library of example 8.1 for 64-bit ARM. The test is skipped without qemu, or fails if qemu is
+    required."""
     program = shutil.which("qemu-aarch64")
     if program is None or not ARM.is_dir():
         reason = "qemu-user or libc6-arm64-cross is not installed (apt-get install qemu-user libc6-arm64-cross)"
@@ -124,7 +124,7 @@ def wine() -> str | None:
 
 
 def wanted() -> None:
-    """Skip where wine is not installed, or fail where it is required."""
+    """Skip the test if wine is not installed, or fail if wine is required."""
     if wine() is None:
         reason = "wine64 is not installed (Debian: apt-get install wine64)"
         pytest.fail(reason) if "wine" in os.environ.get("TRUNNION_REQUIRE", "").replace(",", " ").split() else pytest.skip(reason)
@@ -144,7 +144,8 @@ def under_wine(host: Path, library: Path, guid: str, folder: Path, *more: str) -
 @pytest.mark.default_cases(1)
 @pytest.mark.parametrize("target", ["x86_64-windows-gnu", "aarch64-windows-gnu"])
 def test_the_runtime_needs_no_function_that_windows_lacks(target: str, tmp_path: Path) -> None:
-    """Compiled without optimisation, so that every function of the C library remains a call; then linked as FMUs are."""
+    """The runtime is compiled without optimisation, so that every function of the C library remains a call. It is then linked as
+    FMUs are."""
     write_headers(tmp_path)
     plain = ["-std=c99", "-O0", "-w", "-fno-sanitize=all", "-fno-stack-protector", f"-I{RUNTIME}", f"-I{tmp_path}"]
     sources = (RUNTIME / "runtime.c", WINDOWS)

@@ -1,4 +1,4 @@
-"""The python flavour in hosts that are not Python: a C program with libpython in its process."""
+"""The python flavour in a host that is not Python: a C program that loads libpython."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The loader that stands between host and pythonfmu: messages of the python flavour's slave reach the host, as from the native
-flavour."""
+"""The loader between host and pythonfmu. Messages of the python flavour's slave reach the host, as in the native flavour."""
 
 from __future__ import annotations
 
@@ -82,7 +81,7 @@ def test_states_are_looked_at_as_by_the_native_flavour() -> None:
 
 
 def test_calls_that_pythonfmu_does_not_pass_on_reach_the_model() -> None:
-    """Derivatives of inputs, and with them derivatives of outputs, have the same numbers as in the native flavour."""
+    """Derivatives of inputs have the numbers of the native flavour. Therefore derivatives of outputs have these numbers, too."""
     found = []
     for flavour in ("native", "python"):
         host = Host(exported("arm", flavour), angle=0.2)

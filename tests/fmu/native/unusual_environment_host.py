@@ -2,8 +2,8 @@
 
 ``python unusual_environment_host.py RUN`` runs a model for x86-64 Linux and prints the bits of outputs at the end. It sets the
 environment around each call, and checks that the call leaves it unchanged. A trapped exception ends the process. Model exchange
-makes short steps of Euler's method. RUN is an object in JSON: ``form`` (``cs2``, ``me2``, ``cs3``, ``me3``, or the name of a C
-library), ``library``, ``token``, ``resources``, ``environment`` (MXCSR), ``references`` of outputs with the number of their
+makes short steps of Euler's method. RUN is a JSON object with these keys: ``form`` (``cs2``, ``me2``, ``cs3``, ``me3``, or the name
+of a C library), ``library``, ``token``, ``resources``, ``environment`` (MXCSR), ``references`` of outputs with the number of their
 ``values``, numbers of ``states`` and ``indicators``."""
 
 import ctypes
@@ -64,7 +64,7 @@ def numbers(name, count):
 
 
 def exchanged():
-    """Make steps of Euler's method; events are handled where an indicator changes its sign, and every OFTEN steps."""
+    """Make steps of Euler's method. Events are handled every OFTEN steps, and when an indicator changes its sign."""
     rates = "GetDerivatives" if fmi == "fmi2" else "GetContinuousStateDerivatives"
     handled()
     for k in range(1, MANY + 1):

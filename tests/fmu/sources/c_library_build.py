@@ -1,4 +1,4 @@
-"""Functions that compile, load and run exported C, for the tests of sources."""
+"""Functions for the tests of sources. They compile, load and run exported C."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DESIGNS = sorted(f"designer/{f.parent.name}" for f in models_dir().glob("designe
 """Mechanisms of more bodies, some with friction in many joints, and an arm with inputs."""
 BARE = Path(__file__).with_name("bare_metal_headers")
 FITS = "-DTR_FITS(n,most)=((long)(n)>(long)(most)?(void)(trunnion_overruns++):(void)0)"
-"""A macro that compares lengths with their bounds and counts those that exceed them."""
+"""A macro that compares lengths with their bounds, and counts the lengths that exceed their bounds."""
 MAIN = """#include <stdio.h>
 #include "@.h"
 static @ m;
@@ -40,7 +40,7 @@ int main(void) {
 
 
 def write(folder: Path, made: Library) -> list[Path]:
-    """The files of a library in a folder; its C files without the example."""
+    """Write the files of a library into a folder. Returns its C files without the example."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in made.files.items():
         (folder / name).write_text(text)
@@ -53,7 +53,8 @@ def columns(made: Library) -> list[str]:
 
 
 def zig(arguments: Sequence[str], what: str = "cc") -> str:
-    """Messages of the compiler that comes with Trunnion; "" when it accepts all. Caches as in the product."""
+    """Messages of the compiler that comes with Trunnion; "" if the compiler accepts all files. Its caches are those of the
+    product."""
     shared = str(c_compiler.shared_cache(library_cache.cache_folder()))
     env = dict(os.environ, ZIG_GLOBAL_CACHE_DIR=shared, ZIG_LOCAL_CACHE_DIR=shared)
     done = subprocess.run([sys.executable, "-m", "ziglang", what, *arguments], capture_output=True, text=True, env=env, check=False)
@@ -61,7 +62,7 @@ def zig(arguments: Sequence[str], what: str = "cc") -> str:
 
 
 def foreign(target: Sequence[str], arguments: Sequence[str]) -> str:
-    """Messages of clang when it compiles sources, without linking, for a machine whose C library is not installed; "" when it
+    """Messages of clang when it compiles sources for a machine whose C library is not installed, without linking. "" if clang
     accepts all sources."""
     own = find_spec("ziglang")
     assert own is not None
@@ -86,7 +87,7 @@ class Loaded:
         self.block = (ctypes.c_double * (made.bytes // 8))()
 
     def call(self, what: str, *numbers: float | int) -> float:
-        """A function of the library on the mechanism."""
+        """Call a function of the library on the mechanism."""
         function = getattr(self.library, f"{self.made.name}_{what}")
         function.restype = ctypes.c_double if what in ("get", "time") else ctypes.c_int
         given = [ctypes.c_double(n) if isinstance(n, float) else ctypes.c_int(n) for n in numbers]
@@ -98,7 +99,7 @@ class Loaded:
 
     @property
     def overruns(self) -> int:
-        """The number of arrays so far that needed more than their bound."""
+        """Number of arrays that have needed more than their bound so far."""
         return ctypes.c_int.in_dll(self.library, "trunnion_overruns").value
 
 
@@ -120,5 +121,5 @@ def program(folder: Path, made: Library, until: float, every: float) -> list[Pat
 
 
 def printed(text: str) -> np.ndarray:
-    """The rows that such a program printed."""
+    """The rows that a program of ``program`` printed."""
     return np.array([[float.fromhex(x) for x in line.split()] for line in text.splitlines()])

@@ -32,7 +32,7 @@ from trunnion.fmu.scene_export import export
 SCENE, UNTIL, EVERY = "spherical_pendulum", 0.5, 0.05
 HEADERS = Path(str(fmpy.__file__)).parent / "c-code"
 SAME = 1e-12
-"""Allowed difference relative to a column's size. The FMU is for a baseline that cannot fuse products, so that both compute the
+"""Allowed difference relative to a column's size. The FMU is for a baseline that cannot fuse products, so that both results are the
 same up to round-off."""
 HEAP = ("malloc", "calloc", "realloc", "free", "printf", "snprintf", "vsnprintf", "fopen", "puts", "exit", "abort", "time")
 

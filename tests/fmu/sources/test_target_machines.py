@@ -1,4 +1,4 @@
-"""Exported sources build without a warning on machines of other kinds, and compute the same results there."""
+"""Exported sources build without a warning for machines of other kinds. They compute the same results on these machines."""
 
 from __future__ import annotations
 

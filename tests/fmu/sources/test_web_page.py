@@ -25,7 +25,8 @@ from trunnion.plots.style.palette import BODIES
 
 SCENE, STEPS, EVERY = "spherical_pendulum", 50, 0.02
 SAME = 1e-12
-"""Allowed difference relative to a column's size: both are the same C; only sines and cosines come from another library."""
+"""Allowed difference relative to a column's size: both programs are compiled from the same C code; only sines and cosines come from
+another library."""
 IMPORTS = 2
 """Number of the section that lists a module's imports."""
 

@@ -28,7 +28,7 @@ def test_a_force_step_reaches_the_drive_and_not_the_prescribed_motion(tmp_path: 
 
 
 def test_two_coupled_fmus_move_as_the_one_mechanism(tmp_path: Path) -> None:
-    """The error of the coupling is of first order in its step (the load is that of the last step)."""
+    """The motor gets the load of the previous step. Therefore the error of the coupling is of first order in the step."""
     exact = trunnion.simulate(motor_and_crank.one_scene(), until=0.5, rtol=1e-9)["crank_pivot.q[1]"][-1]
     errors = []
     for step in (2e-3, 1e-3):

@@ -105,8 +105,9 @@ def test_a_system_of_a_scene_and_an_fmu_runs_in_fmpy_as_its_parts_do_side_by_sid
 
 
 def test_an_input_with_sources_is_their_sum_in_values_derivatives_and_states(folder: Path) -> None:
-    """A source counts by its factor in directional derivatives and in derivatives by time, is part of the FMU's state, and is named
-    as dependency. Before a source is set, the sum is the start value of the scene."""
+    """A source is multiplied by its factor, also in directional derivatives and in derivatives with respect to time. A source is
+    part of the FMU's state, and the description lists it as dependency. Before a source is set, the sum is the start value of the
+    scene."""
     one = [Source(-2.0, 0.5), Source(4.0)]
     export(load_scene(folder / "rotor.yaml"), folder / "sum.fmu", sums={"load": one}, outputs="*")
     host = Host(folder / "sum.fmu", begin=False)
@@ -125,7 +126,7 @@ def test_an_input_with_sources_is_their_sum_in_values_derivatives_and_states(fol
     assert row == pytest.approx([-2.0 / 2.0, 4.0 / 2.0])
     host.fmu.setRealInputDerivatives([of[f"{load}[1]"], of[f"{load}[2]"]], [1, 1], [1.0, 1.0])
     host.fmu.doStep(0.0, 0.1)
-    host.put("joints.shaft.damping", 0.0)  # a changed parameter ends the internal step here
+    host.put("joints.shaft.damping", 0.0)  # the changed parameter ends the internal step at this time
     rate = host.get("shaft.qd[1]")[0]
     exact = solve_ivp(lambda t, w: (14.0 + 2.0 * t - 0.5 * w) / 2.0, (0, 0.1), [0.0], rtol=1e-10, atol=1e-12).y[0, -1]
     assert rate == pytest.approx(exact, abs=1e-6)
@@ -238,8 +239,9 @@ def mapped(folder: Path, parameters: object, mappings: object) -> Path:
 def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A scene's FMU starts with its values in every host. SSV and SSM files contain the values for hosts that read such files. A
-    given file has the same effect as its contents. A value is converted into the unit of its variable before the factor."""
+    """A scene's FMU starts with its values in every host. SSV and SSM files contain these values for hosts that read parameter
+    files. A given file has the same effect as its contents. A value is converted into the unit of its variable before the
+    factor."""
     made = mapped(folder, VALUES, LINKS)
     assert main(["ssp", str(folder / "mapped.yaml"), "-o", str(folder / "again.ssp")]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "  parameters that no variable takes: gear"
@@ -262,7 +264,7 @@ def test_parameters_of_a_system_reach_start_values_and_files_by_their_mapping(
     assert links == [
         ("start rate", "rotor.joints.shaft.start.qd[1]", (-1.5, 0.5)), ("loss", "arm.joints.knee.friction.mu", None),
         ("loss", "rotor.joints.shaft.damping", (2.0, 0.0)), ("torque", "arm.motor", None)]  # fmt: skip
-    of, last = read_ssd(str(made)).system.parameterBindings  # of two bindings of a value, the last one counts
+    of, last = read_ssd(str(made)).system.parameterBindings  # if a value has two bindings, the last binding counts
     assert [len(b.parameterMapping) for b in (of, last)] == [0, 1]
     for name in ("system_parameters.ssv", "parameter_mapping.ssm"):
         (folder / name).write_bytes((resources / name).read_bytes())

@@ -1,5 +1,5 @@
-"""The rates of ``equations_of_motion.Model`` in C, for speed: the same forces from the same numbers. Without a compiler, the model
-uses Python."""
+"""The rates of ``equations_of_motion.Model`` in C, for speed. The C code computes the same forces from the same numbers. Without a
+compiler, the model uses Python."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ KINDS = ("", "shaft", "sleeve", "ball")
 
 @lru_cache(1)
 def library() -> tuple[ctypes.CDLL, type, tempfile.TemporaryDirectory] | None:
-    """The compiled function and its structure, whose fields are read off the C source; None without a compiler."""
+    """The compiled function and its structure. The names of the structure's fields are read from the C source. None without a
+    compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         return None
@@ -208,7 +209,7 @@ class Compiled:
             self._put(s, "single_value", np.stack([_each(x(t), n) for *_, x in m.loads.single], axis=1))
 
     def _discrete(self, states: int) -> None:
-        """The states of hooks and pairs, and the angles to continue from."""
+        """The states of hooks and pairs, and the angles near which coordinates are continued."""
         d = self.model.devices
         for name, law in self.laws.items():
             target = self.keep[name]

@@ -2,8 +2,8 @@
 
 A contact presses with the force k u. The number u is the displacement of the bearing against the pin at the contact, plus a share
 of its rate. Friction at a contact is the law's slope times normal force times velocity of the bearing on the pin's surface. The
-definitions are those of ``contact_and_friction.contact_roots``; here the normal force is known from the springs, so that nothing
-has to be solved.
+definitions are those of ``contact_and_friction.contact_roots``; in this module the springs give the normal force, so that no
+equation has to be solved.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ SHARP = 1e-300
 
 @dataclass
 class RelativeMotion:
-    """Motion of bearings relative to pins, in the pins' frames. x, turn: displacements, plus a share of their rates; slide, spin:
-    rates; ends: place of the ends' point along the axis, from the bearing's point."""
+    """Motion of bearings relative to pins, in the pins' frames. x, turn: displacements plus a share of their rates. slide, spin:
+    rates. ends: position of the ends' point along the axis, measured from the bearing's point."""
 
     t: np.ndarray
     x: np.ndarray
@@ -71,7 +71,7 @@ def shaft(s: RelativeMotion, k, size, slope) -> Wrench:
 
 
 def sleeve(s: RelativeMotion, k, size, slope) -> Wrench:
-    """A rectangular sleeve: ends press along e2 and e3, torsion is a couple at the longer arm."""
+    """A rectangular sleeve. Its ends press along e2 and e3, and the torsion is a couple at the longer arm."""
     out, way = _zeros(s), s.slide[..., 0]
     grip = slope(np.abs(way)) * way
     load = size["preload"](s.t)
@@ -93,7 +93,7 @@ def sleeve(s: RelativeMotion, k, size, slope) -> Wrench:
 
 
 def ball(s: RelativeMotion, k, size, slope) -> Wrench:
-    """One contact; ``slope`` of the speed at it."""
+    """One contact. ``slope`` is a function of the speed at the contact."""
     out, r = _zeros(s), size["radius"]
     N = k[..., None] * s.x
     f = np.sqrt(dot(N, N) + SHARP)
@@ -107,7 +107,7 @@ def ball(s: RelativeMotion, k, size, slope) -> Wrench:
 
 
 def given(s: RelativeMotion, size, slope_turn, slope_way, forward) -> Wrench:
-    """Friction of a given size, about and along the axis; ``forward``: +1 where the pin is inboard, else -1."""
+    """Friction of a given size, about and along the axis. ``forward`` is +1 if the pin is inboard, else -1."""
     out, way, rate = _zeros(s), s.slide[..., 0], s.spin[..., 0]
     T = np.where(rate * forward >= 0, size["torque"](s.t), size["back_torque"](s.t))
     F = np.where(way * forward >= 0, size["force"](s.t), size["back_force"](s.t))

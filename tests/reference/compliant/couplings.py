@@ -1,7 +1,9 @@
-"""Couplings of motions as springs along their rows: gears, belts, racks, bevel gears, screws, rods, and joints that follow another.
+"""Couplings of motions as springs along their rows: gears, belts, racks, bevel gears, screws, rods, and joints that follow other
+joints.
 
-The displacement of a row is a separate state, integrated from its rate; teeth and turns are not counted. A row presses with
-stiffness times this, and a share of its rate. Teeth that rub push their wheels apart and take a torque between them. """
+The displacement of a row is a separate state, integrated from its rate; teeth and turns are not counted. A row presses with the
+stiffness times this displacement plus a share of its rate. Teeth with friction push their wheels apart and transmit a friction
+torque. """
 
 from __future__ import annotations
 
@@ -19,7 +21,7 @@ WHEELS = ("gear", "belt", "rack", "bevel_gear")
 
 
 def radii_of(joint) -> list[float]:
-    """Radii of the wheels of a pair; negative of a ring, and of the larger of two pulleys whose belt is not crossed."""
+    """Radii of the wheels of a pair. They are negative for a ring, and for the larger of two pulleys whose belt is not crossed."""
     if joint.radii is not None:
         r = [float(x) for x in joint.radii]
     else:
@@ -32,7 +34,7 @@ def radii_of(joint) -> list[float]:
 
 
 class Teeth:
-    """The addition of teeth with friction to the force along their row."""
+    """Teeth with friction. They add forces to the force along their row."""
 
     def __init__(self, scene, names: list[str], level: Level):
         joints = [scene.joints[n] for n in names]
@@ -67,7 +69,7 @@ class Wheels:
         self.r2 = np.array([x[1] if len(x) > 1 else 0.0 for x in r])
         self.teeth = Teeth(scene, names, level)
         arms = np.array([arm(frames, n) for n in names])
-        # A belt has no contacts: force and torque about the inboard pulley are carried by a pair of contacts at the arm.
+        # A belt has no contacts. A pair of contacts at the arm carries force and torque about the inboard pulley.
         soft = np.where(self.kind != "belt", 1.0, 1.0 + (self.r1 / arms) ** 2)
         self.k = 2 * level.stiffness * np.array([(j.stiffness or 1e8) / 1e8 for j in joints]) / soft
 
@@ -119,7 +121,7 @@ class Wheels:
         return self.rows(m)[0]
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces; the rates of the rows."""
+        """Add the forces. Returns the rates of the rows."""
         rate, k, inner, t1, outer, t2, slip, apart, sliding = self.rows(m)
         push = -self.k * (rolled + self.level.delay * rate)
         away, torque, taken = self.teeth.act(m, push, sliding)
@@ -135,7 +137,7 @@ def _where(which: np.ndarray, new: tuple, old: tuple) -> list[np.ndarray]:
 
 
 class Rods:
-    """Rods, as springs between their points. They have no state of their own: their stretch follows from the poses."""
+    """Rods as springs between their points. Rods have no states: the poses give their stretch."""
 
     def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
         joints = [scene.joints[n] for n in names]
@@ -168,7 +170,7 @@ class Rods:
 
 
 class Screws:
-    """Threads: travel follows angle. Flanks have the friction of the theory's "Thread"."""
+    """Threads, in which travel follows angle. Flanks have the friction of the theory's "Thread"."""
 
     def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
         self.level, self.names = level, names
@@ -192,7 +194,7 @@ class Screws:
         return dot(s.slide, s.A[..., 0]) - self.lead * dot(s.turn, s.A[..., 0])
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces; the rates of the rows."""
+        """Add the forces. Returns the rates of the rows."""
         s = self.sides.pairs(m)
         a = s.A[..., 0]
         spin = dot(s.turn, a)
@@ -217,7 +219,7 @@ def wheels_in(scene) -> list[str]:
 
 
 def follower_stiffness(frames: Frames, level: Level, name: str, turns: bool) -> float:
-    """Stiffness of the row of a joint that follows another, or of its drive."""
+    """Stiffness of the row of a joint that follows another joint, or of its drive."""
     return level.stiffness * (arm(frames, name) ** 2 if turns else 1.0)
 
 

@@ -1,7 +1,7 @@
-"""Devices along freedoms of joints: springs, damping, stops, latches, motors, efforts, drives, and joints that follow others.
+"""Devices along freedoms of joints: springs, damping, stops, latches, motors, efforts, drives, and joints that follow other joints.
 
-A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. Latches have a discrete
-state: whether the hook is down, and on which tooth. This state changes only between two steps. """
+A freedom is a direction of a joint, measured on its inboard part; angles are continued from ``near``. The discrete state of a latch
+says whether the hook is down, and on which tooth. This state changes only between two steps. """
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Devices:
         return out
 
     def act(self, m: Motion, out: Forces) -> np.ndarray:
-        """Add the forces; the coordinates."""
+        """Add the forces. Returns the coordinates."""
         effort, q, qd, axes, at = self.total_efforts(m)
         self.free.act(effort, axes, at, out)
         out.taken += (self.damping * qd * qd).sum(-1)
@@ -155,7 +155,7 @@ class Devices:
         return side, e.at + side * (self.tooth[j] - 1) * (e.pitch or 0.0)
 
     def start_hooks(self, q: np.ndarray) -> None:
-        """The hooks that are down at the start."""
+        """Set the hooks that are down at the start."""
         for j, (i, e) in enumerate(self.latches):
             side = 1.0 if e.keeps == "above" else -1.0
             passed = side * (q[i] - e.at)
@@ -166,7 +166,8 @@ class Devices:
                 self.tooth[j] = np.floor(passed / e.pitch) + 1
 
     def hook_functions(self, m: Motion) -> np.ndarray:
-        """For every latch a function whose sign changes when its state does: positive in the present state (n x latches)."""
+        """A function for every latch (n x latches). It is positive in the present state of the latch; its sign changes when the
+        state changes."""
         q = self.free.coordinates(m)[0]
         lift = LIFTED - self.release(m.t)
         out = np.ones((len(m.t), len(self.latches)))
@@ -187,7 +188,7 @@ class Devices:
         return out
 
     def change_hook(self, j: int, m: Motion) -> None:
-        """The state of a latch after its function has changed its sign."""
+        """Change the state of a latch after the sign of its function has changed."""
         i, e = self.latches[j]
         side = 1.0 if e.keeps == "above" else -1.0
         passed = float(side * (self.free.coordinates(m)[0][0, i] - e.at))

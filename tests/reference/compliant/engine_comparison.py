@@ -1,4 +1,4 @@
-"""Comparison of the engine with the compliant model (the judge). As a command, for random scenes in which devices interact:
+"""Comparison of the engine with the compliant model (the judge). The command compares random scenes in which devices interact:
 
 python -m tests.reference.compliant.engine_comparison FAMILY FIRST LAST [UNTIL]
 """
@@ -20,8 +20,8 @@ SURE = 3.0
 
 @dataclass(frozen=True)
 class Comparison:
-    """The answers of the engine and of the judge. apart: {coordinate: largest difference, at the judge's instants}; beyond: the
-    part of it above the judge's own errors; outcome: that of the engine."""
+    """Results of the engine and of the judge. apart: {coordinate: largest difference, at the judge's instants}; beyond: the part of
+    this difference above the judge's own errors; outcome: that of the engine."""
 
     judge: Judged
     apart: dict[str, float]
@@ -30,12 +30,12 @@ class Comparison:
 
     @property
     def worst(self) -> float:
-        """The largest difference beyond errors."""
+        """The largest difference above the judge's own errors."""
         return max(self.beyond.values())
 
 
 def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int = LEVELS) -> Comparison:
-    """Coordinates of all joints by the engine and by the judge; where the engine's run ends early, infinitely far apart. The
+    """Coordinates of all joints by the engine and by the judge. If the engine's run ends early, the difference is infinite. The
     judge takes the engine's start rates only where the scene leaves rates open."""
     first = simulate(scene, until=1e-9, every=1e-9, outputs=["*.q[*", "*.qd[*"])
     rates = {n: _first(first, n, "qd") for n in scene.joints}
@@ -47,7 +47,7 @@ def compared(scene, until: float | None = None, rtol: float = 1e-7, levels: int 
     for name, values in judge.values.items():
         engine = np.interp(judge.time, run.time, np.asarray(run[name])) if full else np.full(len(values), np.inf)
         away = engine - values
-        if name in angles and full:  # the judge cannot count turns if two instants are more than half a turn apart
+        if name in angles and full:  # the judge cannot count turns between instants more than half a turn apart
             away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
         apart[name] = float(np.abs(away).max())
         beyond[name] = float((np.abs(away) - SURE * judge.error[name]).max())
@@ -60,7 +60,7 @@ def _first(run, joint: str, key: str) -> list[float]:
 
 
 def without_guesses(scene, run):
-    """The scene with the start coordinates of a run in place of guesses, which methods refine differently."""
+    """The scene with the start coordinates of a run in place of guesses. (Engine and judge refine guesses differently.)"""
     joints = dict(scene.joints)
     for n, j in joints.items():
         if j.start is not None and j.start.use == "guess":
@@ -69,7 +69,7 @@ def without_guesses(scene, run):
 
 
 def main(family: str, first: str, last: str, until: str = "0.2") -> None:
-    """A line for each scene."""
+    """Print a line for each scene."""
     from tests.reference.scenes.random_device_scenes import crossed
 
     for seed in range(int(first), int(last)):

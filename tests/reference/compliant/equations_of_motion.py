@@ -1,4 +1,4 @@
-"""The equations of motion of a compliant mechanism: absolute coordinates, no constraint, for many states at once."""
+"""The equations of motion of a compliant mechanism in absolute coordinates, without constraints, for many states at once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NUMBERS = ("mu", "mu_static", "preload", "torque", "back_torque", "force", "back
 
 
 class Model:
-    """A scene (with sides written out) as a compliant mechanism."""
+    """A scene as a compliant mechanism. The sides of joints are written out in the scene."""
 
     def __init__(self, scene, level: Level):
         self.scene, self.level = scene, level
@@ -76,7 +76,7 @@ class Model:
         return np.concatenate(out, axis=1)
 
     def switch(self, k: int, t: float, y: np.ndarray) -> int | None:
-        """Change the state that belongs to a function. The number of a pair that begins to slide."""
+        """Change the state that belongs to a function. Returns the number of a pair that begins to slide, else None."""
         if k < len(self.devices.latches):
             self.devices.change_hook(k, self.frames.motion(np.array([t]), y[None]))
             return None
@@ -94,25 +94,27 @@ class Model:
 
     @property
     def yields(self) -> bool:
-        """After ``rates``: whether a pair whose coefficient is larger at rest moves, although its state is not yet sliding."""
+        """To be read after ``rates``. True if a pair with a larger coefficient at rest moves, although its state is not yet
+        sliding."""
         return any(((law.share[:, law.jumps] >= 1) & ~law.slides[law.jumps]).any() for law in self.laws)
 
     def moving(self, states: int) -> np.ndarray:
-        """After ``rates`` of this number of states: which pairs moved faster than their speed of rest (states x pairs)."""
+        """To be called after ``rates`` of this number of states. True for pairs that moved faster than their speed of rest (states
+        x pairs)."""
         return np.concatenate([np.broadcast_to(law.share, (states, len(law.kinds))) for law in self.laws], axis=1) >= 1
 
     @property
     def has_switches(self) -> bool:
-        """Whether the scene has discrete states in addition to its motion."""
+        """True if the scene has discrete states in addition to its motion."""
         return bool(self.devices.latches) or bool(self.contacts) or self.has_jumps
 
     @property
     def has_jumps(self) -> bool:
-        """Whether a pair has a larger coefficient at rest."""
+        """True if a pair has a larger coefficient at rest."""
         return any(len(law.jumps) for law in self.laws)
 
     def begin(self, y: np.ndarray) -> None:
-        """The states of hooks and pairs at the start."""
+        """Set the states of hooks and pairs at the start."""
         self.devices.start_hooks(self.free.near)
         if self.contacts:
             gap = self.contacts.relative_motion(self.frames.motion(np.zeros(1), y[None]))[0][0]
@@ -122,7 +124,7 @@ class Model:
             law.slides = np.ravel(law.share >= 1)
 
     def rest_again(self, t: float, y: np.ndarray) -> None:
-        """Let pairs rest that slide more slowly than the speed at which a resting pair begins to slide."""
+        """Set pairs to rest that slide more slowly than the speed at which a resting pair begins to slide."""
         self.rates(np.array([t]), y[None])
         for law in self.laws:
             law.slides &= np.ravel(law.share >= BEGINS)
@@ -135,7 +137,7 @@ class Model:
         return sorted({float(t) for t in out if 0 < t < until})
 
     def rates(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The rates of states y (n x size) at times t (n or 1), by the fastest available way."""
+        """The rates of states y (n x size) at times t (n or 1), computed in C if possible."""
         if not self.compiled:
             return self.defined(t, y)
         rates = self.compiled(t, y)
@@ -153,7 +155,7 @@ class Model:
         return rates
 
     def _in_python(self, m: Motion, y: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces that only the Python code computes. Returns the rates of these couplings' rows (n x rows)."""
+        """Add the forces that only the Python code computes. Returns the rates of the rows of these couplings (n x rows)."""
         if self.loaded:
             self.loaded.act(m, out)
         self.by_motion.act(m, out)

@@ -1,10 +1,10 @@
 """Friction laws with a continuous passage through rest: Coulomb's law is their limit for a small speed ``eps``.
 
-Below eps friction rises in proportion to the speed, to its largest value at rest. Beyond, the law is exact. A pair whose
-coefficient at rest is larger has a state: it slides until its speed is below eps, and rests until its speed reaches ``BEGINS`` eps.
-(Pairs that move together reach their own eps one after the other. With this state, all of them have their largest friction before
-one of them slides. A law that falls with the speed would have an unstable branch, which implicit steps would follow.) All functions
-take many states and pairs at once. """
+Below eps friction rises in proportion to the speed, to its largest value at rest. Above eps, the law is exact. A pair with a larger
+coefficient at rest has a state: it slides until its speed is below eps, and rests until its speed reaches ``BEGINS`` eps. (Pairs
+that move together reach their own eps at different times. With this state, every pair has its largest friction before any pair
+slides. A law that falls with the speed would have an unstable branch, which implicit steps would follow.) All functions take many
+states and pairs at once. """
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PERIODS = 100
 
 
 class NotJudged(NotImplementedError):
-    """The scene has a feature that the compliant model does not support; its text names the feature."""
+    """Error for a feature of a scene that the compliant model does not support. Its text names the feature."""
 
 
 class Signals:
@@ -67,7 +67,8 @@ def _repeated(signal, *after: float) -> list[float]:
 
 
 class Laws:
-    """The laws of many friction pairs. ``eps``: speed (at the surface, or the rate of a given friction) below which each rests."""
+    """The laws of many friction pairs. ``eps``: speed (at the surface, or the rate of a given friction) below which each pair
+    rests."""
 
     def __init__(self, scene, frictions: list, eps: np.ndarray, given: bool = False):
         self.kinds = [f.law or scene.friction.law for f in frictions]
@@ -101,10 +102,10 @@ class Laws:
         return np.where(self.viscous, 0.0, (mu + (rest - mu) * held) / np.maximum(speed, self.eps)) + self.drag
 
     def switches(self) -> np.ndarray:
-        """After ``slope``: functions that are negative where a pair's state must change (n x ``jumps``)."""
+        """To be called after ``slope``. Functions that are negative where a pair's state must change (n x ``jumps``)."""
         x = self.share[:, self.jumps]
         return np.where(self.slides[self.jumps], x - AGAIN, BEGINS - x)
 
     def switch(self, k: int) -> None:
-        """Change the state of the pair of a function."""
+        """Change the state of the pair to which function k belongs."""
         self.slides[self.jumps[k]] = not self.slides[self.jumps[k]]

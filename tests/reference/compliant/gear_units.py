@@ -1,7 +1,6 @@
-"""Gear units, worms and loaded joints: couplings with losses that depend on what they transmit.
-
-Gear units and worms are springs along their rows, as other couplings. Friction is the law's ratio at the speed times the loss at
-the transmitted torque, which follows from the springs."""
+"""Gear units, worms and loaded joints: couplings with losses that depend on the transmitted torque. Like other couplings, gear
+units and worms are springs along their rows. Friction is the law's ratio at the speed times the loss at the transmitted torque,
+which follows from the springs."""
 
 from __future__ import annotations
 
@@ -25,7 +24,7 @@ REPEATED = 40
 
 
 def transmitted(e, ratio, forward, backward, constant):
-    """Torque that the driven part receives from the torque e: e minus friction, which is ratio x (c |T| + constant). c is
+    """Torque that the driven part receives from the torque e: e minus friction, where friction is ratio x (c |T| + constant). c is
     ``forward`` if power flows to this part, else ``backward``."""
     sense, share = np.where(ratio < 0, -1.0, 1.0), np.abs(ratio)
     left = sense * e - share * constant
@@ -112,7 +111,7 @@ class Units:
         return self.ratio * qd[:, self.two] - qd[:, self.one]
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces; the rates of the rows."""
+        """Add the forces. Returns the rates of the rows."""
         _, qd, axes, at = self.free.coordinates(m)
         rate = self.ratio * qd[:, self.two] - qd[:, self.one]
         push = -self.k * (rolled + self.level.delay * rate)
@@ -132,7 +131,7 @@ class Units:
 
 
 class Loaded:
-    """Joints whose friction grows with what they transmit: the efforts of their devices less this friction."""
+    """Joints whose friction grows with the transmitted load. The load is the sum of the devices' efforts less this friction."""
 
     def __init__(self, scene, devices: Devices, curves: MotionLoads, level: Level, names: list[str]):
         self.devices, self.curves, self.at = devices, curves, np.array([devices.free.at(n) for n in names], int)
@@ -162,7 +161,7 @@ class Loaded:
 
 
 class Worms:
-    """Worms in their wheels. The flanks' friction is along the thread; their normal force also pushes the axes apart."""
+    """Worms in their wheels. The friction of the flanks is along the thread. Their normal force also pushes the axes apart."""
 
     def __init__(self, scene, frames: Frames, level: Level, names: list[str]):
         self.level, self.names, self.sides = level, names, frames.sides(names)
@@ -175,7 +174,7 @@ class Worms:
         f = [joints[k].friction for k in self.at]
         self.angle = np.zeros(len(names))
         self.angle[self.at] = [x.pressure_angle for x in f]
-        # while springs give way, the worm turns faster than its wheel by the ratio of the teeth
+        # while springs yield, the worm turns faster than its wheel by the ratio of the teeth
         faster = np.array([j.teeth[1] / j.teeth[0] for j in joints])
         self.law = Laws(scene, f, (self.r1 * faster)[self.at] * level.rate)
 
@@ -201,7 +200,7 @@ class Worms:
         return dot(k, v)
 
     def act(self, m: Motion, rolled: np.ndarray, out: Forces) -> np.ndarray:
-        """Add the forces; the rates of the rows."""
+        """Add the forces. Returns the rates of the rows."""
         k, d, u, inner, outer, v = self._touch(m)
         rate = dot(k, v)
         push = -self.k * (rolled + self.level.delay * rate)

@@ -1,4 +1,5 @@
-"""Sides of joints between placed bodies, from the bodies' poses: a scene in which every side gives its own point and axes."""
+"""A scene in which every joint side gives its own point and axes. The sides of joints between placed bodies follow from the bodies'
+poses."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ APART = ("gear", "bevel_gear", "rack", "belt", "cam", "flat_cam", "point_on_curv
 
 
 def pose(scene, body: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Origin and axes of a placed body or of the ground; None of a body without a position."""
+    """Origin and axes of a placed body or of the ground; None for a body without a position."""
     if body == GROUND:
         return np.zeros(3), np.eye(3)
     b = scene.bodies[body]
@@ -69,7 +70,7 @@ def _common(joint) -> tuple[np.ndarray, np.ndarray]:
 
 
 def resolved(scene: sm.Scene) -> sm.Scene:
-    """The same scene with both sides of every joint between placed parts written out."""
+    """The scene in which both sides of every joint between placed parts are written out."""
     return replace(scene, joints={n: _resolved(scene, j) for n, j in scene.joints.items()})
 
 

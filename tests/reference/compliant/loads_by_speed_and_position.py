@@ -1,4 +1,4 @@
-"""Loads that depend on speed and position: springs and dampers by curves, drag, fields, attracting points."""
+"""Loads that depend on speed and position: springs and dampers with curves, drag, fields, attracting points."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Spot:
         return m.c[:, self.body] + arm, m.v[:, self.body] + cross(m.w[:, self.body], arm)
 
     def push(self, m: Motion, force: np.ndarray, out: Forces) -> None:
-        """Apply a force here."""
+        """Apply a force at this point."""
         out.force[:, self.body] += force
         out.torque[:, self.body] += cross(m.R[:, self.body] @ self.x, force)
 

@@ -1,5 +1,5 @@
-"""Joints as a pin in a bearing: every constrained direction is a spring. In joints with friction, the contacts are springs with
-friction.
+"""Each joint is a pin in a bearing, and every constrained direction is a spring. In joints with friction, the contacts are springs
+with friction.
 
 A joint without friction has the stiffness of two contacts whose arm is a tenth of its block's size. Their centre is the point of
 the part that has the ends, as for contacts with friction. """
@@ -24,8 +24,8 @@ SIZES = ("radius", "half_length", "half_width", "half_height", "thrust_radius")
 
 @dataclass(frozen=True)
 class Level:
-    """How near the model is to the limit. stiffness of a contact, N/m; delay: damping over stiffness, s; speed, rate: below which
-    friction rests, m/s and rad/s."""
+    """Distance of the model from the rigid limit. stiffness of a contact, N/m; delay: damping over stiffness, s; speed, rate:
+    limits below which friction rests, m/s and rad/s."""
 
     stiffness: float
     delay: float
@@ -34,25 +34,25 @@ class Level:
 
 
 def arm(frames: Frames, name: str) -> float:
-    """A tenth of the size of the joint's block. For a joint on no loop, a tenth of its parts' radius of gyration; there this number
-    does not affect the result."""
+    """A tenth of the size of the joint's block. For a joint on no loop, a tenth of the radius of gyration of its parts; the result
+    does not depend on this number."""
     f = frames.frames[name]
     both = [frames.parts[b] for b in (f.inboard, f.outboard) if b != GROUND]
     return frames.arms[name] or 0.1 * float(np.sqrt(np.mean([np.trace(b.inertia) / 2 / b.mass for b in both])))
 
 
 def thread_arm(frames: Frames, name: str, joint) -> float:
-    """The arm at which a thread carries torques and bending: its radius, where it has one."""
+    """The arm at which a thread carries torques and bending. It is the radius of the thread, if the thread has one."""
     return float(joint.friction.radius) if joint.friction is not None and joint.friction.radius else arm(frames, name)
 
 
 def is_given(friction) -> bool:
-    """Whether friction is a given force or torque."""
+    """True if friction is a given force or torque."""
     return friction is not None and (friction.force is not None or friction.torque is not None)
 
 
 def is_loaded(friction) -> bool:
-    """Whether friction grows with what its joint transmits."""
+    """True if friction grows with the load that the joint transmits."""
     return friction is not None and getattr(friction, "load_friction", None) is not None
 
 
@@ -87,7 +87,7 @@ class Fits:
         self.given = self._given(joints)
 
     def _stiffness(self, joints, rubs) -> None:
-        """Stiffness of the six directions of joints without friction; other joints have the stiffness of their contacts."""
+        """Stiffness of the six directions of joints without friction. Other joints have the stiffness of their contacts."""
         n = len(joints)
         self.k, self.held, self.kr = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self.way, self.crossed = np.zeros((n, 3)), np.array([of(j.type).crossed for j in joints], bool)
@@ -138,10 +138,10 @@ class Fits:
         turn = Laws(self.scene, f, np.full(n, self.level.rate), given=True)
         return np.array(at), size, turn, Laws(self.scene, f, np.full(n, self.level.speed), given=True)
 
-    # -- what acts -------------------------------------------------------------------------------------------------------
+    # -- forces ----------------------------------------------------------------------------------------------------------
 
     def relative_motion(self, m: Motion) -> tuple[Pairs, contact_springs.RelativeMotion]:
-        """Bearings against pins: in the world and in the pins' frames."""
+        """Motion of bearings relative to pins: in the world and in the pins' frames."""
         pairs = self.sides.pairs(m)
         x, slide, spin = back(pairs.A, pairs.q - pairs.p), back(pairs.A, pairs.slide), back(pairs.A, pairs.turn)
         R = pairs.A.swapaxes(-1, -2) @ pairs.B
@@ -151,7 +151,8 @@ class Fits:
         return pairs, contact_springs.RelativeMotion(m.t, x * self.held + tau * slide * self.held, turn, slide, spin, -x[..., 0])
 
     def violations(self, m: Motion) -> np.ndarray:
-        """Displacements against the constraints (delay 0) or, with rates alone, their rates: n x joints x 6, of those held."""
+        """Displacements against the constraints (with delay 0) or, with ``rates`` alone, their rates: n x joints x 6, for the held
+        directions."""
         pairs, s = self.relative_motion(m)
         out = np.concatenate([s.x, s.turn], axis=-1)
         third = cross(pairs.A[..., 0], pairs.B[..., 1])

@@ -58,7 +58,8 @@ class Motion:
 
 @dataclass
 class Sides:
-    """Attachments of some joints: bodies, points from their mass centres, and frames there, of a first and a second side."""
+    """Attachments of some joints on a first and a second side: bodies, points from their mass centres, and frames at these
+    points."""
 
     one: np.ndarray
     x_one: np.ndarray
@@ -90,7 +91,7 @@ class Pairs:
 
 class Frames:
     """The constant data of bodies and joints, and the layout of a state: mass centres, quaternions, velocities, angular velocities,
-    then what the couplings have rolled, then the energy that friction took."""
+    then the displacements of the couplings' rows, then the energy that friction took."""
 
     def __init__(self, scene, rolls: int):
         self.parts = parts(scene)
@@ -123,7 +124,7 @@ class Frames:
         return Motion(t, matrices(q), c, v, w)
 
     def sides(self, names: list[str], turned: list[bool] | None = None) -> Sides:
-        """Both sides of joints, the inboard side first; in joints of ``turned``, the outboard side first."""
+        """Both sides of joints, the inboard side first. In joints of ``turned``, the outboard side is first."""
         out: list[list] = [[], [], [], [], [], []]
         for name, other in zip(names, turned or [False] * len(names), strict=True):
             f = self.frames[name]
@@ -143,13 +144,13 @@ class Forces:
         self.taken = np.zeros(len(m.c))
 
     def push(self, body: np.ndarray, at: np.ndarray, force: np.ndarray, torque=0.0, sign: float = 1.0) -> None:
-        """Forces and torques on bodies (index of each) at points of the world."""
+        """Add forces and torques to bodies (index of each) at points of the world."""
         torque = cross(at - self.m.c[:, body], force) + torque
         for k, b in enumerate(body):
             self.force[:, b] += sign * force[:, k]
             self.torque[:, b] += sign * torque[:, k]
 
     def between(self, inner, outer, at, force, torque=0.0) -> None:
-        """Forces and torques on outer bodies at points of the world; the opposite on inner ones."""
+        """Add forces and torques to outer bodies at points of the world, and their opposites to inner bodies."""
         self.push(outer, at, force, torque)
         self.push(inner, at, force, torque, -1.0)

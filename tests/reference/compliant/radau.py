@@ -1,4 +1,4 @@
-"""Radau IIA of order 5 with step size control, for equations whose right side is evaluated for many states at once.
+"""Radau IIA of order 5 with step size control, for equations whose right-hand side is evaluated for many states at once.
 
 Stiff directions that turn make Newton's method diverge with the Jacobian of the step's start. The Jacobian is therefore computed at
 every stage, by finite differences, all columns of all stages in one evaluation. """
@@ -34,7 +34,7 @@ SMALLEST = 1e-14
 
 
 class Stalled(ArithmeticError):
-    """The step size fell below what time can resolve, or the run takes too many steps."""
+    """The step size fell below the resolution of time, or the run needs too many steps."""
 
 
 @dataclass
@@ -53,11 +53,12 @@ class Run:
     last: tuple[float, float, np.ndarray, np.ndarray] | None = None
 
     def restart(self, h: float = 1e-6) -> None:
-        """Forget data of earlier steps: at a kink of a signal, or after a change of state."""
+        """Forget data of earlier steps. Needed at a kink of a signal and after a change of state."""
         self.h, self.last = min(h, self.h), None
 
     def step(self, end: float) -> tuple[float, np.ndarray, np.ndarray]:
-        """Make one accepted step, at most to ``end``: (start, state there, stages). The state advances."""
+        """Make one accepted step, at most to ``end``. Returns (start, state at the start, stages). The state of the run
+        advances."""
         while True:
             self.steps += 1
             left = end - self.t
@@ -89,7 +90,7 @@ class Run:
         return out[:, 0], ((out[:, 1:] - out[:, :1]) / self.nudge[:, None]).swapaxes(1, 2)
 
     def _newton(self, h: float) -> tuple[np.ndarray | None, np.ndarray | None]:
-        """The stages' increments and the Jacobian at the start; None where the iteration does not end."""
+        """The stages' increments and the Jacobian at the start; None if the iteration does not converge."""
         d = len(self.y)
         Z = np.zeros((3, d)) if self.last is None else self._ahead(h)
         scale = self.atol + self.rtol * np.abs(self.y)

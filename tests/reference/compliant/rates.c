@@ -1,5 +1,5 @@
-/* The rates of a compliant mechanism, as equations_of_motion.py defines them, for many states. The order of the groups
- * in sums is also the same. */
+/* The rates of a compliant mechanism for many states, as equations_of_motion.py defines them. Sums have the order of groups of that
+ * file. */
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The numbers of a compliant mechanism, which compiled_rates.py fills in by the names of the fields.
- * Quantities that depend on time have a row for each time; instant: the row of each state. */
+ * Quantities that depend on time have a row for each time; instant: the number of each state's row. */
 
 #ifndef RATES_H
 #define RATES_H

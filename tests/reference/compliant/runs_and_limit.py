@@ -1,4 +1,4 @@
-"""Runs of the compliant model at several levels of stiffness, and the limit of stiff joints by extrapolation."""
+"""Runs of the compliant model at several levels of stiffness. Extrapolation gives the limit of stiff joints."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from tests.reference.compliant.start_state import start
 FASTEST = 1e4
 """Angular frequency of the heaviest body on one contact spring at level 0, rad/s."""
 DELAYS = 10.0
-"""Damping: the delay of the springs times that frequency, at level 0. It falls with the compliance, so that all errors have the
+"""Damping: the delay of the springs times FASTEST, at level 0. The delay falls with the compliance, so that all errors have the
 same order: in a bearing whose parts turn at the rate w, the delay rotates the displacement by the angle w x delay against its
 force, which changes the shares of loads."""
 REST = 3e-6
 """Rate below which friction rests at level 0, rad/s; the speed is a tenth of it, m/s. Friction below it relaxes the loads of
-springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time was milliseconds, and trains at rest slipped
-1 ms early."""
+springs within friction / (rate x stiffness), equally at all levels. At 3e-4 this time would be milliseconds, and trains at rest
+would slip 1 ms early."""
 FINER = 4.0
 """Ratio of two levels, in compliance and in speeds."""
 LEVELS = 3
@@ -32,22 +32,22 @@ NUDGE = 2000
 """Speed of rest relative to the step of finite differences. Differences across the kink of the law at this speed would mislead
 Newton's method."""
 BEGUN = 2e-6
-"""Longest step, s, in which a pair may leave its speed of rest while another is about to let go."""
+"""Longest step, s, in which a pair may leave its speed of rest while another pair is about to slide."""
 SETTLED = 5.0
 """Time after the start, or after a kink of a signal, at which the pairs that such a jolt moved may rest again, in delays. At the
 start no spring is loaded. While the springs take their loads, pairs at rest pass the speed at which they begin to slide."""
 SAMPLES = 9
 """Number of states of a step at which the run looks for changes of hooks and pairs."""
 BEFORE = 1e-12
-"""Part of the time before a jump of a signal at which a step ends, so that it sees no value after the jump."""
+"""Part of the time before a jump of a signal at which a step ends. The step then uses no value after the jump."""
 ENOUGH = 1e-6
 """If the first two levels differ by less than this, no third level is run."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """The limit. time: instants; values: {column: value at each instant}; error: {column: error at each instant}; seconds: of
-    computing; levels: the runs themselves."""
+    """The limit. time: instants; values: {column: value at each instant}; error: {column: error at each instant}; seconds:
+    computing time; levels: the runs at each level."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]
@@ -149,8 +149,8 @@ def _row(model: Model, y: np.ndarray) -> np.ndarray:
 
 
 def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
-    """A step that ends at the first change of a discrete state in it. left: the instant and state at which each moving pair left
-    its speed of rest."""
+    """A step that ends at the first change of a discrete state in the step. left: for each moving pair, the instant and state at
+    which the pair left its speed of rest."""
     t0, y0, stages = run.step(mark)
     if model.has_switches:
         h = run.t - t0
@@ -160,7 +160,7 @@ def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
         below = np.flatnonzero((seen[1:] < 0).any(axis=1))
         last = below[0] + 1 if len(below) else SAMPLES - 1
         if h > BEGUN and model.yields and (moving[last] & ~moving[: last + 1].all(axis=0)).any():
-            # the step is made again in shorter ones, because its polynomial does not place the kink of a law exactly
+            # repeat the interval with shorter steps, because the step's polynomial does not place the kink of a law exactly
             run.t, run.y, run.h = t0, y0, h / 4
             return
         _note(model, (t0, h, y0, stages), shares, moving[: last + 1], left)
@@ -168,7 +168,7 @@ def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
             share, k = _located(model, t0, h, y0, stages, shares[last - 1], shares[last])
             run.t, run.y = t0 + share * h, y0 + polynomial(stages, np.array([share]))[0]
             pair = model.switch(k, run.t, run.y)
-            # go back to the instant at which the last of the pairs that began to move with it left its speed of rest
+            # go back to the latest instant at which a pair that began to move with this pair left its speed of rest
             if pair in left:
                 run.t, run.y = max((x for x in left.values() if left[pair][0] <= x[0] <= run.t), key=lambda x: x[0])
             run.restart(1e-5)
@@ -176,7 +176,7 @@ def _advance(model: Model, run: Run, mark: float, left: dict) -> None:
 
 
 def _note(model: Model, step: tuple, shares: np.ndarray, moving: np.ndarray, left: dict) -> None:
-    """Keep where pairs leave their speed of rest."""
+    """Store the instants and states at which pairs leave their speed of rest."""
     t0, h, y0, stages = step
     for pair in range(moving.shape[1]):
         if not moving[-1, pair]:
@@ -208,7 +208,7 @@ def _located(model, t0, h, y0, stages, a: float, b: float) -> tuple[float, int]:
 
 
 def _tidy(model: Model, run: Run) -> None:
-    """Unit quaternions, and angles to continue from."""
+    """Normalise quaternions, and store the angles near which coordinates are continued."""
     f = model.frames
     q = run.y[f.at["q"]].reshape(-1, 4)
     run.y = run.y.copy()

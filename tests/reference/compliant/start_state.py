@@ -1,4 +1,5 @@
-"""The state at a scene's start: poses from given coordinates, closed and made consistent with all rows, in absolute coordinates."""
+"""The state at a scene's start, in absolute coordinates. Given coordinates give the poses, which are closed and made consistent
+with all rows."""
 
 from __future__ import annotations
 
@@ -33,8 +34,8 @@ def _given(scene, name: str, key: str):
 
 
 def start(model: Model, offered: dict | None = None) -> np.ndarray:
-    """The state at t = 0 from the scene's start values. ``offered``: rates of all joints, taken where the scene leaves rates open.
-    ValueError, if a constraint or a start value forbids the offered rates."""
+    """The state at t = 0 from the scene's start values. ``offered``: rates of all joints, used where the scene leaves rates open.
+    ValueError if a constraint or a start value forbids the offered rates."""
     scene, held = model.scene, model.held
     given = {n: _given(scene, n, "q") for n in held}
     for name in held:
@@ -66,7 +67,7 @@ def _zero(scene, name: str) -> list[float]:
 
 
 def _tree(scene, held, given) -> list[str]:
-    """A spanning tree that uses joints with given starts first, and joints that must be cut last."""
+    """A spanning tree. It uses joints with given starts first, and joints that must be cut last."""
     order = sorted(held, key=lambda n: (bool(scene.joints[n].cut), given[n] is None))
     at = {"ground": "ground"} | {b: b for b in scene.bodies}
 
@@ -118,14 +119,14 @@ def _rows(model: Model, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def _scaled(model: Model) -> np.ndarray:
-    """The size of a velocity that has a unit of energy."""
+    """Factor that gives a velocity one unit of energy."""
     f = model.frames
     turns = np.sqrt(np.trace(f.inertia, axis1=1, axis2=2) / 3)
     return np.concatenate([np.repeat(1 / np.sqrt(f.mass), 3), np.repeat(1 / turns, 3)])
 
 
 def _closed(model: Model, y: np.ndarray, given: dict) -> np.ndarray:
-    """The pose closed by Newton's method with the least changes; given coordinates change last."""
+    """The pose, closed by Newton's method with the smallest changes. Given coordinates change last."""
     f, scale = model.frames, _scaled(model)
     for _ in range(NEWTON):
         G, free, q, _ = _rows(model, y)
@@ -162,7 +163,7 @@ def _moved(model: Model, y: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 def _least(G, g, E, e) -> np.ndarray:
-    """The x with G x = g; among these, those with E x as near as possible to e; among these, the smallest x."""
+    """The x with G x = g. Among these x, those with E x as near as possible to e; among the latter, the smallest x."""
     U, s, V = np.linalg.svd(G)
     k = int(np.sum(s > DEPENDENT * max(s, default=1.0)))
     x = V[:k].T @ ((U[:, :k].T @ g) / s[:k])
@@ -171,7 +172,7 @@ def _least(G, g, E, e) -> np.ndarray:
 
 
 def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> np.ndarray:
-    """The rates: they satisfy all rows, then the given rates, then the offered rates or the least rates of joints."""
+    """The rates of a start. They satisfy all rows, then the given rates, then the offered rates or the smallest rates of joints."""
     scale = _scaled(model)
     G, free, _, _ = _rows(model, y)
     target = np.zeros(len(G))
@@ -197,11 +198,11 @@ def _agreed(model: Model, y: np.ndarray, given: dict, offered: dict | None) -> n
 
 
 def _nearest(G, target, free, known, wanted, scale) -> np.ndarray:
-    """Velocities that satisfy all rows; among these, those nearest to the known rates; among these, those with the least rates of
-    joints."""
+    """Velocities that satisfy all rows. Among these, those nearest to the known rates; among the latter, those with the smallest
+    rates of joints."""
     weights, want = np.where(known, 1.0, 1e-4), np.where(known, wanted, 0.0)
     x = scale * _least(G * scale, target, weights[:, None] * free * scale, weights * want)
-    for _ in range(2):  # the small weights of open rates disturb the given ones; a second pass corrects this
+    for _ in range(2):  # the small weights of open rates disturb the given rates; a second pass corrects this
         rest = np.where(known, want - free @ x, 0.0)
         x = x + scale * _least(G * scale, 0 * target, weights[:, None] * free * scale, weights * rest)
     return x

@@ -1,5 +1,5 @@
-"""A sliding band around a drum, in flat pieces: at each corner the two tensions, the normal force along the bisector and friction
-are in balance. With more corners, the result tends to that of a round drum, with an error of 1/n²."""
+"""A sliding band around a drum, in flat pieces. At each corner, the two tensions, the normal force along the bisector and friction
+are in balance. With n corners, the difference from a round drum is proportional to 1/n²."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 def _polygon(k: float, wrap: float, corners: int) -> tuple[float, np.ndarray]:
     """(tension at the end, force on the drum) for the tension 1 at the start, where the band runs along −e2. k: friction on the
-    band per normal force, against the band's direction. Angles are those around the drum from e1."""
+    band per normal force, against the band's direction. Angles run around the drum from e1."""
     half, tension, force = 0.5 * wrap / corners, 1.0, np.zeros(2)
     for n in range(corners):
         at = (2 * n + 1) * half

@@ -1,4 +1,4 @@
-"""The friction of all joints together: the root of the complement equations that is connected to no friction."""
+"""The friction of all joints together. It is the root of the complement equations that grows continuously from zero friction."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ FAR = 1e6
 
 
 class NoRoot(ArithmeticError):
-    """The complement equations have no root that can be reached from eta = 0."""
+    """The continuation from eta = 0 reaches no root of the complement equations."""
 
 
 class Complement:
-    """The complement equations eta - friction(what the joints transmit at eta) = 0, in units of the forces that act without
-    friction.
+    """The complement equations eta - friction(transmitted wrenches at eta) = 0, in units of the forces that act without friction.
 
-    y = eta/unit is what is solved for; ``scale`` is the share of its friction that every joint is given (for the continuation).
+    The unknowns are y = eta/unit. ``scale`` is the share of friction in every joint (for the continuation).
     """
 
     def __init__(self, eq: Equations):
@@ -34,13 +33,13 @@ class Complement:
         self.unit = np.array([force * self._arm(n, k) for n, k in eq.eta])
 
     def _arm(self, name: str, k: int) -> float:
-        """Lever of freedom k of a joint: its radius where it turns, m, and 1 where it slides."""
+        """Lever of freedom k of a joint: the radius, m, for a turn, and 1 for a travel."""
         if np.any(self.eq.free[name].F[k]):
             return 1.0
         return max(pair(self.state.scene.joints[name].friction.radius))
 
     def friction(self, eta: np.ndarray, scale: float) -> np.ndarray:
-        """Friction of all joints predicted from the transmitted forces at ``eta``."""
+        """Friction of all joints by their laws, from the transmitted forces at ``eta``."""
         x = np.r_[1.0, eta]
         return np.concatenate([self.rubbing[n].friction(self.press[n] @ x, self.devices[n] @ x, scale)[0] for n in self.names])
 
@@ -50,7 +49,7 @@ class Complement:
         return (eta - self.friction(eta, scale)) / self.unit
 
     def root_near(self, y: np.ndarray, scale: float = 1.0) -> np.ndarray | None:
-        """The root that a solver finds from y, polished to round-off; None where it finds none."""
+        """The root that a solver finds from y, polished to round-off; None if the solver finds no root."""
         found = root(self.residual, y, args=(scale,), method="hybr", options={"xtol": 1e-14})
         y = found.x
         for _ in range(3):
@@ -61,7 +60,7 @@ class Complement:
         return y if worst <= 1e-11 * size and size < FAR else None
 
     def _polished(self, y: np.ndarray, scale: float) -> np.ndarray:
-        """One Newton step with central differences, kept if it is better."""
+        """One Newton step with central differences. The step is kept only if it reduces the residual."""
         r, h = self.residual(y, scale), 1e-6
         cols = [(self.residual(y + h * e, scale) - self.residual(y - h * e, scale)) / (2 * h) for e in np.eye(len(y))]
         try:
@@ -72,7 +71,7 @@ class Complement:
 
 
 def connected_root(eq: Equations, stages: int = 2) -> np.ndarray:
-    """eta of the root that grows from eta = 0 when the friction is raised from zero (natural continuation)."""
+    """eta of the root that grows from eta = 0 as friction is raised from zero (natural continuation)."""
     if not eq.eta:
         return np.zeros(0)
     problem = Complement(eq)
@@ -90,7 +89,7 @@ def connected_root(eq: Equations, stages: int = 2) -> np.ndarray:
 
 
 def all_roots(eq: Equations, starts: int = 30, seed: int = 0, spread: float = 3.0) -> list[np.ndarray]:
-    """All different roots found from zero friction and from random starts of size ``spread``."""
+    """All different roots that are found from zero friction and from random starts of size ``spread``."""
     problem, rng, roots = Complement(eq), np.random.default_rng(seed), []
     for i in range(starts):
         y = problem.root_near(spread * rng.normal(size=len(eq.eta)) * (i > 0))

@@ -1,7 +1,6 @@
-"""The contacts in a joint as numerical roots of the paper's contact equations (105)-(150): no closed forms.
-
-Everything acts on the part that carries the pin, in that part's joint frame, at its point. ``omega``, ``sdot`` are the
-rates of the *bearing relative to the pin*. Friction opposes the velocity of the pin's contact point on the bearing.
+"""The contacts in a joint as numerical roots of the paper's contact equations (105)-(150), without closed forms. All forces act on
+the part that carries the pin, at the point of this part and in its joint frame. ``omega``, ``sdot`` are the rates of the *bearing
+relative to the pin*. Friction opposes the velocity of the pin's contact point on the bearing.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ E1, E2, E3 = np.eye(3)
 @dataclass(frozen=True)
 class Contact:
     """One contact: normal force, N; outward normal n on the pin, in the pin's frame; angle, with n = cos e3 + sin e2 (for a ball
-    atan2(n3, n1)). A ball also has an elevation out of the 1–3 plane. NaN where nothing presses."""
+    atan2(n3, n1)). A ball also has an elevation out of the 1–3 plane. NaN without a normal force."""
 
     normal_force: float
     normal: np.ndarray
@@ -47,7 +46,7 @@ def pin_force(n: np.ndarray, arm: np.ndarray, omega: np.ndarray, sdot: np.ndarra
 def journal(fc, mc, omega, sdot, radius, half_length, law: Law, thrust_radius: float = 0.0) -> Outcome:
     """Shaft (115)-(126) and journal (129)-(138): two lateral contacts at -c and +c from the pin's point.
 
-    The lateral components of (122), (123) are linear in (f cos, f sin) of the contacts, and are solved numerically.
+    The lateral components of (122), (123) are linear in (f cos, f sin) of the contacts, which are found numerically.
     """
     slope = law.slope(np.hypot(sdot, radius * omega))
     places = [-half_length * E1, half_length * E1]
@@ -58,7 +57,8 @@ def journal(fc, mc, omega, sdot, radius, half_length, law: Law, thrust_radius: f
         return np.concatenate([f, cross(place + arm, f)])
 
     lateral = np.column_stack([wrench(p, n) for p in places for n in (E3, E2)])
-    # Each column is the wrench of a contact for f n = e3 or e2. Only its lateral rows are linear in f n, so only these are solved.
+    # Each column is the wrench of a contact for f n = e3 or e2. Only its lateral rows are linear in f n, so the solver uses only
+    # these rows.
     a1, b1, a2, b2 = np.linalg.solve(lateral[[1, 2, 4, 5]], np.concatenate([fc[1:], mc[1:]]))
     contacts = [_lateral(a1, b1), _lateral(a2, b2)]
     total = sum(c.normal_force * wrench(p, c.normal) for c, p in zip(contacts, places, strict=True))
@@ -73,8 +73,8 @@ def _lateral(a: float, b: float) -> Contact:
 
 
 def ball(fc, omega, radius, law: Law) -> Outcome:
-    """Ball (105)-(114): n and f_n from f_c = f_n (k omega x n - n), with k of (108) and the law at |v| = r |omega x n|. For a
-    given k, (109) is linear in f_n n. The sliding rate s = |omega x n| is a scalar root."""
+    """Ball (105)-(114): n and f_n from f_c = f_n (k omega x n - n), with k of (108) and the law at |v| = r |omega x n|. For a given
+    k, (109) is linear in f_n n. The sliding rate s = |omega x n| is the root of a scalar equation."""
     fc, omega = np.asarray(fc, float), np.asarray(omega, float)
     if np.linalg.norm(fc) == 0.0:
         return Outcome([Contact(0.0, np.full(3, NAN), NAN)], 0.0, np.zeros(3))
@@ -89,18 +89,18 @@ def ball(fc, omega, radius, law: Law) -> Outcome:
         return float(np.linalg.norm(cross(omega, normal(s)[0]))) - s
 
     s = _sliding_rate(gap, float(np.linalg.norm(omega)), law)
-    if s is None:  # Nothing slides at the contact: n lies along the spin, the limit of (104) for v_eps → 0.
+    if s is None:  # Nothing slides at the contact. The normal n lies along the spin, the limit of (104) for v_eps → 0.
         n = -np.sign(fc @ omega) * omega / np.linalg.norm(omega)
         fn = float(-n @ fc)
     else:
         n, fn = normal(s)
-    torque = radius * cross(n, fc)  # This is (110), because the normal part of f_c has no arm.
+    torque = radius * cross(n, fc)  # torque by (110), because the normal part of f_c has no arm
     contact = Contact(fn, n, float(np.arctan2(n[2], n[0])), float(np.arcsin(np.clip(n[1], -1, 1))))
     return Outcome([contact], 0.0, torque)
 
 
 def _sliding_rate(gap, top: float, law: Law) -> float | None:
-    """Root of ``gap`` between 0 and |omega|; None where exact Coulomb has none: the ball spins about its normal."""
+    """Root of ``gap`` between 0 and |omega|. None if exact Coulomb friction has no root: the ball then spins about its normal."""
     if top == 0.0 or gap(top) >= -1e-15 * top:
         return top
     low = 0.0 if law.kind != "coulomb" else 1e-12 * top
@@ -112,7 +112,7 @@ def _sliding_rate(gap, top: float, law: Law) -> float | None:
 def sleeve(fc, mc, sdot, half_width, half_height, half_length, law: Law) -> Outcome:
     """Prismatic sleeve (theory, "Sleeve"): faces +-a e2 and +-b e3, ends at -c and +c, torsion as a couple.
 
-    A contact is a signed force N along e2 or e3 on the inner part, on the face it presses, and axial friction there.
+    A contact is a signed force N along e2 or e3 on the loaded face of the inner part, with axial friction on this face.
     """
     slope = law.slope(abs(sdot))
     sites = [(x * E1, e, h) for e, h in ((E2, half_width), (E3, half_height)) for x in (-half_length, half_length)]
@@ -147,7 +147,7 @@ def adams_ball(fc, omega, radius, law: Law) -> np.ndarray:
 
 
 def adams_journal(outcome: Outcome, fc, omega, sdot, radius, law: Law, axial: bool) -> Outcome:
-    """Adams' journal (152): the reaction force taken for the normal force; ``axial``: with its component along the axis."""
+    """Adams' journal (152): the reaction force is used as normal force; ``axial``: with the component along the axis."""
     slope = law.slope(np.hypot(sdot, radius * omega))
     F = np.linalg.norm(fc if axial else fc[1:])
     return replace(outcome, force=float(slope * sdot * F), torque=float(slope * radius * omega * radius * F))

@@ -1,4 +1,5 @@
-"""Friction laws between sliding speed and friction ratio: the paper's (104), viscous, and Coulomb while it slides."""
+"""Friction laws: friction ratio as a function of sliding speed. The paper's (104), viscous friction, and Coulomb friction during
+sliding."""
 
 from __future__ import annotations
 
@@ -7,8 +8,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Law:
-    """A friction law. kind: "regularized" (104), "viscous", or "coulomb" while it slides; ``scale`` multiplies the ratio (for the
-    continuation from no friction)."""
+    """A friction law. kind: "regularized" (104), "viscous", or "coulomb" during sliding. ``scale`` multiplies the ratio, for the
+    continuation from zero friction."""
 
     kind: str
     mu: float = 0.0
@@ -32,7 +33,7 @@ class Law:
 
 
 def law_of(scene, friction, scale: float = 1.0) -> Law:
-    """The law of a joint: its own settings over the scene's defaults."""
+    """The law of a joint. The settings of the joint replace the scene's defaults."""
     kind = friction.law or scene.friction.law
     if kind not in ("regularized", "viscous", "coulomb"):
         raise NotImplementedError(f"the reference has no {kind} law")
@@ -41,5 +42,5 @@ def law_of(scene, friction, scale: float = 1.0) -> Law:
 
 
 def is_adams(scene, friction) -> bool:
-    """Whether the normal force is computed as Adams does."""
+    """True if the normal force is computed by Adams' method."""
     return (friction.normal_force or scene.friction.normal_force) == "adams"

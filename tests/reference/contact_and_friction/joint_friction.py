@@ -1,4 +1,4 @@
-"""Friction of one joint from its reaction, for each joint type with friction and the pin on either side."""
+"""Friction of one joint as a function of its reaction, for each joint type with friction and the pin on either side."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.reference.mechanics.rotation import cross
 
 @dataclass(frozen=True)
 class Pin:
-    """A joint seen from the part that carries the pin: sign (+1 inboard, -1 outboard), its frame, its point."""
+    """A joint seen from the part that carries the pin: sign (+1 inboard, -1 outboard), frame and point of this part."""
 
     sign: float
     A: np.ndarray
@@ -31,7 +31,7 @@ def pin_of(state: State, name: str) -> Pin:
 
 
 def ends_of(pose, joint) -> np.ndarray:
-    """The point from which the ends of the contacts are measured: on the part that has the ends, or in the middle of the
+    """The point from which the ends of the contacts are measured. It is on the part that has the ends, or in the middle of the
     overlap."""
     if joint.ends == "overlap":
         low, high = _touching(pose, joint)
@@ -62,7 +62,7 @@ def rates_of(state: State, name: str) -> np.ndarray:
 
 
 def pair(value) -> tuple[float, float]:
-    """Two numbers, one for each journal of a universal joint, from one that stands for both or from two."""
+    """Two numbers, one for each journal of a universal joint. A single value stands for both."""
     return tuple(value) if isinstance(value, (tuple, list)) else (value, value)
 
 
@@ -101,12 +101,12 @@ freedoms."""
 
 
 class Rubbing:
-    """A joint with friction at one state. ``friction`` gives the friction on the inboard part along each freedom, and
-    the contacts with normals in the inboard joint frame, from
+    """A joint with friction at one state. ``friction`` gives the friction on the inboard part along each freedom, and the contacts
+    with normals in the inboard joint frame. Its arguments are
 
     ``wrench``   constraint and friction on the inboard part: force, torque at the outboard point (world)
     ``devices``  springs, drives and so on along the freedoms, on the outboard part
-    ``scale``    share of the friction (for the continuation from none)
+    ``scale``    share of the friction (for the continuation from zero)
     """
 
     def __init__(self, state: State, name: str):
@@ -148,7 +148,7 @@ class Rubbing:
         friction, seen = np.zeros(2), []
         for k in range(2):
             f, m = C @ wrench[:3], C @ wrench[3:]
-            m[1 - k] -= devices[1 - k]  # the cross passes on the devices of the other axis
+            m[1 - k] -= devices[1 - k]  # the cross transmits the devices of the other axis
             sign = self.pin.sign * (1.0 if k == 0 else -1.0)
             turn = [0, 1, 2] if k == 0 else [1, 2, 0]
             fc, mc, omega = sign * f[turn], sign * m[turn], sign * self.qd[k]

@@ -1,8 +1,8 @@
-"""All possible continuations of pairs at rest under Coulomb's law, found by trying every combination of modes: bodies in absolute
-coordinates, with loops, for every joint type with friction. The code shares nothing with the engine's mode decisions.
+"""All possible continuations of pairs at rest under Coulomb's law. The search tries every combination of modes, with bodies in
+absolute coordinates, with loops, for every joint type with friction. The code shares nothing with the engine's mode decisions.
 
-A pair at rest sticks or starts to slide. Each choice for all pairs is a system of equations in the frictions η that is posed as
-least squares and solved from many starts:
+A pair at rest sticks or starts to slide. A choice of modes for all pairs is a system of equations in the frictions η. The search
+solves it as a least-squares problem from many starts:
 
     sticks              its freedoms do not accelerate, and η is less than the friction of sliding along η with the static
                         coefficient
@@ -11,7 +11,8 @@ least squares and solved from many starts:
                         turns about its contact then (``contact_roots.ball``)
     moves               the pair is in motion: η is the friction of this sliding
 
-Where sticking pairs are redundant, many values of friction solve a choice. The found solution then shows only that one exists. """
+Where sticking pairs are redundant, many values of friction solve a choice. The found solution then shows only that a solution
+exists. """
 
 from __future__ import annotations
 
@@ -45,7 +46,8 @@ SPREAD = 3.0
 
 @dataclass(frozen=True)
 class Answer:
-    """One consistent choice: what every pair at rest does, the frictions η, and all accelerations of the rubbing freedoms."""
+    """One consistent choice: the modes of all pairs at rest, the frictions η, and all accelerations of the freedoms with
+    friction."""
 
     modes: dict[str, str]
     eta: np.ndarray = field(repr=False)
@@ -53,7 +55,7 @@ class Answer:
 
 
 class Decision:
-    """All choices at a state. ``rest``: names of the pairs that are at rest there; by default, those slower than STILL."""
+    """All choices at a state. ``rest``: names of the pairs at rest; by default, the pairs slower than STILL."""
 
     def __init__(self, state: State, rest: set[str] | None = None, starts: int = 6, seed: int = 0):
         self.state, self.eq = state, Equations(state)
@@ -70,7 +72,7 @@ class Decision:
         self.scale = np.abs(self.Q) @ np.r_[1.0, self.unit] + HELD * self._free()
 
     def _free(self) -> np.ndarray:
-        """Acceleration of each freedom with free bodies, by its own friction and by all other forces."""
+        """Acceleration of each freedom if all bodies were free: due to its own friction, and due to all other forces."""
         rows, inertia, known = np.abs(self.eq.f[:, 1:]), self.eq.M, self.eq.f[:, :1]
         own = np.einsum("ij,ij->j", self.eq.f[:, 1:], np.linalg.solve(inertia, self.eq.f[:, 1:])) * self.unit
         return own + rows.T @ np.maximum(np.abs(np.linalg.solve(inertia, known)), np.abs(self.eq.u[:, :1]))[:, 0]
@@ -78,13 +80,13 @@ class Decision:
     # -- the equations of a choice ---------------------------------------------------------------------------------------------
 
     def choices(self) -> list[dict[str, str]]:
-        """Every assignment of modes to the pairs at rest; those with more pairs that stick come first."""
+        """Every assignment of modes to the pairs at rest. Assignments with more sticking pairs come first."""
         options = [(STICKS, "+", "-") if len(p.freedoms) == 1 else (STICKS, SLIDES) for p in self.rest]
         made = [dict(zip([p.name for p in self.rest], c, strict=True)) for c in product(*options)]
         return sorted(made, key=lambda m: -sum(x == STICKS for x in m.values()))
 
     def friction(self, p: Pair, mode: str, eta: np.ndarray, acc: np.ndarray) -> list[float]:
-        """Friction of sliding as the mode says, along the freedoms of p."""
+        """Friction along the freedoms of p, for the sliding that the mode states."""
         if mode == MOVES:
             way = [float(self.state.qd[p.joint][k]) for k in p.freedoms]
         else:
@@ -92,8 +94,8 @@ class Decision:
         return p.friction(way, p.mu, np.r_[1.0, eta]) if any(way) else [0.0] * len(way)
 
     def hold(self, p: Pair, mu: float, eta: np.ndarray) -> tuple[float, float]:
-        """Size of a pair's friction and its limit with this coefficient, N. For a ball, a torque about its force counts as too
-        large."""
+        """Size of a pair's friction, and its limit with this coefficient, N. For a ball, a torque about the ball's force is added
+        to the size."""
         load = hypot(*(eta[i] / a for i, a in zip(p.places, p.arms, strict=True)))
         if p.kind != "ball":
             way = [eta[i] / a**2 for i, a in zip(p.places, p.arms, strict=True)]
@@ -105,7 +107,7 @@ class Decision:
         return load + about, size * mu / (1.0 + mu**2) ** 0.5
 
     def lack(self, y: np.ndarray, modes: dict[str, str]) -> np.ndarray:
-        """Residuals of a choice at y = η/unit: each freedom's equation, then the excess over the limit of each pair that sticks."""
+        """Residuals of a choice at y = η/unit: each freedom's equation, then the excess over the limit for each sticking pair."""
         eta = y * self.unit
         acc = self.Q @ np.r_[1.0, eta]
         out, beyond = np.zeros(len(y)), []
@@ -120,8 +122,8 @@ class Decision:
         return np.r_[out, beyond]
 
     def fits(self, eta: np.ndarray, modes: dict[str, str]) -> bool:
-        """Whether a solution is consistent: sticking pairs hold, pairs that start to slide accelerate in that direction, friction
-        drives no pair."""
+        """True if a solution is consistent: sticking pairs hold, pairs that start to slide accelerate in this direction, and
+        friction adds no power."""
         acc = self.Q @ np.r_[1.0, eta]
         for p in self.rest:
             here, mode = list(p.places), modes[p.name]
@@ -130,7 +132,7 @@ class Decision:
                 if load > most * (1.0 + 10.0 * SLACK) + SLACK * self.unit[here[0]] / p.arms[0] * SOLVED:
                     return False
             elif mode == SLIDES:
-                # a ball that turns about its contact takes no power
+                # a ball that turns about its contact dissipates no power
                 least = -SOLVED * np.linalg.norm(eta[here]) * np.linalg.norm(acc[here])
                 if not np.linalg.norm(acc[here] / self.scale[here]) > SLACK or eta[here] @ acc[here] < least:
                     return False
@@ -141,7 +143,7 @@ class Decision:
     # -- answers ---------------------------------------------------------------------------------------------------------------
 
     def solutions(self, modes: dict[str, str], most: int | None = None) -> list[np.ndarray]:
-        """Different η that satisfy a choice, from zero and from random starts; at most ``most``."""
+        """Different η that satisfy a choice, found from zero and from random starts; at most ``most``."""
         n, found = len(self.unit), []
         for i in range(self.starts):
             if most is not None and len(found) >= most:
@@ -178,7 +180,8 @@ class Decision:
 
 
 def _units(eq: Equations, pairs: list[Pair]) -> np.ndarray:
-    """A friction of each freedom as large as the largest force in any pair without friction would make, with coefficient 1."""
+    """Unit of friction of each freedom. It is the friction that the largest force in any pair without friction would cause with
+    coefficient 1."""
     force = max([float(np.abs(p.load[:3, 0]).max()) for p in pairs], default=1.0)
     unit = np.ones(len(eq.eta))
     for p in pairs:

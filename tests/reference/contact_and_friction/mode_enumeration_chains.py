@@ -1,5 +1,5 @@
-"""The joints that stick and slip, found by trying all combinations: dry friction in chains of single freedoms, without the
-engine."""
+"""The joints that stick and slip, found by trying all combinations. It covers dry friction in chains of single freedoms, without
+the engine."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ UNBOUNDED = 1e4
 
 
 def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) -> list[dict[str, int]]:
-    """Every consistent choice (0: sticks, ±1: slips in this direction) for the joints at rest; all other joints slide as they move.
-    Each joint has one freedom and one coefficient of friction. The search for roots begins from ``starts`` random values;
-    ``spread`` is their size in units of friction."""
+    """Every consistent choice (0: sticks, ±1: slips in this direction) for the joints at rest; all other joints slide in the
+    direction of their rates. Each joint has one freedom and one coefficient of friction. The search for roots begins from
+    ``starts`` random values; ``spread`` is their size in units of friction."""
     rest = [n for n, v in qd.items() if np.all(np.asarray(v) == 0.0)]
     found: list[dict[str, int]] = []
     rng = np.random.default_rng(seed)
@@ -39,8 +39,8 @@ def answers(scene, q, qd, starts: int = 20, spread: float = 3.0, seed: int = 0) 
 
 
 class _Chain:
-    """Accelerations caused by the frictions eta at one state. All that depends on the state alone is computed once. names: the
-    joint of each friction."""
+    """Accelerations caused by the frictions eta at one state. Quantities that depend only on the state are computed once. names:
+    the joint of each friction."""
 
     def __init__(self, eq: Equations):
         self.names = [n for n, _ in eq.eta]
@@ -53,12 +53,12 @@ class _Chain:
         return np.array([rubbing.friction(press @ x, devices @ x)[0][k] for rubbing, press, devices, k in self.joints])
 
     def accelerations(self, eta: np.ndarray) -> np.ndarray:
-        """Rates of every rubbing freedom."""
+        """Accelerations of all freedoms with friction."""
         return self.rows[:, 0] + self.rows[:, 1:] @ eta
 
 
 def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng) -> list[np.ndarray]:
-    """Friction values with which sticking joints do not accelerate and slipping joints obey their law, from many starts."""
+    """Friction values from many starts. With these values, sticking joints do not accelerate and slipping joints obey their law."""
     stuck, none = np.array([modes.get(n) == 0 for n in chain.names]), np.zeros(len(chain.names))
     unit = max(float(np.abs(chain.law(none)).max()), 1e-9)
     rate = max(float(np.abs(chain.accelerations(none)).max()), 1e-9)
@@ -75,7 +75,7 @@ def _roots(chain: _Chain, modes: dict[str, int], starts: int, spread: float, rng
 
 
 def _fits(chain: _Chain, modes: dict[str, int], eta: np.ndarray) -> bool:
-    """Whether sticking joints need less than their friction of sliding, and slipping joints accelerate in the direction of their
+    """True if sticking joints need less than their friction of sliding, and slipping joints accelerate in the direction of their
     slip."""
     most, acc = np.abs(chain.law(eta)), chain.accelerations(eta)
     for i, n in enumerate(chain.names):

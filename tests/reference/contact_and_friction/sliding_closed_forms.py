@@ -1,5 +1,5 @@
-"""Coulomb friction of one sliding pair as a function of its sliding direction: closed forms in plain numbers, for searches with
-millions of evaluations. ``reference_selftest/test_mode_enumeration.py`` compares them with the contacts found as numerical roots
+"""Coulomb friction of one sliding pair as a function of its sliding direction: closed forms, for searches with millions of
+evaluations. ``reference_selftest/test_mode_enumeration.py`` compares them with the contacts found as numerical roots
 (``contact_roots.py``)."""
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from tests.reference.mechanics.rotation import cross
 
 @dataclass(frozen=True)
 class Pair:
-    """One sliding pair (a universal joint has two): its joint, its freedoms there, their places in η, their levers (m; 1 where it
-    slides along), its coefficients of friction, and its speed at the surface, m/s.
+    """One sliding pair (a universal joint has two): its joint, the freedoms of the pair, their places in η, their levers (m; 1 for
+    a travel), its coefficients of friction, and its speed at the surface, m/s.
 
     load: force and torque on the part with the pin, in the pin's axes, as 6 x (1 + n_eta) columns; sign: 1 or, with the pin
     outboard, -1; kind: "journal", "sleeve" or "ball", with its sizes; turned: takes a ball's rates to the pin's axes (3 x 3).
@@ -44,8 +44,8 @@ class Pair:
         return f"{self.joint}.{self.freedoms[0] + 1}"
 
     def friction(self, way, mu: float, x: np.ndarray) -> list[float]:
-        """Friction on the inboard part along each freedom, sliding along ``way`` with coefficient ``mu``, at x = [1, η]. way:
-        rates of its freedoms, of any length, not all zero."""
+        """Friction on the inboard part along each freedom, for sliding along ``way`` with coefficient ``mu``, at x = [1, η]. way:
+        rates of the pair's freedoms, of any length, not all zero."""
         load = (self.load @ x).tolist()
         if self.kind == "ball":
             m = _ball(load[:3], [self.sign * v for v in (self.turned @ way).tolist()], mu, *self.sizes)
@@ -64,7 +64,7 @@ class Pair:
 
 
 def _journal(load, along: float, around: float, radius: float, half: float) -> float:
-    """Sum of both normal forces of a shaft with signed friction ratios along and around its axis (method: journal)."""
+    """Sum of the normal forces at both ends of a shaft, with signed friction ratios along and around its axis (method: journal)."""
     _, f2, f3, _, m2, m3 = load
     turn = 1.0 + 1j * around
     both = -complex(f3, f2) / turn
@@ -73,14 +73,15 @@ def _journal(load, along: float, around: float, radius: float, half: float) -> f
 
 
 def _sleeve(load, k: float, a: float, b: float, half: float) -> float:
-    """Sum of all normal forces of a rectangular sleeve, the couple that carries its torsion included."""
+    """Sum of all normal forces of a rectangular sleeve, including those of the couple that carries its torsion."""
     _, f2, f3, m1, m2, m3 = load
     u, v = (m3 - k * a * f2) / half, (m2 + k * b * f3) / half
     return (abs(f2 + u) + abs(f2 - u) + abs(f3 - v) + abs(f3 + v)) / 2 + abs(m1) / max(a, b)
 
 
 def _ball(f, w, mu: float, radius: float) -> np.ndarray:
-    """Torque on a ball with force f whose socket turns with w: sliding outside its cone, else turning about its contact."""
+    """Torque on a ball with force f whose socket turns with w. The ball slides outside its cone; inside, it turns about its
+    contact."""
     force, turn = sqrt(f[0] ** 2 + f[1] ** 2 + f[2] ** 2), sqrt(w[0] ** 2 + w[1] ** 2 + w[2] ** 2)
     if not force * turn > 0.0:
         return np.zeros(3)
@@ -97,7 +98,7 @@ def _ball(f, w, mu: float, radius: float) -> np.ndarray:
 
 
 def sliding_pairs(eq: Equations) -> list[Pair]:
-    """The pairs of a scene whose joints all rub by Coulomb's law with exact contacts."""
+    """The pairs of a scene. All joints must have Coulomb friction with exact contacts."""
     out: list[Pair] = []
     for name in dict.fromkeys(n for n, _ in eq.eta):
         joint, state = eq.state.scene.joints[name], eq.state
@@ -123,8 +124,8 @@ def sliding_pairs(eq: Equations) -> list[Pair]:
 
 
 def _load(eq: Equations, name: str, journal: int | None) -> tuple[float, np.ndarray]:
-    """Wrench on the part with the pin, at its point in its axes. For a universal joint: on the pin of one journal, in (axis,
-    across, across), with the other axis's devices as passed on by the cross."""
+    """Wrench on the part with the pin, at its point in its axes. For a universal joint, the wrench is on the pin of one journal, in
+    (axis, across, across). It includes the devices of the other axis, which the cross transmits."""
     press, pin, pose = eq.press(name), pin_of(eq.state, name), eq.state.joint_pose(name)
     if journal is None:
         arm = pose.p_out - ends_of(pose, eq.state.scene.joints[name])
@@ -138,6 +139,6 @@ def _load(eq: Equations, name: str, journal: int | None) -> tuple[float, np.ndar
 
 
 def _ball_axes(eq: Equations, name: str) -> np.ndarray:
-    """Takes the rates of a ball's freedoms to the pin's axes (3 x 3)."""
+    """Matrix that takes the rates of a ball's freedoms to the pin's axes (3 x 3)."""
     pose = eq.state.joint_pose(name)
     return pin_of(eq.state, name).A.T @ pose.A_in

@@ -1,5 +1,5 @@
-"""A plane toggle press of two equal links whose foot is held sideways by a spring. Beside its change point, the rigid mechanism's
-lateral reaction has two roots, or none."""
+"""A plane toggle press of two equal links. A spring holds the foot sideways. Near the change point, the lateral reaction of the
+rigid mechanism has two roots, or none."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ def _turned(q: float) -> np.ndarray:
 
 @dataclass
 class SprungToggle:
-    """stiffness, N/m, and damping, N s/m, of the foot across its path. push: N, across, at the knee, a function of time. States
-    are [half the difference of the links' angles, half their sum, and their rates]. The sum is zero where the foot is on its
-    path."""
+    """stiffness, N/m, and damping, N s/m, of the foot across its path. push: N, across, at the knee, a function of time. States are
+    [half the difference of the links' angles, half their sum, and their rates]. The sum is zero if the foot is on its path."""
 
     stiffness: float
     damping: float
@@ -40,7 +39,7 @@ class SprungToggle:
     pins: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
-        """ẏ: the balance of both links and the ram, friction found by iteration from the last one."""
+        """ẏ from the balance of both links and the ram. Iteration from the last friction gives the friction."""
         half, lean, half_rate, lean_rate = y
         a, b, wa, wb = half + lean, lean - half, half_rate + lean_rate, lean_rate - half_rate
         gap = -2 * LINK * np.sin(lean) * np.cos(half)
@@ -75,6 +74,6 @@ class SprungToggle:
         return np.linalg.inv(A), r
 
     def run(self, start: float, stop: float, half: float, rate: float):
-        """The motion from a start with the foot on its path, as SciPy gives it (dense)."""
+        """The motion from a start with the foot on its path, as a dense solution of SciPy."""
         exact = {"method": "Radau", "rtol": 1e-6, "atol": [1e-9, 1e-15, 1e-9, 1e-11], "dense_output": True}
         return solve_ivp(self.rates, (start, stop), [half, 0.0, rate, 0.0], **exact)

@@ -1,12 +1,12 @@
 """Rigid bodies connected by contacts that are stiff springs with friction. Where rigid joints do not determine their reactions, the
 reactions are the limit of these contact forces for large stiffness.
 
-Every body is given a small displacement (three translations of its mass centre, three turns). The normal force of a contact is its
+Every body has a small displacement (three translations of its mass centre, three turns). The normal force of a contact is its
 stiffness times the displacement of the pin against its bearing at the contact. The normal has the direction of this displacement,
 and friction follows the sliding of the parts. No joint row carries a force: all equations of motion hold with contact forces alone.
 Displacements do not change the geometry, so the solution is the limit itself. The unknowns are the displacements across the
-mechanism's possible motions, and the accelerations along these motions. A universal joint is two journals on a cross without mass,
-which has a displacement of its own."""
+mechanism's possible motions, and the accelerations along these motions. A universal joint is two journals on a massless cross. The
+cross has its own displacement."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ FEW, MOST = 1, 5
 
 @dataclass(frozen=True)
 class Site:
-    """A contact spring of a joint. Its place is in the pin's frame, from the pin's point. It has the axes of that frame along which
-    it is pressed, and the outward arm of its friction along the normal. It may be a face across the axis."""
+    """A contact spring of a joint. Its place is in the pin's frame, relative to the pin's point. The site also has the axes of this
+    frame along which it is loaded, and the outward arm of its friction along the normal. A site may be a face across the axis."""
 
     place: np.ndarray
     axes: tuple[np.ndarray, ...]
@@ -45,8 +45,8 @@ class Site:
 
 @dataclass(frozen=True)
 class Fit:
-    """A pin in its bearing. inner, outer: the parts that carry them; A, point: frame and place of the pin, world; rates: of the
-    bearing relative to the pin, in the pin's frame; k: stiffness of its springs; torsion: longer arm of a sleeve, else 0."""
+    """A pin in its bearing. inner, outer: the parts that carry pin and bearing; A, point: frame and place of the pin, world; rates:
+    of the bearing relative to the pin, in the pin's frame; k: stiffness of its springs; torsion: longer arm of a sleeve, else 0."""
 
     inner: str
     outer: str
@@ -74,7 +74,7 @@ def fits_of(state: State, name: str) -> list[Fit]:
 
 
 def _journals(state: State, name: str, g: Friction, k: float) -> list[Fit]:
-    """Two journals on a cross without mass: about u1 on the inboard, about u2 on the outboard part."""
+    """Two journals on a massless cross: about u1 on the inboard part, about u2 on the outboard part."""
     pose, C = state.joint_pose(name), directions(state, name).T[3:]
     fits = []
     for i, part in enumerate((pose.inboard, pose.outboard)):
@@ -92,7 +92,7 @@ def _across(radius: float, half: float) -> list[Site]:
 
 
 def sites_of(kind: str, g: Friction) -> list[Site]:
-    """The contact springs of a joint that is one fit."""
+    """The contact springs of a joint that consists of one fit."""
     if kind == "spherical":
         return [Site(np.zeros(3), (E1, E2, E3), g.radius)]
     if kind == "prismatic":
@@ -135,7 +135,7 @@ class Compliant:
         return out
 
     def _site(self, out, delta, fit: Fit, site: Site, law: Law, share: float) -> float:
-        """Force of a contact spring."""
+        """Force of one contact spring."""
         at = fit.point + fit.A @ site.place
         gap = fit.A.T @ (self._moved(delta, fit.inner, at) - self._moved(delta, fit.outer, at))
         u = fit.k * sum((e @ gap) * e for e in site.axes)
@@ -147,7 +147,7 @@ class Compliant:
 
     @staticmethod
     def _contact(site: Site, n, f, rates, law, share) -> tuple[np.ndarray, np.ndarray]:
-        """Force on the pin and torque about the site, pin's frame."""
+        """Force on the pin and torque about the site, in the pin's frame."""
         if site.face:
             slope = law.slope(abs(site.arm * rates[3]) or 1.0)
             torque = share * slope * site.arm**2 * rates[3] * E1 * f if site.arm else np.zeros(3)
@@ -158,7 +158,7 @@ class Compliant:
         return force, cross(arm, force)
 
     def _torsion(self, out, delta, fit: Fit, law: Law, share: float) -> float:
-        """The couple on a sleeve's faces: a spring at the longer arm. Returns its total force."""
+        """The couple on a sleeve's faces, by a spring at the longer arm. Returns the total force of the spring."""
         axis, rate = fit.A @ E1, fit.rates[0]
         force = fit.k * fit.torsion * (axis @ (self._turned(delta, fit.inner) - self._turned(delta, fit.outer)))
         axial = share * law.slope(abs(rate)) * rate * abs(force) * axis
@@ -182,12 +182,12 @@ class Compliant:
             out[at : at + 6] += np.r_[F, T + cross(point - self.center[body], F)]
 
     def solve(self, steps: int = 3) -> tuple[np.ndarray, np.ndarray]:
-        """(accelerations [a_c, α] of all bodies, displacements): friction grows from zero in this number of steps."""
+        """(accelerations [a_c, α] of all bodies, displacements). Friction grows from zero to its full value in ``steps`` steps."""
         eq, n = self.eq, self.bodies
         col = np.tile([1.0, 1.0, 1.0, *[1 / typical_length(self.state)] * 3], self.size // 6)
         null = col[:n, None] * eq.null
         within = np.linalg.svd(eq.null.T)[2][eq.null.shape[1] :].T * col[:n, None]
-        inside = block_diag(within, np.diag(col[n:]))  # crosses have no inertia, so that all their displacements are unknown
+        inside = block_diag(within, np.diag(col[n:]))  # crosses have no inertia, so all their displacements are unknown
         rest = eq.u[:, 0]
 
         def residual(x, share):
@@ -199,7 +199,7 @@ class Compliant:
         x = np.zeros(self.size)
         x[null.shape[1] :] = 1e-3
         for share in np.linspace(0.0, 1.0, steps + 1):
-            for _ in range(MOST if share == 1.0 else FEW):  # Newton with central differences; without friction all is linear
+            for _ in range(MOST if share == 1.0 else FEW):  # Newton with central differences; linear without friction
                 J = np.array([(residual(x + h, share) - residual(x - h, share)) / 2e-7 for h in 1e-7 * np.eye(len(x))]).T
                 x = x - np.linalg.solve(J, residual(x, share))
         self.residual = float(np.abs(residual(x, 1.0)).max())

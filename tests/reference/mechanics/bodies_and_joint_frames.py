@@ -51,7 +51,8 @@ def solid(body) -> tuple[float, np.ndarray]:
 
 
 def part(body) -> Part:
-    """Mass properties of one body; explicit inertia wins over the shape. About any line across its axis, an axial inertia is 0."""
+    """Mass properties of one body. Explicit inertia takes precedence over the shape. An axial inertia is 0 about all lines across
+    its axis."""
     mass = body.mass if body.mass is not None else body.density * solid(body)[0]
     if isinstance(body.inertia, AxialInertia):
         axis = direction(body.inertia.axis)
@@ -99,7 +100,7 @@ def named_point(scene, body: str, point) -> np.ndarray:
 
 
 def place(scene, text: str) -> tuple[str, np.ndarray | None]:
-    """The body that "body.point" names, and the point's position on it; None where only a body is named."""
+    """The body that "body.point" names, and the point's position on this body; None if the text names only a body."""
     body, _, point = text.partition(".")
     return body, (named_point(scene, body, point) if point else None)
 

@@ -1,4 +1,4 @@
-"""Curves of nonlinear springs and dampers, by SciPy: monotone cubic pieces that continue straight beyond their ends."""
+"""Curves of nonlinear springs and dampers, by SciPy: monotone cubic pieces. Beyond their ends, the curves continue straight."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class Characteristic:
         return self.integral(x - low - high) + more
 
     def _beyond(self, x):
-        """How far x is below the first and above the last point."""
+        """Distances of x below the first point and above the last point."""
         return np.minimum(x - self.at[0], 0.0), np.maximum(x - self.at[-1], 0.0)
 
 
 def nonlinear(group, x, rate):
-    """(force against x, power, which is ≤ 0, stored energy) of nonlinear springs and dampers at coordinates x and rates; ``group``:
-    their keys in a scene."""
+    """(force, dissipated power, which is ≤ 0, stored energy) of nonlinear springs and dampers at coordinates x and rates. The force
+    acts against x. ``group``: their keys in a scene."""
     if group is None:
         return 0.0, 0.0, 0.0
     lost = stored = elastic = 0.0

@@ -1,4 +1,5 @@
-"""Arms of the contacts of joints without friction: a tenth of the size of a block, which is a set of joints that share loops."""
+"""Arms of the contacts of joints without friction. An arm is a tenth of the size of a block. A block is a set of joints that share
+loops."""
 
 from __future__ import annotations
 
@@ -12,8 +13,9 @@ PART = 0.1
 
 
 def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
-    """The arm of each joint, m: a tenth of the root mean square distance of the joints' points from their mean on each body, taken
-    over the joints with which it shares loops. 0 for joints on no loop. frames: sides of the joints by name."""
+    """The arm of each joint, m. It is a tenth of the root mean square distance of the joints' points from their mean on each body.
+    The mean is taken over the joints that share loops with this joint. The arm is 0 for joints on no loop. frames: sides of the
+    joints by name."""
     ends = {n: [f.inboard, f.outboard] for n, f in frames.items()}
     out = dict.fromkeys(frames, 0.0)
     for block in _blocks(scene, ends):
@@ -30,7 +32,7 @@ def arms(scene, frames: Mapping[str, Frames]) -> dict[str, float]:
 
 def _blocks(scene, ends: Mapping[str, list[str]]) -> list[set[str]]:
     """Sets of joints that share loops, directly or through other joints. A joint closes a loop with every other path between its
-    bodies."""
+    two bodies."""
     sets: list[set[str]] = []
     for n, (a, b) in ends.items():
         other = _way({k: e for k, e in ends.items() if k != n}, a, b)

@@ -1,4 +1,4 @@
-"""Six directions of relative motion per joint: which are free, which constrained, with their rows and rates of change.
+"""Six directions of relative motion per joint, with their rows and rates of change. Each direction is free or constrained.
 
 Directions 0..2: translation of the outboard point seen from the inboard part, along e1, e2, e3 of the inboard frame. Directions
 3..5: relative rotation about the same axes; with crossed axes (universal joint): about u1, u2, u1 x u2. A direction is a force F at
@@ -17,15 +17,15 @@ from tests.reference.mechanics.rotation import cross, matrix_from_quaternion, qu
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """The reference's declaration of a joint type, from which everything else in this file follows.
+    """The reference's declaration of a joint type. The functions of this file use only these declarations.
 
-    free       directions along which it is free, in the order of its rates; travels come before turns.
-    ball       its turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
-    crossed    it turns about two axes at a right angle, the first fixed inboard, the second outboard.
-    lead       its travel along e1 is tied to its angle by a pitch.
-    one_sided  it is a different joint when its two sides change places (a slot is in one part, the pin on the other).
-    line       it only keeps the distance of its two points, and carries no body: its one direction is the line between them.
-    rubs       its contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
+    free       directions along which the joint is free, in the order of its rates; travels come before turns.
+    ball       the turns are a quaternion, the last four coordinates (free must end with 3, 4, 5).
+    crossed    the joint turns about two axes at a right angle, the first fixed inboard, the second outboard.
+    lead       a pitch ties the travel along e1 to the angle.
+    one_sided  the joint differs if its two sides change places (a slot is in one part, the pin on the other).
+    line       the joint only keeps the distance of two points, and carries no body. Its only direction is the line between them.
+    rubs       the contacts with friction, an entry of PAIRS in ``joint_friction``; "": none.
     """
 
     free: tuple[int, ...] = ()
@@ -38,12 +38,12 @@ class Reference:
 
     @property
     def scalars(self) -> int:
-        """Coordinates that are single numbers: all of them, or those before the quaternion."""
+        """Coordinates that are single numbers: all coordinates, or those before the quaternion."""
         return len(self.free) - 3 * self.ball
 
     @property
     def swaps_by_sign(self) -> bool:
-        """Whether swapping the joint's inboard and outboard sides changes only the signs of its rates. (With crossed axes, it
+        """True if swapping the joint's inboard and outboard sides changes only the signs of its rates. (With crossed axes, swapping
         changes their order, too.)"""
         return self.crossed or len({d % 3 for d in self.free}) <= 1
 
@@ -66,7 +66,7 @@ TYPES = {
 
 
 def of(kind: str) -> Reference:
-    """The reference of a joint type; LookupError that says what to add for one that has none."""
+    """The reference of a joint type. For a type without reference, LookupError names the missing entry."""
     if kind not in TYPES:
         raise LookupError(
             f'joint type "{kind}" has no independent reference: add an entry to TYPES in tests/reference/mechanics/'
@@ -102,7 +102,7 @@ def lead(joint) -> float:
 
 
 def free_picker(joint) -> np.ndarray:
-    """Matrix (freedoms x 6) that picks a joint's freedoms out of its six directions, in the order of its rates. A rod has one
+    """Matrix (freedoms x 6) that selects a joint's freedoms from its six directions, in the order of its rates. A rod has one
     direction and no freedom."""
     if of(joint.type).line:
         return np.zeros((0, 1))
@@ -110,7 +110,7 @@ def free_picker(joint) -> np.ndarray:
 
 
 def constraint_picker(joint) -> np.ndarray:
-    """Matrix (constraints x 6) that picks a joint's constrained directions; a screw ties its travel to its angle."""
+    """Matrix (constraints x 6) that selects a joint's constrained directions. For a screw, a row ties the travel to the angle."""
     if of(joint.type).line:
         return np.eye(1)
     rows = np.eye(6)[[k for k in range(6) if k not in of(joint.type).free]].reshape(-1, 6)
@@ -176,7 +176,7 @@ def position_residual(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
         return np.r_[trans, R[2, 1], R[0, 2], R[1, 0]]
     if len(turns) == 3:
         return np.array(trans)
-    (k,) = turns  # both sides share the axis e_k; its changes, omega x e_k, are the other two turns
+    (k,) = turns  # both sides share the axis e_k; the rates of this axis, omega x e_k, are the other two turns
     a, b = (k + 1) % 3, (k + 2) % 3
     across = {a: -R[b, k], b: R[a, k]}
     return np.r_[trans, across[min(a, b)], across[max(a, b)]]
@@ -208,7 +208,7 @@ def joint_rates(joint, R: np.ndarray, qd) -> tuple[np.ndarray, np.ndarray]:
 
 
 def joint_coordinates(joint, R: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Coordinates of a joint from the poses: angles by atan2, a screw continued through its travel."""
+    """Coordinates of a joint from the poses: angles by atan2; the angle of a screw is continued by its travel."""
     kind = of(joint.type)
     if kind.crossed:
         return np.array([np.arctan2(R[2, 1], R[1, 1]), np.arctan2(R[0, 2], R[0, 0])])

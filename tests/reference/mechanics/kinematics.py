@@ -1,4 +1,4 @@
-"""Forward kinematics along a spanning tree, in either direction of every joint, and the closure of the loop joints."""
+"""Forward kinematics along a spanning tree, which may pass every joint in either direction, and the closure of the loop joints."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class JointPose:
 
     @property
     def R(self) -> np.ndarray:
-        """Takes components in the outboard joint frame to the inboard joint frame (3 x 3)."""
+        """Matrix that takes components in the outboard joint frame to the inboard joint frame (3 x 3)."""
         return self.A_in.T @ self.A_out
 
     @property
@@ -50,7 +50,8 @@ class JointPose:
 class State:
     """Poses and velocities of all bodies (world): R, origin r, mass centre c, its velocity v, angular velocity omega.
 
-    ``q``, ``qd``: coordinates and rates of every joint; ``walked`` joints as given, ``loops`` computed from the poses.
+    ``q``, ``qd``: coordinates and rates of every joint; those of ``walked`` joints are given, those of ``loops`` are computed from
+    the poses.
     """
 
     scene: object
@@ -99,8 +100,8 @@ def empty_state(scene, t: float = 0.0) -> State:
 
 def forward(scene, q: Mapping, qd: Mapping | None = None, t: float = 0.0) -> State:
     """State of all bodies from coordinates of a spanning tree of joints (fixed joints are included automatically). Joints are
-    traversed from the ground in either direction, in the scene's order. A joint between two placed bodies is a loop joint: its q,
-    qd follow from the poses (at the turn nearest to a given q)."""
+    traversed from the ground in either direction, in the scene's order. A joint between two placed bodies is a loop joint. Its q
+    and qd follow from the poses (with the number of turns nearest to a given q)."""
     qd = qd or {}
     state = empty_state(scene, t)
     carrying = {n: j for n, j in scene.joints.items() if not of(j.type).line}
@@ -139,7 +140,7 @@ def _one_end(state: State, name: str) -> bool:
 
 
 def _walk(state: State, name: str, q, qd) -> None:
-    """Place the missing body of a joint; A_out = A_in R(q), p_out = p_in + A_in s (notation, "Joints and frames")."""
+    """Place the second body of a joint; A_out = A_in R(q), p_out = p_in + A_in s (notation, "Joints and frames")."""
     joint, f = state.scene.joints[name], state.frames[name]
     q = np.atleast_1d(np.asarray(q, float))
     qd = np.zeros(freedoms(joint.type)) if qd is None else np.atleast_1d(np.asarray(qd, float))

@@ -13,8 +13,8 @@ from tests.reference.mechanics.time_signals import formula_value, load_value, pe
 
 
 class Applied:
-    """Loads on the bodies at a state: force (world) and torque about the mass centre of every body. By source: the power that is
-    not conservative, W, and the stored energy, J."""
+    """Loads on the bodies at a state: force (world) and torque about the mass centre of every body. For each source: the
+    non-conservative power, W, and the stored energy, J."""
 
     def __init__(self, state: State):
         self.state = state
@@ -126,8 +126,8 @@ class Applied:
         return np.eye(3) if body == GROUND else self.state.R[body]
 
     def devices(self, name: str) -> np.ndarray:
-        """Effort of a joint's springs, damping, stops and efforts along its freedoms, on the outboard part. The powers and energies
-        are added to the applied loads."""
+        """Effort of a joint's springs, damping, stops and efforts along its freedoms, on the outboard part. The function adds
+        powers and energies to the applied loads."""
         effort, power, stored = joint_devices(self.state, name)
         free = directions(self.state, name).pick(free_picker(self.state.scene.joints[name]))
         pose = self.state.joint_pose(name)
@@ -142,7 +142,7 @@ class Applied:
         return effort
 
     def stacked(self) -> np.ndarray:
-        """Forces and torques of all bodies as one column, the gyroscopic torques included; without the ground."""
+        """Forces and torques of all bodies as one column, including gyroscopic torques, without the ground."""
         out = []
         for body, part in self.state.parts.items():
             R, w = self.state.R[body], self.state.omega[body]
@@ -152,12 +152,12 @@ class Applied:
 
 
 def scalar_freedoms(joint) -> int:
-    """How many leading freedoms have a coordinate that is a number (the others belong to a quaternion)."""
+    """Number of leading freedoms whose coordinate is a number. (The other freedoms belong to a quaternion.)"""
     return of(joint.type).scalars
 
 
 def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
-    """Effort along the freedoms (on the outboard part), powers that are not conservative, stored energy."""
+    """Effort along the freedoms (on the outboard part), non-conservative powers, and stored energy."""
     joint, n = state.scene.joints[name], freedoms(state.scene.joints[name].type)
     q, qd, numbers = state.q[name], state.qd[name], scalar_freedoms(joint)
     effort, stored = np.zeros(n), {"joint_springs": 0.0, "end_stops": 0.0}
@@ -188,8 +188,8 @@ def joint_devices(state: State, name: str) -> tuple[np.ndarray, dict, dict]:
 
 
 def stop_force(stops, q: float, qd: float) -> tuple[float, dict]:
-    """Force of stops after Hunt and Crossley, stiffness*depth*(1 + damping*depth rate), never pulling, and the elastic part of
-    it."""
+    """Force of stops after Hunt and Crossley, stiffness*depth*(1 + damping*depth rate), never a pull; also the elastic part of the
+    force."""
     total, elastic, energy = 0.0, 0.0, 0.0
     for limit, sign in ((stops.lower, 1.0), (stops.upper, -1.0)):
         depth = 0.0 if limit is None else sign * (limit - q)

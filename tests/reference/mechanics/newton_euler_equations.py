@@ -23,7 +23,7 @@ RANK_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Row:
-    """One row of J: its joint, its kind ("constraint" or "drive"), its number there, its coefficients, and its required
+    """One row of J: its joint, its kind ("constraint" or "drive"), its number in this kind, its coefficients, and its required
     acceleration gamma."""
 
     joint: str
@@ -101,7 +101,7 @@ class Equations:
         self._solve()
 
     def _rotors(self) -> np.ndarray:
-        """Add the inertias of rotors along freedoms to M. Returns the forces that rotors need for their share of known
+        """Add the inertias of rotors along freedoms to M. Returns the forces by which rotors resist the known part of the
         accelerations."""
         self.spun, bias = {}, np.zeros(6 * len(self.index))
         for n, j in self.state.scene.joints.items():
@@ -114,7 +114,7 @@ class Equations:
         return bias
 
     def _solve(self) -> None:
-        """Null-space method on the scaled rows; multipliers of least norm where they are not unique."""
+        """Null-space method on the scaled rows. Multipliers that are not unique have least norm."""
         L = typical_length(self.state)
         col = np.tile([1.0, 1.0, 1.0, 1 / L, 1 / L, 1 / L], len(self.index))
         row = np.array([1.0 if np.any(r.F) else L for r in self.rows])
@@ -137,14 +137,14 @@ class Equations:
         first = row * (self.J @ self.u[:, 0] - gamma[:, 0])
         self.inconsistency = float(np.max(np.abs(first), initial=0.0))
 
-    # -- what follows from a solution; all arrays have 1 + n_eta columns --
+    # -- results of a solution; all arrays have 1 + n_eta columns ---------
 
     def drive_effort(self, name: str) -> dict[int, np.ndarray]:
         """Multipliers of the driven freedoms of a joint: effort on the outboard part."""
         return {r.k: self.lam[i] for i, r in enumerate(self.rows) if r.joint == name and r.role == "drive"}
 
     def devices(self, name: str) -> np.ndarray:
-        """All devices along each freedom, drives included, on the outboard part, less the efforts that rotors need."""
+        """Efforts of all devices along each freedom, including drives, on the outboard part, less the efforts that rotors need."""
         out = np.zeros((len(self.free[name].rate), self.f.shape[1]))
         out[:, 0] = self.effort[name]
         for k, lam in self.drive_effort(name).items():
@@ -184,7 +184,7 @@ class Equations:
         return np.array(cols).reshape(-1, self.f.shape[1])
 
     def loose(self, name: str) -> np.ndarray:
-        """Possible changes, by redundancy, of the joint's wrench on the inboard part: 6 x redundancy, at the outboard point."""
+        """Changes of the joint's wrench on the inboard part that redundancy allows: 6 x redundancy, at the outboard point."""
         out = np.zeros((6, self.redundant.shape[1]))
         for i, r in enumerate(self.rows):
             if r.joint == name:

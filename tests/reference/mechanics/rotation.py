@@ -1,4 +1,4 @@
-"""Rotations: the few formulas that the reference needs, independent of the engine."""
+"""Rotations: the formulas that the reference needs, independent of the engine."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ E3 = np.eye(3)
 
 
 def cross(a, b) -> np.ndarray:
-    """a x b of two 3-vectors (several times faster than numpy's general one)."""
+    """a x b of two 3-vectors (several times faster than numpy's general function)."""
     ax, ay, az = a
     bx, by, bz = b
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
@@ -58,5 +58,5 @@ def turned(R: np.ndarray, vector) -> np.ndarray:
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:
-    """A random rotation, all equally likely."""
+    """A random rotation with uniform distribution."""
     return matrix_from_quaternion(rng.normal(size=4))

@@ -1,4 +1,4 @@
-"""Functions of time: loads (value) and drives (position, rate, acceleration), and lists with one entry for each freedom."""
+"""Functions of time: loads (value) and drives (position, rate, acceleration). Also lists with one entry for each freedom."""
 
 from __future__ import annotations
 
@@ -56,14 +56,15 @@ def _signal_value(load, t: float) -> float:
 
 
 def formula_value(formula: str, at: dict):
-    """Value of a formula of a time or a position, read as Python without its units, which are SI. at: values of its names."""
+    """Value of a formula of a time or a position. Python evaluates the formula without its units, which are SI. at: values of the
+    names in it."""
     text = re.sub(r"(?<=\d) ?(N\*m|N/m\^2|N/m|N|1/m|rad/m|rad/s|m|s)(?![\w/])", "", formula).replace("^", "**")
     known = {n: getattr(np, n) for n in ("sin", "cos", "exp", "tanh", "sqrt", "log")} | {"atan": np.arctan}
     return eval(text, known | at)
 
 
 def _since(signal, t: float) -> float:
-    """Time since a signal's beginning, or since that of its present period."""
+    """Time since a signal began, or since its present period began."""
     since = t - signal.begin
     return since % signal.period if signal.period and since > 0 else since
 
@@ -74,7 +75,7 @@ def _trapezoid(s, t: float) -> tuple[float, float, float]:
     shape = np.array([0.0, 1.0, 1.0, 0.0])
 
     def area(since: float) -> float:
-        """The integral of the trapezoid of height 1 up to a time after its beginning."""
+        """The integral of the trapezoid of height 1 from its beginning up to a time."""
         count, left = divmod(since, s.period) if s.period and since > 0 else (0.0, since)
         knots = np.r_[ends[ends < left], max(left, 0.0)]
         return count * (ends[3] - (s.rise + s.fall) / 2) + float(np.trapezoid(np.interp(knots, ends, shape), knots))
@@ -105,7 +106,8 @@ def drive_motion(drive, t: float) -> tuple[float, float, float]:
 
 
 def _moved(m, t):
-    """A motion from rest to rest: degree 5, or a third each of constant acceleration, rate and deceleration."""
+    """A motion from rest to rest: a polynomial of degree 5, or constant acceleration, rate and deceleration for a third of the time
+    each."""
     x, way, T = float(np.clip((t - m.begin) / m.duration, 0.0, 1.0)), m.end - m.start, m.duration
     within = m.begin <= t < m.begin + m.duration
     if m.profile == "polynomial":

@@ -1,5 +1,5 @@
-"""Signals with brief threshold crossings: harmonics, tables, ramps, and inputs that a host declares with derivatives. All are
-functions in closed form."""
+"""Signals with brief threshold crossings: harmonics, tables, ramps, and inputs that a host declares with derivatives. All signals
+have a closed form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal as the scene describes it, as a function, and with times that bracket its maxima and crossings."""
+    """A signal: its description in a scene, its function, and times that bracket its maxima and crossings."""
 
     data: Any
     value: Callable[[float], float]
@@ -59,7 +59,7 @@ def spline_marks(spline: CubicSpline, times: np.ndarray) -> tuple[float, ...]:
 
 
 def table(r: np.random.Generator, low: float, high: float, span: float, middle: float | None = None) -> Signal:
-    """Straight lines or a natural spline that rise from a low value to a high one, and fall again."""
+    """Straight lines or a natural spline that rise from a low to a high value, and fall again."""
     at = float(r.uniform(0.3, 0.7) * span) if middle is None else middle
     width = float(r.uniform(0.02, 0.25)) * at
     if r.random() < 0.5:
@@ -79,15 +79,15 @@ def table(r: np.random.Generator, low: float, high: float, span: float, middle: 
 
 
 def ramp(r: np.random.Generator, low: float, high: float, span: float, _: float | None = None) -> Signal:
-    """A rise from a low value to a high one."""
+    """A rise from a low to a high value."""
     begin, duration = float(r.uniform(0.05, 0.5)) * span, log_uniform(r, -3.0, -0.35) * span
     data = {"ramp": {"start": low, "end": high, "begin": begin, "duration": duration}}
     return Signal(data, lambda t: float(np.interp(t, [begin, begin + duration], [low, high])), (begin, begin + duration))
 
 
 def told(r: np.random.Generator, low: float, high: float, span: float, _: float | None = None) -> Signal:
-    """An input that a host declares with derivatives at some times: a parabola with its peak between two of these times, then a
-    line back to the low value."""
+    """An input that a host declares with derivatives at some times. It is a parabola with its peak between two of these times,
+    followed by a line back to the low value."""
     begin, after, peak = float(r.uniform(0.05, 0.5)) * span, log_uniform(r, -2.0, -0.7) * span, float(r.uniform(0.5, 0.95))
     top, bend = peak * after, 2.0 * (high - low) / (peak * after) ** 2
     last = high - 0.5 * bend * (after - top) ** 2

@@ -80,7 +80,8 @@ def brake(joint: dict[str, Any], value: Any) -> dict[str, Any]:
 
 
 def flight(r: np.random.Generator, span: float) -> tuple[float, float, float, float, bool]:
-    """Speed, deceleration, threshold below or above the highest point of a flight, side, whether it is reached."""
+    """Speed, deceleration, a threshold below or above the highest point of the flight, the side, and whether the flight reaches the
+    threshold."""
     speed = float(r.uniform(0.5, 3.0))
     pull = speed / (span * float(r.uniform(0.3, 0.7)))
     far, side, up = log_uniform(r, NEAREST, FARTHEST), sign(r), bool(r.random() < 0.6)
@@ -116,7 +117,7 @@ def thrown_at_stop(r: np.random.Generator, span: float) -> Part:
 
 
 def swung_at_stop(r: np.random.Generator, span: float) -> Part:
-    """A body on a spring that oscillates to an end stop slightly before its amplitude, or slightly beyond it."""
+    """A body on a spring oscillates near an end stop. The stop is slightly before or slightly beyond the amplitude."""
     rate, amplitude, side, up = log_uniform(r, 0.0, 1.5) / span, float(r.uniform(0.2, 1.0)), sign(r), bool(r.random() < 0.6)
     far, mass, faster = log_uniform(r, FARTHEST, -1.0), float(r.uniform(0.5, 2.0)), log_uniform(r, 0.5, 3.0)
     at = amplitude * (1 - far if up else 1 + far)
@@ -152,8 +153,8 @@ def thrown_over_teeth(r: np.random.Generator, span: float) -> Part:
 
 
 def passed_hook(r: np.random.Generator, span: float, shapes: tuple[Shape, ...] = (harmonic, table)) -> Part:
-    """A slider at constant speed that meets a hook, which a signal lifts. The signal is below or above its release for a short
-    time."""
+    """A slider at constant speed meets a hook, which a signal lifts. For a short time, the signal is below or above the level of
+    release."""
     dips = bool(r.random() < 0.5)
     middle, deep = span * float(r.uniform(0.3, 0.7)), log_uniform(r, NEAREST, -1.0)
     kind, rest = shapes[0 if r.random() < 0.5 else -1], float(r.uniform(0.1, 2.0))
@@ -191,7 +192,7 @@ def passed_hook(r: np.random.Generator, span: float, shapes: tuple[Shape, ...] =
 
 
 def near_window(r: np.random.Generator, edges: list[tuple[float, int]], i: int, until: float) -> float:
-    """A time inside the window from edge i to the next one, or shortly before or after it."""
+    """A time inside the window from edge i to edge i + 1, or shortly before or after this window."""
     later = [t for t, _ in edges[i + 1 :]] + ([until] if i + 1 < len(edges) else [until, math.inf])
     a, b, after = edges[i][0], *later[:2]
     before = edges[i - 1][0] if i else 0.0
@@ -202,7 +203,7 @@ def near_window(r: np.random.Generator, edges: list[tuple[float, int]], i: int, 
 
 
 def hook_let_go(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
-    """A hook that carries a constant force, and a signal that lifts the hook briefly or not at all."""
+    """A hook that carries a constant force. A signal lifts the hook briefly or not at all."""
     up, far = bool(r.random() < 0.6), log_uniform(r, NEAREST, FARTHEST)
     s = shape(r, float(r.uniform(-1.0, 0.3)), 0.5 + far if up else 0.5 - far, span)
     mass, rate, push, side = float(r.uniform(0.5, 2.0)), log_uniform(r, 1.0, 2.0) / span, float(r.uniform(0.5, 3.0)), sign(r)
@@ -236,7 +237,7 @@ def braked(r: np.random.Generator, span: float, shape: Shape = peaked) -> Part:
 
 
 def overrun(r: np.random.Generator, span: float) -> Part:
-    """A freewheel whose load exceeds its drag one way, or its capacity the other way, for a short time."""
+    """A freewheel. For a short time, the load exceeds the drag in one direction, or the capacity in the other direction."""
     drag, grip = float(r.uniform(0.2, 1.0)), float(r.uniform(2.0, 10.0))
     far = [log_uniform(r, NEAREST_LOAD, FARTHEST) for _ in range(2)]
     up = [bool(r.random() < 0.6) for _ in range(2)]
@@ -276,12 +277,12 @@ OF_SIGNALS: dict[str, Callable[..., Part]] = {f.__name__: f for f in (hook_let_g
 
 
 def shaped(shape: Shape) -> dict[str, Callable[[np.random.Generator, float], Part]]:
-    """The families that a signal decides, with signals of this shape."""
+    """The families whose result depends on a signal, with signals of this shape."""
     return {n: partial(f, shape=shape) for n, f in OF_SIGNALS.items()} | {"passed_hook": partial(passed_hook, shapes=(shape,))}
 
 
 def brief_pass(seed: int, shape: Shape | None = None) -> BriefPass:
-    """Scene number `seed`: of all families, or of those that signals of a shape decide."""
+    """Scene number `seed`: from all families, or from the families with a signal of a given shape."""
     families = FAMILIES if shape is None else shaped(shape)
     r = np.random.default_rng([37, seed])
     span = log_uniform(r, -1.0, 1.0)

@@ -10,7 +10,7 @@ from tests.reference.scenes.random_streams import stream
 
 
 def train(seed: int, planets: int) -> dict[str, Any]:
-    """An epicyclic train with a torque on its ring that grows until the sun slips. Seeds draw sizes, masses and the joints with
+    """An epicyclic train. The torque on its ring grows until the sun slips. Seeds give sizes, masses and the joints with
     friction."""
     rng = stream(seed, str(planets), "planets")
     sun, planet, module = int(rng.integers(16, 30)), int(rng.integers(16, 30)), 4e-3

@@ -1,4 +1,4 @@
-"""Equivalent descriptions of a mechanism: order, world axes, body frames. Each returns a Moved case."""
+"""Equivalent descriptions of a mechanism by other orders, world axes and body frames. Each function returns a Moved case."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ def scaled_load(scene, load, factor: float):
 
 
 def turned_loads(scene, name: str, load, Q: np.ndarray) -> dict:
-    """A force or torque with its vector turned by Q: one load for each component, since signals cannot be added."""
+    """A force or torque with its vector turned by Q. The result has one load for each component, because signals cannot be
+    added."""
     key = load.type
     out = {}
     for k, value in enumerate(getattr(load, key)):
@@ -54,14 +55,14 @@ def turned_loads(scene, name: str, load, Q: np.ndarray) -> dict:
 
 
 def explicit_side(scene, joint, which: str, A: np.ndarray, shift: np.ndarray) -> sm.Side:
-    """A side given by numbers, in a frame where x_new = A x_old + shift."""
+    """A side given by numbers, in a frame with x_new = A x_old + shift."""
     f = joint_frames(scene, joint)
     body, p, F = (f.inboard, f.p_in, f.F_in) if which == "inboard" else (f.outboard, f.p_out, f.F_out)
     return sm.Side(body, triple(A @ p + shift), axis=triple(A @ F[:, 0]), reference=triple(A @ F[:, 1]))
 
 
 def rotated(case: Case, seed: int) -> Moved:
-    """The whole world turned, gravity and everything fixed to the ground with it."""
+    """The whole world turned, including gravity and everything that is fixed to the ground."""
     Q = random_rotation(np.random.default_rng(seed))
     s, joints, forces = case.scene, {}, {}
     for name, joint in s.joints.items():
@@ -82,7 +83,7 @@ def rotated(case: Case, seed: int) -> Moved:
 
 
 def reframed(case: Case, seed: int) -> Moved:
-    """Every body measured in another frame: x_new = A x_old + shift; shapes become explicit inertias."""
+    """Every body in another frame, x_new = A x_old + shift. Shapes become explicit inertias."""
     rng, s = np.random.default_rng(seed), case.scene
     moves = {b: (random_rotation(rng), rng.uniform(-0.5, 0.5, 3)) for b in s.bodies}
     moves[GROUND] = (np.eye(3), np.zeros(3))

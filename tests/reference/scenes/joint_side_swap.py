@@ -1,4 +1,4 @@
-"""A joint described from the other side: inboard and outboard are swapped, which must not change the motion."""
+"""A joint described from the other side. Inboard and outboard change places, which must not change the motion."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 @dataclass(frozen=True)
 class SwappedJoint:
-    """A joint described from its other side. rates: matrix from its rates to the new ones (freedoms x freedoms); q: its new
+    """A joint described from its other side. rates: matrix from the old rates to the new rates (freedoms x freedoms); q: new
     coordinates."""
 
     rates: np.ndarray
     q: np.ndarray
-    to_new: np.ndarray  # takes components in the old inboard joint frame to the new one
+    to_new: np.ndarray  # takes components in the old inboard joint frame to the new inboard joint frame
 
 
 def swap_joint_sides(case: Case, name: str) -> Moved:
-    """Swap the sides of joint ``name``; ValueError where this has no description: one-sided types, devices on freedoms that do not
-    simply change sign."""
+    """Swap the sides of joint ``name``. ValueError if the swapped joint has no description: one-sided types, and devices on
+    freedoms whose sign is not the only change."""
     joint = case.scene.joints[name]
     if of(joint.type).one_sided:
         raise ValueError(f"{name}: a {joint.type} joint means something else from the other side")
@@ -48,7 +48,8 @@ def swap_joint_sides(case: Case, name: str) -> Moved:
 
 
 def _coordinates_after_swap(joint, q) -> SwappedJoint:
-    """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega; the reverse map is the same."""
+    """For the other side, s' = -R^T s, and the rates are -R^T (s_dot - omega x s), -R^T omega. The reverse map has the same
+    formulas."""
     R, s = joint_transform(joint, q)
     if of(joint.type).crossed:
         return SwappedJoint(-SWAP[:2, :2], -np.asarray(q)[::-1], SWAP.T @ R.T)
@@ -59,7 +60,7 @@ def _coordinates_after_swap(joint, q) -> SwappedJoint:
     back = joint_coordinates(joint, R.T, -R.T @ s)
     k = of(joint.type).scalars
     angles = [i for i, d in enumerate(of(joint.type).free[:k]) if d >= 3]
-    back[angles] = -np.asarray(q)[angles]  # Measured angles would lie within a turn.
+    back[angles] = -np.asarray(q)[angles]  # angles computed from poses would lie within one turn
     return SwappedJoint(free_picker(joint) @ np.array(rates).reshape(-1, 6).T, back, R.T)
 
 
@@ -118,7 +119,7 @@ def _minus_drive(drive: sm.Drive) -> sm.Drive:
 
 
 def _undo(case: Case, name: str, how: SwappedJoint) -> Callable:
-    """Results of joint ``name`` mapped back to the old side; contact angles are left out where their frame changed."""
+    """Results of joint ``name`` mapped back to the old side. Contact angles are left out if their frame changed."""
     joint, T = case.scene.joints[name], how.to_new.T
     universal, ball = of(joint.type).crossed, of(joint.type).ball
     order = [2, 3, 0, 1] if universal else slice(None)

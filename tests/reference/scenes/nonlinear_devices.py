@@ -15,8 +15,8 @@ MOST = 12
 
 
 def spring_curve(rng: np.random.Generator, low: float = -1.0, high: float = 1.0) -> dict[str, Any]:
-    """A spring curve with 2 to 12 points: monotone, or with falling parts such as those of a disc spring. It does not fall at its
-    ends, where a motion could run away."""
+    """A spring curve with 2 to 12 points. It is monotone, or has falling parts as a disc spring has. At its ends the curve does not
+    fall, because a motion could run away beyond a falling end."""
     n = int(rng.integers(2, MOST + 1))
     at = low + (high - low) * (np.sort(rng.uniform(0.0, 1.0, n)) + 0.05 * np.arange(n)) / (1.0 + 0.05 * n)
     effort = np.cumsum(rng.uniform(0.0, 1.0, n) ** 3) * 100.0 - 100.0 if rng.random() < 0.5 else rng.uniform(-100.0, 100.0, n)
@@ -25,7 +25,7 @@ def spring_curve(rng: np.random.Generator, low: float = -1.0, high: float = 1.0)
 
 
 def damping_curve(rng: np.random.Generator) -> dict[str, Any]:
-    """A damping curve: the same in both directions, or one for each."""
+    """A damping curve. It is the same in both directions, or has one curve for each direction."""
     speed, effort = ([float(x) for x in np.cumsum(rng.uniform(0.1, 1.0, 5))] for _ in range(2))
     if rng.random() < 0.5:
         return {"speed": (0.0, *speed), "effort": (0.0, *effort)}
@@ -35,7 +35,7 @@ def damping_curve(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def group(rng: np.random.Generator, damped: bool = True, **span: float) -> sm.Nonlinear:
-    """A nonlinear spring and, if ``damped``, both dampers."""
+    """A nonlinear spring and, if ``damped``, both kinds of dampers."""
     dampers = {"quadratic_damping": float(rng.uniform(0.0, 2.0)), "damping_curve": made(sm.DampingCurve, damping_curve(rng))}
     return sm.Nonlinear(spring_curve=made(sm.SpringCurve, spring_curve(rng, **span)), **(dampers if damped else {}))
 

@@ -18,7 +18,7 @@ APART = ("screw", "point_on_plane")
 """Types whose friction is tested in ``test_screw_thread_friction`` and ``test_bodies_on_feet``: random scenes do not change."""
 RUBBING_TYPES = tuple(k.name for k in REGISTRY.values() if k.friction and not k.bodiless and k.name not in APART)
 SIZED = ("journal", "shaft", "sleeve", "ball", "cross")
-"""Contact elements whose sizes are chosen below so that there is one root; other elements have small sizes."""
+"""Contact elements whose sizes are chosen below so that the equations have one root. All other elements have small sizes."""
 
 
 def numbers(rng, n: int, size: float = 1.0) -> tuple[float, ...]:
@@ -32,7 +32,7 @@ def unit(rng) -> tuple[float, ...]:
 
 
 def body(rng) -> sm.Body:
-    """A body of any shape or with explicit inertia, off-centre; joints may sit at points a and b, springs at s."""
+    """A body of any shape or with explicit inertia, off-centre. Joints may be at the points a and b, springs at s."""
     points = {name: numbers(rng, 3, 0.4) for name in ("a", "b", "s")}
     common = {"center": numbers(rng, 3, 0.3), "points": points}
     size = [float(x) for x in rng.uniform(0.15, 0.6, 3)]
@@ -54,7 +54,7 @@ def body(rng) -> sm.Body:
 
 
 def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> dict:
-    """Both sides of a joint and their axes, in one of the ways of a scene file."""
+    """Both sides of a joint and their axes. The notation is one of those that a scene file allows."""
     way, needs_axis = rng.integers(4), REGISTRY[kind].needs_axis
     if way == 0:  # A general frame for each side.
         both = [sm.Side(b, numbers(rng, 3, 0.4), axis=unit(rng), reference=unit(rng)) for b in (inboard, outboard)]
@@ -64,9 +64,9 @@ def sides(rng, kind: str, inboard: str, outboard: str, plain: bool = False) -> d
         return ends
     if way == 1:  # One named axis for both sides, with the default reference.
         return {**ends, "axis": str(rng.choice(AXIS_NAMES))}
-    if way == 2:  # One general axis for both sides, with the default or a given reference.
+    if way == 2:  # one general axis for both sides, with the default reference or a given reference
         return {**ends, "axis": unit(rng), "reference": unit(rng) if rng.random() < 0.5 else None}
-    side = sm.Side(inboard, "a", axis=unit(rng))  # An axis of its own for one side, the joint's for the other.
+    side = sm.Side(inboard, "a", axis=unit(rng))  # a separate axis for one side; the other side has the axis of the joint
     return {"inboard": side, "outboard": ends["outboard"], "axis": str(rng.choice(AXIS_NAMES))}
 
 
@@ -75,7 +75,7 @@ def _end(rng, part: str) -> str:
 
 
 def friction(rng, kind: str, laws=("regularized", "viscous"), adams: float = 0.2) -> sm.Friction:
-    """Friction small enough for one root: mu r and mu e / c well below the arms of the masses."""
+    """Friction small enough for one root: mu r and mu e / c are well below the arms of the masses."""
     law = str(rng.choice(laws))
     element = REGISTRY[kind].friction
     sliding = element in ("sleeve", "shaft")
@@ -178,7 +178,7 @@ def drive(rng, t: float) -> tuple[sm.Drive, float, float]:
         out = sm.Drive(harmonic=sm.Harmonic(*(float(x) for x in rng.uniform([0.1, 0.2, -2, -1], [0.6, 1, 2, 1]))))
     else:
         times = np.cumsum(rng.uniform(0.2, 0.6, 5)) - 0.2
-        # The kind of spline draws no random number of its own, so that the rest of the scene stays the same.
+        # the kind of spline is not drawn at random, so that the rest of the scene stays the same
         way = ("natural", "clamped", "monotone")[int(1e6 * times[0]) % 3]
         out = sm.Drive(table=sm.Table(tuple(float(x) for x in times), numbers(rng, 5, 1.0), interpolation=way))
     q, qd, _ = drive_motion(out, t)

@@ -1,4 +1,4 @@
-"""Random scenes of contacts that begin and end, beside joints that rub, stops, hooks, brakes, freewheels and gear units."""
+"""Random scenes of contacts that begin and end, beside joints with friction, stops, hooks, brakes, freewheels and gear units."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def level(height: float, ends: float = 5.0) -> dict[str, Any]:
 
 
 def touch(d: Draft, name: str, body: str, at: np.ndarray, curve: dict[str, Any], **more: Any) -> None:
-    """A point of a body that touches a curve on the ground, with friction most times, and with a rebound sometimes."""
+    """A point of a body that touches a curve on the ground. Most contacts have friction, and some have a rebound."""
     joint: dict[str, Any] = {"type": "point_on_curve", "axis": "z", "reference": "x", "inboard": "ground", "curve": curve}
     joint["outboard"] = {"body": body, "point": [float(at[0]), float(at[1]), 0.0]}
     joint |= {"friction": {"mu": d.of(0.05, 0.5)}} if d.chance(0.7) else {}
@@ -28,8 +28,8 @@ def touch(d: Draft, name: str, body: str, at: np.ndarray, curve: dict[str, Any],
 
 
 def dropped_levers(rng: Generator) -> dict[str, Any]:
-    """A lever on a pin that rubs, or two levers in series, falls with its tip on a table. A brake, a freewheel, a spring, a stop or
-    a sudden torque acts at the pins."""
+    """A lever on a pin with friction, or two levers in series, falls with its tip on a table. A brake, a freewheel, a spring, a
+    stop or a sudden torque acts at the pins."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     turn, long = d.of(-0.5, 0.9), d.of(0.12, 0.25)
     tip = long * point(math.cos(turn), math.sin(turn))
@@ -57,8 +57,8 @@ def dropped_levers(rng: Generator) -> dict[str, Any]:
 
 
 def lifting_tappets(rng: Generator) -> dict[str, Any]:
-    """A cam pushes a tappet in a guide that rubs, against a spring; the tappet lifts off and lands. There are stops, a hook, a
-    rocker behind a rod, and a motor, a torque or a rate that begins suddenly."""
+    """A cam pushes a tappet in a guide with friction against a spring. The tappet lifts off and lands. Stops, a hook, or a rocker
+    behind a rod act on it. A motor, a torque or a rate that begins suddenly turns the cam."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     angles = np.linspace(0.0, 2 * np.pi, 13)
     lift = d.of(0.004, 0.01)
@@ -93,8 +93,8 @@ def lifting_tappets(rng: Generator) -> dict[str, Any]:
 
 
 def pulled_boxes(rng: Generator) -> dict[str, Any]:
-    """A box on two feet is pushed or pulled: it slides, tips and lands. A slider that rubs pulls it by a rod or by a spring, or a
-    pendulum with friction hangs on it."""
+    """A box on two feet is pushed or pulled: it slides, tips and lands. A slider with friction pulls the box by a rod or by a
+    spring, or a pendulum with friction hangs on the box."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     half, high, mass = d.of(0.05, 0.1), d.of(0.05, 0.15), d.of(0.5, 2)
     spin = mass * (half**2 + high**2) / 3
@@ -128,7 +128,7 @@ def pulled_boxes(rng: Generator) -> dict[str, Any]:
 
 
 def slotted_wheels(rng: Generator) -> dict[str, Any]:
-    """The pin of a crank enters the slots of a Geneva wheel. A brake, a freewheel, a spring or friction acts on the wheel; a motor,
+    """The pin of a crank enters the slots of a Geneva wheel. A brake, a freewheel, a spring or friction acts on the wheel. A motor,
     a torque or a constant rate turns the crank."""
     d, until = Draft(rng), float(rng.uniform(0.3, 0.6))
     slots = int(rng.integers(4, 7))
@@ -162,8 +162,8 @@ def slotted_wheels(rng: Generator) -> dict[str, Any]:
 
 
 def braked_wheels(rng: Generator) -> dict[str, Any]:
-    """A wheel in a swing arm rolls or slips on a track. A brake, a motor or a torque acts at its hub; the arm's slide has stops and
-    friction."""
+    """A wheel in a swing arm rolls or slips on a track. A brake, a motor or a torque acts at the wheel's hub. The arm's slide has
+    stops and friction."""
     d, until = Draft(rng, gravity=WEIGHT), float(rng.uniform(0.3, 0.7))
     radius, drop = d.of(0.04, 0.08), d.of(-0.02, 0.05)
     d.block("carriage", [0.0, radius + 0.1, 0.0], mass=d.of(0.5, 2))

@@ -1,5 +1,5 @@
-"""Random scenes in which devices interact, by family: they have friction at nearly every joint, and loads under which pairs stick,
-slip, release and engage within a short run."""
+"""Random scenes in which devices interact, by family. Nearly every joint has friction. Under the loads, pairs stick, slip, release
+and engage within a short run."""
 
 from __future__ import annotations
 

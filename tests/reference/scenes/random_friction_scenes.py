@@ -1,4 +1,4 @@
-"""Random trees and loops of any size with friction in every joint, for tests of deciding and holding stick."""
+"""Random trees and loops of any size with friction in every joint. Tests use them for decisions to stick and for stick itself."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ DRY = {"friction": 1.0, "devices": 0.0, "drives": 0.0, "loads": False, "laws": (
 
 
 def rubbing(kind: str, seed: int, most: float = 1.0) -> Case:
-    """A tree or a loop of 1 to 6 bodies. Every joint that can rub has μ from 0 to ``most`` and μ_static up to 1.5 μ. Lengths are
-    multiplied by 1e-3 to 1e3 and masses by 1e-6 to 1e6. Time is scaled so that gravity keeps its value."""
+    """A tree or a loop of 1 to 6 bodies. Every joint whose type can have friction has μ from 0 to ``most`` and μ_static up to 1.5
+    μ. Lengths are multiplied by 1e-3 to 1e3 and masses by 1e-6 to 1e6. Time is scaled so that gravity keeps its value."""
     made = {"tree": random_tree, "loop": random_loop}[kind](f"rubbing {seed}", **DRY)
     joints = {n: _rough(j, seed, n, most) for n, j in made.scene.joints.items()}
     case = replace(made, scene=replace(made.scene, joints=joints))
@@ -25,7 +25,7 @@ def rubbing(kind: str, seed: int, most: float = 1.0) -> Case:
 
 
 def _rough(joint: sm.Joint, seed: int, name: str, most: float) -> sm.Joint:
-    """The joint with coefficients of its own."""
+    """The joint with its own coefficients."""
     if joint.friction is None:
         return joint
     rng = stream(seed, name, "rough")

@@ -1,4 +1,4 @@
-"""Random scenes of gear units, worms and joints with load-dependent friction, each with devices on the driven side."""
+"""Random scenes of gear units, worms and joints with load-dependent friction. Each has devices on the driven side."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from tests.reference.scenes.random_scene_draft import Draft
 
 
 def shaft(d: Draft, until: float, size: float, at: list[float], axis: str = "z", fast: float = 20.0) -> None:
-    """A rotor on its bearing: a torque, a motor, a brake beside them, or a rate moves it. size: of the torque."""
+    """A rotor on its bearing. A torque, a motor with a brake beside it, or a prescribed rate moves the rotor. size: of the
+    torque."""
     d.wheel("rotor", 0.02, at, axis)
     way = int(d.rng.integers(4))
     turn: list[dict[str, Any]] = [{"effort": d.sudden(size, until)}, d.pin(0.1 * size)]
@@ -28,8 +29,8 @@ def shaft(d: Draft, until: float, size: float, at: list[float], axis: str = "z",
 
 
 def geared_linkages(rng: Generator) -> dict[str, Any]:
-    """A gear unit, which may lock itself, turns the crank of a rubbing four-bar or crank-slider. The last link has a stop, a
-    nonlinear spring, or both; the crank's bearing may rub."""
+    """A gear unit, which may lock itself, turns the crank of a four-bar or crank-slider with friction. The last link has a stop, a
+    nonlinear spring, or both. The crank's bearing may have friction."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     more = [d.stops(500, 0.3, 0.3)] if d.chance(0.5) else []
     more += [d.curved(0.2, 3.0, 0.1)] if d.chance(0.5) else []
@@ -49,7 +50,7 @@ def geared_linkages(rng: Generator) -> dict[str, Any]:
 
 def winches(rng: Generator) -> dict[str, Any]:
     """A winch lifts a load that slides in a guide or swings about a pivot, by a rope or by a lever and a rod. A gear unit, a brake
-    and a freewheel hold it."""
+    and a freewheel hold the load."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.gravity = [0.0, -9.81, 0.0]
     ratio, radius = float(rng.choice([5.0, 20.0, 50.0])), d.of(0.04, 0.08)
@@ -85,8 +86,8 @@ def winches(rng: Generator) -> dict[str, Any]:
 
 
 def worm_drives(rng: Generator) -> dict[str, Any]:
-    """A worm, which may lock itself, turns a wheel. On the wheel's shaft is the crank of a rubbing four-bar, a brake, a nonlinear
-    spring with stops, or a freewheel with a flywheel."""
+    """A worm, which may lock itself, turns a wheel. On the wheel's shaft is the crank of a four-bar with friction, a brake, a
+    nonlinear spring with stops, or a freewheel with a flywheel."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     lead = math.radians(d.of(2, 20)) * (1 if d.chance(0.7) else -1)
     threads, teeth, module = int(rng.integers(1, 4)), int(rng.integers(24, 44)), 2e-3
@@ -117,15 +118,15 @@ def worm_drives(rng: Generator) -> dict[str, Any]:
         del hub["start"]
     d.joints["mesh"] = {"type": "worm", "inboard": {"body": "rotor", "axis": "x"}, "outboard": {"body": wheel, "axis": "z"},
                         "teeth": [threads, teeth], "module": module, "lead_angle": lead, **rub}  # fmt: skip
-    if crank:  # The crank's frame turns about z, so the wheel's axis is z in it, and its centre is the crank's pivot.
+    if crank:  # the crank's frame turns about z, so z is the wheel's axis there, and the crank's pivot is the wheel's centre
         half = float(np.hypot(*np.array(d.bodies["l0"]["position"][:2])))
         d.joints["mesh"]["outboard"]["point"] = [-half, 0.0, 0.0]
     return d.scene(until)
 
 
 def loaded_arms(rng: Generator) -> dict[str, Any]:
-    """An arm of two or three joints whose friction grows with what they transmit. Motors, efforts and springs move them. A ratchet,
-    a stop or a brake holds one of them. A rod may tie the last link to a slider that rubs."""
+    """An arm of two or three joints whose friction grows with the transmitted load. Motors, efforts and springs move the joints. A
+    ratchet, a stop or a brake holds one joint. A rod may tie the last link to a slider with friction."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     count = int(rng.integers(2, 4))
     nodes, turn = [point(0, 0)], d.of(-3, 3)
@@ -162,8 +163,8 @@ def loaded_arms(rng: Generator) -> dict[str, Any]:
 
 
 def locked_feeds(rng: Generator) -> dict[str, Any]:
-    """A trapezoidal rate or a torque moves a rubbing slide through a gear unit that locks itself and a rack, a thread or a rod. The
-    slide has a stop, a nonlinear spring, or another slide that it pushes by a spring."""
+    """A trapezoidal rate or a torque moves a slide with friction. It acts by a self-locking gear unit, and by a rack, a thread or a
+    rod. The slide has a stop, a nonlinear spring, or a second slide that it pushes by a spring."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     ratio, radius = float(rng.choice([3.0, 10.0])), d.of(0.02, 0.04)
     way = int(rng.integers(3))

@@ -19,7 +19,7 @@ def point(x: float, y: float) -> np.ndarray:
 
 
 def chain(d: Draft, nodes: list[np.ndarray], pins: float = 0.05, share: float = 0.8) -> None:
-    """Links l0, l1, … between the nodes and revolutes j0, j1, … at them; the ground holds both ends. A share of the pins has
+    """Links l0, l1, … between the nodes, and revolutes j0, j1, … at the nodes. The ground holds both ends. A share of the pins has
     friction."""
     last = len(nodes) - 1
     for i in range(last):
@@ -40,7 +40,7 @@ def four_bar(d: Draft, grashof: bool = True) -> None:
 
 
 def _circles(a: np.ndarray, ra: float, b: np.ndarray, rb: float) -> np.ndarray:
-    """The upper point at these distances from two points; the first distance is adjusted so that the point exists."""
+    """The upper point at these distances from two points. The first distance is changed if no point has these distances."""
     way = float(np.hypot(*(b - a)))
     ra = min(max(ra, abs(way - rb) * 1.05), (way + rb) * 0.97)
     along = (ra**2 - rb**2 + way**2) / (2 * way)
@@ -49,7 +49,7 @@ def _circles(a: np.ndarray, ra: float, b: np.ndarray, rb: float) -> np.ndarray:
 
 
 def crank_slider(d: Draft, *guide: dict[str, Any]) -> None:
-    """A crank on j0, a rod, and a piston on a guide along x with devices; the guide's coordinate is 0 at the start."""
+    """A crank on j0, a rod, and a piston on a guide along x with devices. The guide's coordinate is 0 at the start."""
     turn, crank = d.of(-3, 3), d.of(0.05, 0.1)
     a = crank * point(math.cos(turn), math.sin(turn))
     p = point(a[0] + math.sqrt(d.of(0.2, 0.4) ** 2 - a[1] ** 2), 0.0)
@@ -63,8 +63,8 @@ def crank_slider(d: Draft, *guide: dict[str, Any]) -> None:
 
 
 def screws_in_loops(rng: Generator) -> dict[str, Any]:
-    """A jack: a spindle in a bearing, a nut on a guide, a thread between them. Half of the jacks have a second nut on another
-    thread. Threads are self-locking or not; the guide has a spring, a stop or a load."""
+    """A jack: a spindle in a bearing, a nut on a guide, and a thread between them. Half of the jacks have a second nut on a second
+    thread. Threads are self-locking or not. The guide has a spring, a stop or a load."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.gravity = [0.0, 0.0, -9.81] if d.chance(0.5) else d.gravity
     d.wheel("spindle", 0.03, ORIGIN)
@@ -85,7 +85,7 @@ def screws_in_loops(rng: Generator) -> dict[str, Any]:
 
 
 def screw_levers(rng: Generator) -> dict[str, Any]:
-    """A spindle moves a nut on a guide; a link lifts a lever. A torque or a motor turns the spindle; the lever has a stop."""
+    """A spindle moves a nut on a guide, and a link lifts a lever. A torque or a motor turns the spindle. The lever has a stop."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     nut, pivot = point(d.of(0.01, 0.03), 0.0), point(d.of(0.12, 0.2), 0.0)
     elbow = _circles(nut, d.of(0.12, 0.18), pivot, d.of(0.12, 0.18))
@@ -106,7 +106,7 @@ def screw_levers(rng: Generator) -> dict[str, Any]:
 
 
 def hooks_in_loops(rng: Generator) -> dict[str, Any]:
-    """A crank-slider with friction whose piston a hook catches and releases; it also has a stop and a spring."""
+    """A crank-slider with friction. A hook catches and releases its piston. The piston also has a stop and a spring."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.2))
     side = 1 if d.chance(0.5) else -1
     hook = {"at": side * d.of(0.002, 0.03), "keeps": "above" if side > 0 else "below", "stiffness": d.of(5e3, 4e4),
@@ -121,7 +121,7 @@ def hooks_in_loops(rng: Generator) -> dict[str, Any]:
 
 
 def ratchets_in_loops(rng: Generator) -> dict[str, Any]:
-    """A four-bar moves a rocker that drives a wheel by a freewheel; a pawl holds the wheel or the rocker."""
+    """A four-bar moves a rocker, which drives a wheel by a freewheel. A pawl holds the wheel or the rocker."""
     d, until = Draft(rng), float(rng.uniform(0.5, 1.2))
     four_bar(d)
     d.joints["j0"] |= {"effort": d.load(0.8, until)} | d.going(8, 0.1)
@@ -138,7 +138,7 @@ def ratchets_in_loops(rng: Generator) -> dict[str, Any]:
 
 
 def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
-    """A four-bar whose crank, rocker or coupler drives a flywheel by a freewheel; the flywheel has a brake or a load."""
+    """A four-bar whose crank, rocker or coupler drives a flywheel by a freewheel. The flywheel has a brake or a load."""
     d, until = Draft(rng), float(rng.uniform(0.5, 1.2))
     four_bar(d, grashof=d.chance(0.7))
     if d.chance(0.3):
@@ -156,7 +156,7 @@ def freewheels_in_four_bars(rng: Generator) -> dict[str, Any]:
 
 
 def grippers(rng: Generator) -> dict[str, Any]:
-    """A rod pushes two fingers by links, or fingers mimic each other. Stops represent the gripped object. The lower finger is
+    """A rod pushes two fingers by links, or one finger mimics the other. Stops represent the gripped object. The lower finger is
     slightly shorter. (If two mirrored links straightened at one instant, rigid bodies would have no solution: only infinite forces
     could keep fingers of different mass and friction together.)"""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
@@ -181,7 +181,8 @@ def grippers(rng: Generator) -> dict[str, Any]:
 
 
 def slots(rng: Generator) -> dict[str, Any]:
-    """A crank's pin in a straight or curved slot of a slide or a rocker, which has a spring, a stop or a brake."""
+    """A crank's pin moves in a straight or curved slot of a slide or a rocker. The slide or rocker has a spring, a stop or a
+    brake."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     crank, turn = d.of(0.04, 0.08), d.of(-3, 3)
     pin = crank * point(math.cos(turn), math.sin(turn))
@@ -218,8 +219,8 @@ def slots(rng: Generator) -> dict[str, Any]:
 
 
 def stops_beside_sticking_pairs(rng: Generator) -> dict[str, Any]:
-    """Blocks in a row on rails with friction, springs between them, stops at some, and a push at the first. Or a five-bar whose
-    ends have stops."""
+    """Blocks in a row on rails with friction. Springs connect the blocks, some blocks have stops, and a push acts on the first
+    block. Or a five-bar whose end links have stops."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     if d.chance(0.35):
         return five_bar_scene(d, until, stops=True)
@@ -237,7 +238,7 @@ def stops_beside_sticking_pairs(rng: Generator) -> dict[str, Any]:
 
 
 def five_bar_scene(d: Draft, until: float, stops: bool = False) -> dict[str, Any]:
-    """A five-bar of two freedoms with a torque at each end, and stops or a brake there."""
+    """A five-bar of two freedoms with a torque at each end, and with stops or a brake at the ends."""
     e = point(d.of(0.25, 0.35), d.of(-0.05, 0.05))
     nodes = [point(0, 0), point(d.of(-0.1, 0.05), d.of(0.08, 0.15)), point(d.of(0.08, 0.22), d.of(0.22, 0.32)),
              e + point(d.of(-0.05, 0.1), d.of(0.06, 0.12)), e]  # fmt: skip
@@ -249,13 +250,13 @@ def five_bar_scene(d: Draft, until: float, stops: bool = False) -> dict[str, Any
 
 
 def five_bars(rng: Generator) -> dict[str, Any]:
-    """A five-bar with brakes that act at times."""
+    """A five-bar with brakes that act only for some of the time."""
     return five_bar_scene(Draft(rng), float(rng.uniform(0.4, 1.0)))
 
 
 def drives_that_die(rng: Generator) -> dict[str, Any]:
     """A drive moves a four-bar or a crank-slider and comes to rest. A wheel or a pendulum on the last link coasts or sticks, or a
-    stop catches it."""
+    stop catches the last link."""
     d, until = Draft(rng), float(rng.uniform(0.5, 1.2))
     slider = d.chance(0.4)
     if slider:
@@ -284,8 +285,7 @@ def drives_that_die(rng: Generator) -> dict[str, Any]:
 
 def blocks_on_belts(rng: Generator) -> dict[str, Any]:
     """Blocks connected by springs on a belt that is driven, pulled or stopped. Each block sticks to the belt and slips. Every
-    second block has a lane of its own: blocks pass each other, and no spring shrinks to a point, where its force has no
-    direction."""
+    second block has a separate lane: blocks pass each other, and no spring shrinks to a point, where its force has no direction."""
     d, until = Draft(rng), float(rng.uniform(0.6, 1.2))
     d.gravity = [0.0, 0.0, -9.81]
     d.block("belt", ORIGIN, mass=d.of(1, 4))

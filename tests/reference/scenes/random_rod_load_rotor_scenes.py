@@ -13,7 +13,7 @@ from tests.reference.scenes.random_scene_draft import Draft
 
 
 def surround(d: Draft, bodies: list[str], force: float, size: float) -> None:
-    """Drag, a field or an attracting point at each of these bodies. force, size: typical force and length in the scene."""
+    """Drag, a field or an attracting point at each of these bodies. force, size: typical force and typical length in the scene."""
     for i, body in enumerate(bodies):
         way = int(d.rng.integers(4))
         if way == 0:
@@ -30,7 +30,7 @@ def surround(d: Draft, bodies: list[str], force: float, size: float) -> None:
 
 def rod_loops(rng: Generator) -> dict[str, Any]:
     """Two cranks with friction and a rod between them, or a crank and a slider. A field, drag or an attracting point acts. A brake,
-    a hook or a stop holds."""
+    a hook or a stop holds the links."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     turn, long = d.of(-3, 3), d.of(0.06, 0.1)
     a = long * point(math.cos(turn), math.sin(turn))
@@ -62,8 +62,8 @@ def rod_loops(rng: Generator) -> dict[str, Any]:
 
 
 def hung_frames(rng: Generator) -> dict[str, Any]:
-    """A bar hangs on two rods from the ground or from a slider that rubs. A rubbing pendulum or wheel is on the bar, a nonlinear
-    strut and drag damp it, and pulses push it."""
+    """A bar hangs on two rods from the ground or from a slider with friction. A pendulum or wheel with friction is on the bar. A
+    nonlinear strut and drag damp the bar, and pulses push it."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.gravity = [0.0, -9.81, 0.0]
     half, drop = d.of(0.08, 0.14), d.of(0.15, 0.25)
@@ -101,8 +101,8 @@ def hung_frames(rng: Generator) -> dict[str, Any]:
 
 
 def valve_trains(rng: Generator) -> dict[str, Any]:
-    """A cam lifts a tappet in a guide. A rod or a rocker passes its motion to a valve in another guide, against a nonlinear spring
-    whose coils touch. A motor, a torque or a trapezoidal rate turns the cam."""
+    """A cam lifts a tappet in a guide. A rod or a rocker transmits the tappet's motion to a valve in another guide, against a
+    nonlinear spring whose coils touch. A motor, a torque or a trapezoidal rate turns the cam."""
     d, until = Draft(rng), float(rng.uniform(0.3, 0.8))
     angles = np.linspace(0.0, 2 * np.pi, 13)
     lift = d.of(0.003, 0.008)
@@ -140,8 +140,8 @@ def valve_trains(rng: Generator) -> dict[str, Any]:
 
 
 def curved_rows(rng: Generator) -> dict[str, Any]:
-    """Blocks in a row on rails that rub, with nonlinear springs and dampers between them. Some have steps, pulses, stops or hooks.
-    An attracting point or drag acts."""
+    """Blocks in a row on rails with friction, with nonlinear springs and dampers between them. Some blocks have steps, pulses,
+    stops or hooks. An attracting point or drag acts."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     count = int(rng.integers(3, 5))
     for i in range(count):
@@ -162,7 +162,7 @@ def curved_rows(rng: Generator) -> dict[str, Any]:
 
 
 def spinning_rotors(rng: Generator) -> dict[str, Any]:
-    """A rotor with axial inertia only spins in a frame with one or two axes that rub. Steps turn the frame, a brake or a freewheel
+    """A rotor with axial inertia spins in a frame with one or two axes with friction. Steps turn the frame. A brake or a freewheel
     acts on the rotor, and stops or a nonlinear spring hold the frame."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     d.bodies["yoke"] = {"mass": 1.0, "inertia": [2e-3, 3e-3, 2.5e-3], "position": ORIGIN, "center": [0.02, 0.0, 0.0]}
@@ -184,8 +184,8 @@ def spinning_rotors(rng: Generator) -> dict[str, Any]:
 
 
 def started_linkages(rng: Generator) -> dict[str, Any]:
-    """A five-bar or four-bar with friction whose start is exact in one joint and guessed in others. Sudden torques, stops,
-    nonlinear springs and drag act on it."""
+    """A five-bar or four-bar with friction. One joint has an exact start, other joints have guesses. Sudden torques, stops,
+    nonlinear springs and drag act on the linkage."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     e = point(d.of(0.25, 0.35), d.of(-0.05, 0.05))
     nodes = [point(0, 0), point(d.of(-0.1, 0.05), d.of(0.08, 0.15)), e + point(d.of(-0.05, 0.1), d.of(0.1, 0.2)), e]

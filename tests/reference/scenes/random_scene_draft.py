@@ -1,4 +1,5 @@
-"""A draft of a random scene in which devices interact: bodies, joints with friction, and loads that start and stop sliding."""
+"""A draft of a random scene in which devices interact: bodies, joints with friction, and loads under which sliding starts and
+stops."""
 
 from __future__ import annotations
 
@@ -42,11 +43,11 @@ class Draft:
         return self.of(0.4, 1.6) * size * (1 if self.rng.random() < 0.5 else -1)
 
     def chance(self, share: float) -> bool:
-        """Whether something of this probability happens."""
+        """True with this probability."""
         return bool(self.rng.random() < share)
 
     def load(self, size: float, until: float) -> Any:
-        """A ramp, a sine, a broken line or a constant, most of which change sign during the run."""
+        """A ramp, a sine, a broken line or a constant. Most of these loads change sign during the run."""
         way = int(self.rng.choice(4, p=[0.35, 0.35, 0.2, 0.1]))
         if way == 0:
             first, last = self.about(size) * self.of(0, 1), self.about(size)
@@ -60,7 +61,7 @@ class Draft:
         return self.about(size)
 
     def gripping(self, size: float, until: float) -> Any:
-        """A brake whose friction grows, fades or varies, and is never negative."""
+        """A brake force that grows, fades or varies, and is never negative."""
         way = int(self.rng.integers(3))
         if way == 0:
             low, high = self.of(0, 0.4) * size, self.of(0.8, 1.5) * size
@@ -74,15 +75,15 @@ class Draft:
         return {"table": {"time": [float(t) for t in times], "value": [self.of(0, 1.5) * size for _ in times]}}
 
     def lifting(self, until: float) -> Any:
-        """The release of a latch: it lifts or lowers the hook, or both; or the hook stays down."""
+        """The release signal of a latch. It lifts or lowers the hook, or keeps the hook down."""
         a, b = sorted(self.rng.uniform(0.2, 0.9, 2))
         tables = ([0.0, 0.0], [0.0, 1.0], [1.0, 0.0])
         value = tables[int(self.rng.choice(3, p=[0.3, 0.4, 0.3]))]
         return {"table": {"time": [float(a) * until, float(max(b, a + 0.05)) * until], "value": value}}
 
     def sudden(self, size: float, until: float, unit: str = " N*m") -> Any:
-        """A step, pulses, a trapezoid, a limited sine or a formula of the time, most of which change sign during the run. unit:
-        of formulas."""
+        """A step, pulses, a trapezoid, a limited sine or a formula of the time. Most of these loads change sign during the run.
+        unit: unit of formulas."""
         way = int(self.rng.integers(5))
         if way == 0:
             first = self.about(size) * self.of(0, 1)
@@ -113,8 +114,8 @@ class Draft:
     # -- nonlinear springs and dampers -----------------------------------------------------------------------------------
 
     def curved(self, reach: float, stiffness: float, damping: float, rest: float = 0.0) -> dict[str, Any]:
-        """A spring that hardens, or snaps through within its reach about its rest, and a damper that is different each way, or
-        quadratic."""
+        """A nonlinear spring and a nonlinear damper. The spring hardens, or snaps through near its rest, within its reach. The
+        damper differs between the directions, or is quadratic."""
         at = [rest + reach * x for x in (-1.5, -1.0, -0.4, 0.4, 1.0, 1.5)]
         middle = -self.of(0, 0.6) if self.chance(0.3) else self.of(0.05, 0.4)
         shares = (-self.of(3, 5), -1.0, -0.4 * middle, 0.4 * middle, self.of(0.6, 1.2), self.of(3, 5))
@@ -141,7 +142,7 @@ class Draft:
         return {"mu": mu}
 
     def pin(self, torque: float = 0.05, thrust: bool = False) -> dict[str, Any]:
-        """Friction of a revolute: of a journal, with or without a preload, or a constant torque of this size."""
+        """Friction of a revolute joint: that of a journal, with or without a preload, or a constant torque of this size."""
         if self.chance(0.3):
             return {"friction": {"torque": self.of(0.3, 1.5) * torque}}
         rub = {**self._law(self.of(0.05, 0.35)), "radius": self.of(0.004, 0.012), "half_length": self.of(0.015, 0.03)}
@@ -150,7 +151,7 @@ class Draft:
         return {"friction": rub}
 
     def guide(self, force: float = 2.0) -> dict[str, Any]:
-        """Friction of a prismatic joint: of a sleeve that is long enough not to jam, or a constant force of this size."""
+        """Friction of a prismatic joint: that of a sleeve long enough not to jam, or a constant force of this size."""
         if self.chance(0.3):
             return {"friction": {"force": self.of(0.3, 1.5) * force}}
         rub = {**self._law(self.of(0.03, 0.25)), "half_width": 0.02, "half_height": 0.02, "half_length": self.of(0.06, 0.15)}
@@ -158,7 +159,7 @@ class Draft:
         return {"friction": rub}
 
     def teeth(self, share: float = 0.5) -> dict[str, Any]:
-        """Friction of meshing teeth, for this share of the pairs."""
+        """Friction of meshing teeth. A given share of the pairs has friction."""
         return {"friction": {"mu": self.of(0.03, 0.15), "pressure_angle": "20 deg"}} if self.chance(share) else {}
 
     def brake(self, torque: float, until: float) -> dict[str, Any]:
@@ -166,13 +167,13 @@ class Draft:
         return {"friction": {"torque": self.gripping(torque, until)}}
 
     def freewheel(self, drag: float, grip: float) -> dict[str, Any]:
-        """A freewheel with drag one way and a capacity the other way."""
+        """A freewheel with drag in one direction and a capacity in the other direction."""
         names = ("torque", "back_torque") if self.chance(0.5) else ("back_torque", "torque")
         return {"friction": dict(zip(names, (self.of(0.3, 1.5) * drag, self.of(0.5, 2.0) * grip), strict=True))}
 
     def unit(self, ratio: float, torque: float) -> dict[str, Any]:
-        """A gear unit: its ratio, and in most cases the losses of a catalogue; torque: size of the torque on its output shaft. A
-        third of those with losses are self-locking."""
+        """A gear unit: its ratio and, in most cases, the losses of a catalogue. torque: size of the torque on the output shaft. A
+        third of the units with losses are self-locking."""
         out: dict[str, Any] = {"ratio": self.about(ratio)}
         if self.chance(0.1):
             return out
@@ -188,7 +189,7 @@ class Draft:
         return out | {"friction": rub}
 
     def loaded(self, size: float, key: str = "torque") -> dict[str, Any]:
-        """Friction of a revolute or prismatic joint that grows with the torque or force that it transmits."""
+        """Friction of a revolute or prismatic joint that grows with the transmitted torque or force."""
         rub = {key: self.of(0.1, 1.0) * size, "load_friction": self.of(0.03, 0.3)}
         rub |= {"load_friction_backward": self.of(0.05, 0.6)} if self.chance(0.6) else {}
         rub |= {f"back_{key}": self.of(0.1, 1.0) * size} if self.chance(0.3) else {}
@@ -210,7 +211,7 @@ class Draft:
         self.bodies[name] = {"mass": m, "inertia": [m * 5e-4] * 3, "position": at, "points": {"o": [0, 0, 0]}}
 
     def bar(self, name: str, a: np.ndarray, b: np.ndarray) -> None:
-        """A slender link between two points of the plane z = 0; its frame lies in its middle."""
+        """A slender link between two points of the plane z = 0. Its frame lies in the middle of the link."""
         length, m = float(np.hypot(*(b - a))), self.of(0.3, 1.5)
         spin = m * length**2 / 12 + 1e-4
         middle, angle = (a + b) / 2, math.atan2(b[1] - a[1], b[0] - a[0])
@@ -228,11 +229,11 @@ class Draft:
         self.joints[name] = joint
 
     def rod(self, name: str, inboard: Any, outboard: Any) -> None:
-        """A rod between two points, as long as they are apart."""
+        """A rod between two points. Its length is the distance of the points."""
         self.joints[name] = {"type": "rod", "inboard": inboard, "outboard": outboard}
 
     def stops(self, stiffness: float, low: float, high: float) -> dict[str, Any]:
-        """End stops below and above 0, or one of both."""
+        """End stops below and above 0, or only one of the two."""
         both: dict[str, Any] = {"stiffness": self.of(0.5, 2) * stiffness, "damping": self.of(0, 0.5)}
         which = int(self.rng.integers(3))
         both |= {"lower": -self.of(0.4, 1.2) * low} if which != 1 else {}

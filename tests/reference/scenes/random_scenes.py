@@ -1,7 +1,7 @@
 """Random scenes with consistent states: trees of every joint type, and closed loops made from them.
 
-Every choice has its own stream of random numbers, named by its purpose. A new joint type therefore changes only the joints that get
-this type, not the bodies, points, devices and numbers of other joints. Scenes without the new type stay unchanged. Tests select
+The name of the purpose of a choice determines its stream of random numbers. A new joint type therefore changes only the joints that
+get this type, not the bodies, points, devices and numbers of other joints. Scenes without the new type stay unchanged. Tests select
 cases by required properties (``first``, ``covering``), not by seed. """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ USUAL_TYPES = tuple(k for k in ALL_TYPES if k not in LATER)
 class Case:
     """A scene and one consistent state of it at time t: q and qd of every joint that has coordinates.
 
-    ``tree``: the joints the state was made from; the others close loops.
+    ``tree``: the joints from which the state was made; all other joints close loops.
     """
 
     scene: sm.Scene
@@ -104,7 +104,7 @@ def _extras(rng, kind: str) -> dict:
 
 
 def _driven(rng, kind: str, q, qd, t: float):
-    """A drive of one freedom; sets its q and qd in the case."""
+    """A drive of one freedom. The function sets q and qd of this freedom in the case."""
     n = freedoms(kind)
     k = int(rng.integers(of(kind).scalars))
     drive, q[k], qd[k] = rp.drive(rng, t)
@@ -112,7 +112,7 @@ def _driven(rng, kind: str, q, qd, t: float):
 
 
 def _started(joint: sm.Joint, q, qd) -> sm.Joint:
-    """The joint with its start values written (not where a drive gives them)."""
+    """The joint with its start values. Values that a drive gives are not written."""
     if len(qd) == 0 or joint.drive is not None:
         return joint
     one = len(q) == 1
@@ -132,8 +132,8 @@ def random_loop(
     cut: bool | None = None,
     **options,
 ) -> Case:
-    """A random tree with ``loops`` more joints of the types ``closing``, closed at its state, with consistent rates and a freedom
-    left or more; ``cut``: value of the key ``cut`` of those joints.
+    """A random tree with ``loops`` additional joints of the types ``closing``. The loops are closed at the state, with consistent
+    rates, and at least one freedom is left. ``cut``: value of the key ``cut`` of the additional joints.
 
     Rows of the loops are independent and well conditioned. Options as for ``random_tree``.
     """
@@ -149,7 +149,7 @@ def random_loop(
 
 
 def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
-    """One more joint between two parts that no joint connects yet; None where no type fits."""
+    """An additional joint between two parts that no joint connects yet; None if no type fits."""
     parts = [GROUND, *case.scene.bodies]
     state = case.state()
     joined = {frozenset((f.inboard, f.outboard)) for f in state.frames.values()}
@@ -176,7 +176,7 @@ def _close(case: Case, names: tuple, closing, options: dict) -> Case | None:
 
 
 def _closing_joint(rng, state: State, kind: str, a: str, b: str) -> tuple[sm.Joint, np.ndarray]:
-    """A joint of a type between a and b whose outboard side is placed according to a random q. A rod joins any two points."""
+    """A joint of a type between a and b. Its outboard side is placed according to a random q. A rod joins any two points."""
     if of(kind).line:
         points = [np.array(rp.numbers(rng, 3, 0.4)) for _ in (a, b)]
         there = [state.r[body] + state.R[body] @ p for body, p in zip((a, b), points, strict=True)]
@@ -211,7 +211,7 @@ def loop_matrix(case: Case) -> np.ndarray:
 
 
 def _projected(case: Case) -> Case:
-    """The case with rates moved to the nearest ones that the loops allow, in tree joints, loop joints and start values."""
+    """The case with its rates moved to the nearest rates that the loops allow, in tree joints, loop joints and start values."""
     G = loop_matrix(case)
     flat = np.concatenate([case.qd[n] for n in case.tree])
     flat = flat - np.linalg.pinv(G) @ (G @ flat)
@@ -226,7 +226,7 @@ def _projected(case: Case) -> Case:
 
 
 def _drive_one(rng, case: Case) -> Case:
-    """Drive one freedom of the loops steadily, if the rates leave one that is independent of the closure."""
+    """Drive one freedom of the loops steadily, if the rates leave a freedom that is independent of the closure."""
     G, at = loop_matrix(case), 0
     choices = []
     for name in case.tree:

@@ -1,4 +1,5 @@
-"""Named streams of random numbers, choices that another option does not change, and the search for cases with a property."""
+"""Named streams of random numbers. A new option of a choice changes no choice between old options. Also the search for cases with a
+property."""
 
 from __future__ import annotations
 
@@ -16,13 +17,14 @@ SEARCHED = 400
 
 
 def stream(*names) -> np.random.Generator:
-    """Random numbers that depend only on these names."""
+    """Random numbers that depend only on the given names."""
     return np.random.default_rng(_hashed(*names))
 
 
 def chosen(options: Iterable[str], *names) -> str:
-    """One of the options, each with the frequency at which it is listed. Every option draws a number of its own, and the largest
-    number wins. A new option therefore replaces some choices, and changes no choice between the old options."""
+    """One of the options, with a frequency equal to the number of times that it is listed. Every option draws one number, and the
+    option with the largest number wins. A new option therefore replaces some choices, and changes no choice between the old
+    options."""
     return max(enumerate(options), key=lambda o: (_hashed(*names, o[1], list(options)[: o[0]].count(o[1])), o[0]))[1]
 
 
@@ -40,7 +42,7 @@ def first(what: str, holds: Callable[[Case], bool], make: Callable[[int], Case])
 
 
 def covering(claims: Mapping[str, Callable[[Case], bool]], make: Callable[[int], Case], least: int = 0) -> dict[int, Case]:
-    """The first ``least`` random cases, and of the following those that fulfil a claim for the first time, until every claim has
+    """The first ``least`` random cases. From the following cases, those that first fulfil a claim are added, until every claim has
     a case."""
     missing, kept = dict(claims), {}
     for seed in range(SEARCHED):

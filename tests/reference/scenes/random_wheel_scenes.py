@@ -13,8 +13,8 @@ from tests.reference.scenes.random_scene_draft import Draft
 
 
 def gear_trains(rng: Generator) -> dict[str, Any]:
-    """Three or four shafts in a row with friction in teeth and bearings. A torque drives the first; a load, a brake or a flywheel
-    with a freewheel acts on the last."""
+    """Three or four shafts in a row with friction in teeth and bearings. A torque drives the first shaft. A load, a brake, or a
+    flywheel with a freewheel acts on the last shaft."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.2))
     count, module = int(rng.integers(3, 5)), 4e-3
     teeth = [int(z) for z in rng.integers(14, 34, count)]
@@ -36,8 +36,8 @@ def gear_trains(rng: Generator) -> dict[str, Any]:
 
 
 def planets(rng: Generator) -> dict[str, Any]:
-    """An epicyclic train of two to four planets with friction in its teeth. Its bearing holds the sun, a brake acts on the ring or
-    the carrier, and the torque on the ring oscillates, grows or fades."""
+    """An epicyclic train of two to four planets with friction in its teeth. The sun's bearing holds the sun, a brake acts on the
+    ring or the carrier, and the torque on the ring oscillates, grows or fades."""
     count, until = int(rng.integers(2, 5)), float(rng.uniform(0.5, 1.2))
     scene, d = train(int(rng.integers(1 << 30)), count), Draft(rng)
     joints: dict[str, Any] = scene["joints"]
@@ -56,7 +56,7 @@ def planets(rng: Generator) -> dict[str, Any]:
 
 
 def belts(rng: Generator) -> dict[str, Any]:
-    """A motor drives one or two pulleys; a brake acts at times, and a freewheel drives a flywheel."""
+    """A motor drives one or two pulleys. A brake acts for some of the time, and a freewheel drives a flywheel."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.2))
     radii = [int(r) / 1000 for r in rng.integers(20, 60, 3)]
     signal = {"signal": d.load(1.0, until)} if d.chance(0.7) else {}
@@ -82,7 +82,7 @@ def belts(rng: Generator) -> dict[str, Any]:
 
 
 def racks(rng: Generator) -> dict[str, Any]:
-    """A pinion between two racks, each with a spring, a stop or a ratchet; guides, teeth and the pinion have friction."""
+    """A pinion between two racks. Each rack has a spring, a stop or a ratchet. Guides, teeth and the pinion have friction."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     z, module = int(rng.integers(14, 30)), 4e-3
     radius = z * module / 2
@@ -106,7 +106,8 @@ def racks(rng: Generator) -> dict[str, Any]:
 
 
 def bevel_differentials(rng: Generator) -> dict[str, Any]:
-    """A differential with one or two pinions: a torque on its carrier, a brake on one side, a load or a freewheel on the other."""
+    """A differential with one or two pinions. A torque acts on its carrier, a brake on one side, and a load or a freewheel on the
+    other side."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     side_teeth, pinion_teeth, module = int(rng.integers(18, 30)), int(rng.integers(10, 17)), 4e-3
     big, small = side_teeth * module / 2, pinion_teeth * module / 2
@@ -137,8 +138,8 @@ def bevel_differentials(rng: Generator) -> dict[str, Any]:
 
 
 def cams(rng: Generator) -> dict[str, Any]:
-    """A cam with a roller or a flat follower, which a spring presses, on a guide with friction. A motor with a brake, a torque or a
-    drive turns the cam; the follower has a stop or a hook."""
+    """A cam with a roller or a flat follower on a guide with friction; a spring presses the follower. A motor with a brake, a
+    torque or a drive turns the cam. The follower has a stop or a hook."""
     d, until = Draft(rng), float(rng.uniform(0.4, 1.0))
     flat = d.chance(0.4)
     angles = np.linspace(0.0, 2 * np.pi, 13)

@@ -1,4 +1,4 @@
-"""Results as one flat table, so that any two formulations can be compared and transformations inverted. Keys are (body or joint,
+"""Results as one flat table. The table allows to compare two formulations and to invert transformations. Keys are (body or joint,
 quantity), and ("energy", "kinetic"). Quantities: qdd, reaction.force, reaction.torque, friction, normal_force, normal, angle,
 drive.effort (one entry per freedom, NaN where not driven), acceleration, angular_acceleration."""
 
@@ -17,14 +17,14 @@ Table = dict[tuple[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Moved:
-    """A case that differs only in its description; ``back`` maps a table of its results to one of the original's."""
+    """A case that differs only in its description. ``back`` maps a table of its results to a table of the original case."""
 
     case: Case
     back: Callable[[Table], Table]
 
 
 def table(result: Result) -> Table:
-    """All of a Result that is independent of the reference's way of solving."""
+    """The quantities of a Result that are independent of the reference's method of solution."""
     out: Table = {("energy", "kinetic"): np.array(result.kinetic)}
     for name, (force, torque) in result.reaction.items():
         out[name, "qdd"] = result.qdd[name]
@@ -42,7 +42,7 @@ def table(result: Result) -> Table:
 
 
 def largest_difference(a: Table, b: Table) -> tuple[float, tuple[str, str] | None]:
-    """Worst difference of two tables over their common keys, relative to the largest entry of the quantity, and where.
+    """Largest difference of two tables over their common keys, relative to the largest entry of the quantity, and its place.
 
     Angles are compared by their sine and cosine; NaN equals NaN.
     """

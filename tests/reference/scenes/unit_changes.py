@@ -1,4 +1,4 @@
-"""A mechanism in other units: every number is scaled by its dimension."""
+"""A mechanism in other units. Every number is scaled according to its dimension."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ def rescaled(case: Case, length: float, mass: float, time: float) -> Moved:
 
 
 def kind_of(kind: str) -> Reference:
-    """What the reference knows of a joint type; couplings of two shafts have no freedoms of their own."""
+    """The reference's declaration of a joint type. Couplings of two shafts have no freedoms."""
     return TYPES.get(kind, Reference())
 
 
 def _undo(u: Units, travel: dict):
-    """A map from a table of results in the new units to one in the old units; travel: scale of each joint's freedoms."""
+    """A map from a table of results in the new units to a table in the old units. travel: scale of each joint's freedoms."""
 
     def factor(key):
         item, quantity = key
@@ -86,7 +86,7 @@ def _undo(u: Units, travel: dict):
 
 
 def _times(x, f: float):
-    """A number, or each of several, times f; None stays None."""
+    """A number, or each of several numbers, times f. None stays None."""
     if x is None:
         return None
     return tuple(v * f for v in x) if isinstance(x, (tuple, list)) else x * f

@@ -1,4 +1,4 @@
-"""One place in the code resolves a joint side or a load: body, point, axes, friction law."""
+"""Only one place in the code determines the body, point, axes and friction law of a joint side or a load."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""``check`` asks whether sliding contacts are on the right part, if they are on a long part and the other part is as short as their
+"""``check`` asks a question about sliding contacts that stay on a long part although the other part is as short as their
 distance."""
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def put(data: Any, path: Path, value: Any, key: bool) -> None:
 
 
 def tried(examples: int, drawn: st.SearchStrategy[Any], law: Callable[[Any], None]) -> None:
-    """Check a law with this number of examples."""
+    """Check a property with this number of examples."""
     settings(max_examples=examples, deadline=None)(given(drawn)(law))()
 
 

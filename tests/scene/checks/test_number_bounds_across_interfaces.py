@@ -59,7 +59,7 @@ def with_units(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def from_text(scene: trunnion.Scene, path: str, value: float) -> trunnion.Scene:
-    """The scene read from the text of a file in which one number is replaced."""
+    """The scene read from the text of a file in which this number is replaced."""
     data = opened(scene)
     at = parse_path(path)
     assert at is not None
@@ -79,12 +79,12 @@ def swept(scene: trunnion.Scene, path: str, value: float) -> None:
 
 
 def asked_of_the_service(scene: trunnion.Scene, path: str, value: float) -> None:
-    """Request the scene with this value, as a REST client does."""
+    """Request the scene with this value through REST."""
     scene_of(SceneSource(scene=with_units(opened(scene)), overrides={path: value}), Limits())
 
 
 def reports_by_interface(scene: trunnion.Scene, path: str, value: float) -> dict[str, list[str]]:
-    """The problems that every way of giving a value reports: override, option, file, sweep, request."""
+    """The problems that each interface reports: override, option, file, sweep, request."""
     return {
         "override": said(lambda: apply(scene, {path: value})),
         "--set": said(lambda: apply(scene, dict([parse_assignment(f"{path}={value!r}")]))),

@@ -1,4 +1,4 @@
-"""Any data with parameters, assemblies and copies give a scene or have problems; no other exception is raised."""
+"""Any data with parameters, assemblies and copies give a scene or a list of problems. No other exception is raised."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ROUNDS = 150
 
 
 def spoiled(rng: random.Random, value: Any) -> Any:
-    """The same data with a few of its parts changed or dropped."""
+    """The data with a few changed or dropped parts."""
     if rng.random() < 0.03:
         return rng.choice(ODD)
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Control characters in one user's text cannot control other users' terminals, and cannot reverse the text direction of their
+"""Control characters in the text of one user cannot control the terminals of other users. They cannot reverse the text direction of
 pages."""
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ def test_a_key_in_a_cookie_lets_a_page_look_but_not_act(guarded: tuple[InProcess
 def test_keys_are_kept_as_hashes_only(guarded: tuple[InProcess, dict[str, str]]) -> None:
     s, keys = guarded
     data = b"".join(f.read_bytes() for f in s.service.settings.data.glob("trunnion.db*"))
-    secrets = [k.split("_", 2)[2] for k in keys.values()]  # a secret itself may hold "_"
+    secrets = [k.split("_", 2)[2] for k in keys.values()]  # the secret may contain "_"
     assert all(len(x) > 40 and x.encode() not in data for x in secrets)
 
 

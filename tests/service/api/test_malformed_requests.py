@@ -49,7 +49,7 @@ GROWTH = 300_000_000
 
 
 def spoiled(chance: random.Random, value: Any, budget: list[int]) -> Any:
-    """The same plain data with a few of its parts changed, dropped, duplicated or swapped."""
+    """The data with a few parts changed, dropped, duplicated or swapped."""
     if budget[0] and chance.random() < 0.06:
         budget[0] -= 1
         return chance.choice(ODD)

@@ -69,7 +69,7 @@ def work_of(body: dict[str, Any]) -> float:
 @pytest.mark.parametrize("hostile", [unknown_keys, wide_yaml])
 def test_a_check_takes_time_in_proportion_to_what_is_sent(hostile: Any) -> None:
     work_of(hostile(10))
-    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # 4 is measured; a quadratic check would have 16
+    assert work_of(hostile(4000)) < 8.0 * max(work_of(hostile(1000)), 0.02)  # 4 is measured; a quadratic check would give 16
 
 
 def test_text_and_values_of_a_scene_have_limits() -> None:
@@ -227,7 +227,8 @@ def test_under_hostile_checks_the_others_are_served_and_the_server_ends_in_five_
             for _ in range(30):
                 before.append(len(answers))
                 ready.append(s.get("/readyz").status_code)
-            # a client that waits for its turn only once sees at most two of these answers; a client behind all others sees twelve
+            # a client that waits for its turn only once sees at most two of these answers; a client behind all other clients sees
+            # twelve
             assert statistics.median(after - count for count, after in itertools.pairwise(before)) <= 2
             # the server serves this check before the checks of the twelve other clients
             assert s.post("/v1/scenes/check", {"scene": "spherical_pendulum"}).status_code == 200

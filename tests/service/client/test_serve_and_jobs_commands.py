@@ -1,4 +1,4 @@
-"""``trunnion serve`` and ``trunnion jobs``: the commands that users type."""
+"""The commands ``trunnion serve`` and ``trunnion jobs``, called as users call them."""
 
 from __future__ import annotations
 

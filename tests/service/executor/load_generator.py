@@ -72,7 +72,7 @@ def _answering(port: object) -> None:
 
 
 def probe(url: str, key: str, path: str, seconds: str) -> None:
-    """Send one request after the other. Requests to the server and to the idle loop alternate."""
+    """Send requests one by one. Requests to the server and to the idle loop alternate."""
     place = urlsplit(url)
     both = {
         "asked": (http.client.HTTPConnection(place.hostname or "", place.port, timeout=60), path),

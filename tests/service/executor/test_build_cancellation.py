@@ -114,7 +114,7 @@ def test_a_budget_of_time_ends_a_build(parts: Parts, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.slow
 def test_a_job_builds_a_kernel_whose_build_another_job_has_cancelled(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The other job runs in the same worker, with the same kernel."""
+    """The cancelled job runs in the same worker, with the same kernel."""
     monkeypatch.setenv("TRUNNION_QUICK_BUILD", "1")
     parts.write(parts.marker("a"), b"")
     assert isinstance(chunk(parts), Cancelled)

@@ -49,7 +49,7 @@ def early(tmp_path: Path) -> tuple[WorkStore, Parts, str]:
         parts.write(parts.part(CaseRange(job.id, "", cases.start, cases.stop)), early_part(cases)[: None if cases is FIRST else -9])
     assert store.end_if_over("a server", job.id) == "done"
     with transaction(store.engine, writing=True) as c:
-        c.execute(update(chunks).values(version=UNKNOWN, counts=""))  # the migration leaves these values
+        c.execute(update(chunks).values(version=UNKNOWN, counts=""))  # the migration of the database leaves these values
     return store, parts, job.id
 
 

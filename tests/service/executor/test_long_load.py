@@ -39,7 +39,7 @@ class Clients:
             t.start()
 
     def go_on(self, i: int) -> None:
-        """The loop of one client."""
+        """Send requests until the test ends."""
         # httpx takes ten times as long, so the test would measure httpx
         c = http.client.HTTPConnection("127.0.0.1", self.s.port, timeout=60)
         for n in range(10**9):

@@ -1,4 +1,4 @@
-"""Jobs over REST compute what ``trunnion.sweep`` computes. Their results can be fetched in every format."""
+"""Jobs over REST give the results of ``trunnion.sweep``. These results can be fetched in every format."""
 
 from __future__ import annotations
 

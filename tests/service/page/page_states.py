@@ -53,7 +53,7 @@ STATES: dict[str, Show] = {}
 
 
 def state(show: Show) -> Show:
-    """A state by the name of the function that produces it."""
+    """A state of the page, named by the function that produces it."""
     STATES[show.__name__.strip("_").replace("_", "-")] = show
     return show
 

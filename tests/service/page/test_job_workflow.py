@@ -35,7 +35,7 @@ def test_a_sweep_is_run_and_its_answers_are_plotted(page: Any) -> None:
     assert page.evaluate(title.format("x")) == "coefficient of friction of ball"
     expected = trunnion.sweep("spherical_pendulum", {MU: "0.1:0.6:26"}, reductions=[FORCE], until=3.0)
     trace = page.evaluate("document.getElementById('sweepplot').data.map((t) => [t.mode, t.y, t.marker.symbol])")
-    assert trace == [["markers", expected.table[FORCE].to_pylist(), "circle"]]  # the points are never joined by lines
+    assert trace == [["markers", expected.table[FORCE].to_pylist(), "circle"]]  # no lines join the points
     page.fill("#cases", "25")
     until(page, "document.getElementById('casevalues').textContent.includes('= 0.6')")
     page.wait_for_selector("#timeplot .scatterlayer .trace")

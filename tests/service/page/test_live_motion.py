@@ -21,7 +21,7 @@ PLANAR = {
     "friction_identification": "arm.tip", "hatch": "ground.foot", "n_four_bar": "crank0.tip", "quick_return": "ram.tool",
     "robot_arm": "fore.tool", "winch": "load.rope", "caught_carriage": "frame.foot", "spherical_pendulum": "pendulum.tip",
 }  # fmt: skip
-"""A point of each plane bundled mechanism that gives one as numbers."""
+"""A point of each plane bundled mechanism whose scene gives points as numbers."""
 PLACE = """(name) => {
   const all = handles.map((h) => `${h.part || "ground"}.${h.name}`), there = handleAt(handles[all.indexOf(name)], shown.m);
   return shown.cam.project(there.world).slice(0, 2);
@@ -82,7 +82,7 @@ def test_a_slider_writes_its_number_the_motion_follows_and_undo_restores_the_tex
     for k in range(1, 9):
         page.mouse.move(box["x"] + box["width"] * (0.5 - 0.04 * k), box["y"] + box["height"] / 2)
     page.wait_for_selector("#preview[aria-busy=false]")
-    assert np.abs(shown(page)[1] - before).max() > 0.1  # the motion changes while the button is down
+    assert np.abs(shown(page)[1] - before).max() > 0.1  # the motion changes while the mouse button is down
     agrees(page)
     picture(page, "dragged")
     page.mouse.up()

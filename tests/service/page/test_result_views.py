@@ -197,7 +197,7 @@ def test_a_server_that_is_gone_or_cannot_work_is_reported_and_survived(page: Any
     vary(page, "0.2, 0.4")
     until(page, "document.getElementById('banner').textContent.includes('has not answered since')")
     until(page, "document.getElementById('jobverdict').textContent.includes('Not checked: the server')")
-    assert page.inner_text("#count") == ""  # no text of the earlier request remains
+    assert page.inner_text("#count") == ""  # no text of the previous request remains
     picture(page, "gone")
     page.context.set_offline(False)
     until(page, "document.getElementById('banner').hidden")

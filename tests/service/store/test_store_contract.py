@@ -1,4 +1,4 @@
-"""The contract that every store obeys, with any database."""
+"""The contract that every store fulfils, with any database."""
 
 from __future__ import annotations
 

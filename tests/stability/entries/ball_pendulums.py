@@ -76,8 +76,8 @@ def swing(until: float) -> sm.Scene:
 
 
 def same_end(scene: sm.Scene) -> str:
-    """Verdict on rows at any spacing, one of them at the event: they agree with the solver's own steps at the end, and the events
-    are the same."""
+    """Verdict on rows at any spacing, one of them at the event. The rows must agree with the solver's own steps at the end, and the
+    events must be equal."""
     until = float(scene.simulation.until)
     grids = (until, until / 7, until / 1000, until / (1 + EDGE), 0.0)
     runs = [simulate(scene, until=until, every=e, rtol=1e-9) for e in grids]

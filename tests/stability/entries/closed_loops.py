@@ -16,7 +16,8 @@ from trunnion.scene.data_classes import scene as sm
 
 
 def four_bar(beyond: float) -> sm.Scene:
-    """Four joints with friction in a loop, with 1 + beyond times the largest additional torque that they hold by plane statics."""
+    """Four joints with friction in a loop. The additional torque is 1 + beyond times the largest torque that the joints hold by
+    plane statics."""
     scene = FOUR_BAR.scene((1 + beyond) * FOUR_BAR.most(1.0))
     return replace(scene, simulation=sm.Simulation(until=0.01))
 

@@ -22,7 +22,7 @@ BLOCK, MU_TABLE, SPRING = 2.0, 0.3, 500.0
 
 def friction_of_door(spacing: float) -> float:
     """Friction torque of the door, N m. The weight's couple W a loads four equal contacts in line, at z = ±s/2 ± c, in proportion
-    to z: Σ|F| = W a 2s/(s² + 4c²) where c ≤ s/2. The end faces carry W. One journal of half length c (s = 0): W a/c."""
+    to z: Σ|F| = W a 2s/(s² + 4c²) for c ≤ s/2. The end faces carry W. For one journal of half length c (s = 0), Σ|F| = W a/c."""
     weight = DOOR * G
     pressed = REACH * weight * (2 * spacing / (spacing**2 + 4 * HALF**2) if spacing else 2 / SPACING)
     return MU / math.hypot(1, MU) * RADIUS * pressed + MU * weight * THRUST
@@ -44,7 +44,7 @@ def door(beyond: float, rate: float = 0.0, spacing: float = SPACING) -> sm.Scene
 
 
 def turning(beyond: float) -> sm.Scene:
-    """The door, turning so slowly that its centrifugal force is 1e-12 of its weight."""
+    """The door, which turns so slowly that its centrifugal force is 1e-12 of its weight."""
     return door(beyond, 1e-6)
 
 
@@ -67,7 +67,7 @@ def settling(beyond: float) -> sm.Scene:
 
 
 def settles(scene: sm.Scene) -> str:
-    """Motion after the block comes to rest, by every method at three tolerances."""
+    """Words for the motion after the block comes to rest, by every method at three tolerances."""
     until, words = float(scene.simulation.until), set()
     for method in ("auto", "rk5", "rk8", "rosenbrock"):
         for rtol in (1e-7, 1e-8, 1e-9):

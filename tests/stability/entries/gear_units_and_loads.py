@@ -31,7 +31,7 @@ def revolute(outboard: str, axis: str = "z", **more: Any) -> dict[str, Any]:
 
 
 def made(name: str, bodies: dict[str, Any], joints: dict[str, Any], until: float, **more: Any) -> sm.Scene:
-    """A scene without weight, unless stated."""
+    """A scene, without weight unless stated."""
     return scene_from_dict({"name": name, "gravity": [0, 0, 0], "bodies": bodies, "joints": joints, **more,
                             "simulation": {"until": until}, "outputs": ["*"]})  # fmt: skip
 
@@ -70,8 +70,8 @@ def elbow(torque: float) -> sm.Scene:
 
 
 def short_rod(beyond: float) -> sm.Scene:
-    """A crank of 0.1 m and a slide on a guide that passes 0.3 m from its pivot, with a rod between them. beyond: relative excess
-    over the rod's least length."""
+    """A crank of 0.1 m, a slide on a guide that passes 0.3 m from the crank's pivot, and a rod between crank and slide. beyond:
+    relative excess over the rod's least length."""
     bodies = {"crank": {"mass": 1, "inertia": [0.01] * 3}, "slide": {"mass": 1, "inertia": [0.01] * 3}}
     aside = {"body": "ground", "point": [0, 0.3, 0]}
     guide = {"type": "prismatic", "axis": "x", "inboard": aside, "outboard": "slide", "effort": 1.0}

@@ -17,8 +17,8 @@ TORQUE = 0.2 * 40.0 * 0.015
 def rotor(
     push: float, until: float, rate: float = 20.0, thrust: float = 0.0, thrust_radius: float | None = None, torque: float = 0.0
 ):
-    """A wheel that turns about a level journal, under its weight, a push upward that grows from 0 to ``push`` weights, and an axial
-    thrust."""
+    """A wheel that turns about a level journal. Its weight, a push upward that grows from 0 to ``push`` weights, and an axial
+    thrust act on the wheel."""
     mass = 3.0
     wheel = sm.Body(cylinder=sm.Cylinder(0.1, 0.05, "y"), mass=mass)
     rub = sm.Friction(mu=0.2, radius=0.01, half_length=0.02, thrust_radius=thrust_radius)
@@ -54,7 +54,7 @@ def crossed(angle: float) -> sm.Scene:
 
 
 def overhung(half_length: float) -> sm.Scene:
-    """A bar on a level journal that also carries the bar's bending moment: the journal's ends press with m/(2c)."""
+    """A bar on a level journal. The journal also carries the bar's bending moment: its ends press with m/(2c)."""
     bar = sm.Body(box=(0.5, 0.05, 0.05), density=STEEL, center=(0.25, 0.2, 0.0))
     rub = sm.Friction(mu=0.1, radius=0.02, half_length=half_length)
     joint = sm.Joint("revolute", "ground", "bar", axis="y", friction=rub, start=sm.Start(0.0, 0.0))

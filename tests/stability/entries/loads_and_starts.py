@@ -32,7 +32,7 @@ def hill(beyond: float) -> sm.Scene:
 
 
 def goes_over(scene: sm.Scene) -> str:
-    """Whether the block is beyond the hill at the end; for an incorrect run, the verdict in words."""
+    """Verdict on whether the block is beyond the hill at the end; for an incorrect run, the verdict of ``honest``."""
     over = ran(scene)["guide.q[1]"][-1] > 0.0
     return ("goes over" if over else "turns back") if honest(scene) == "right" else honest(scene)
 
@@ -44,7 +44,7 @@ def chute(_: float) -> sm.Scene:
 
 
 def slows(scene: sm.Scene) -> str:
-    """The verdict of ``honest``; "right" also requires the remaining speed of the closed form."""
+    """The verdict of ``honest``. For "right", the remaining speed must also be that of the closed form."""
     rate = ran(scene)["guide.qd[1]"]
     share = rate[-1] / rate[0] * (1 + THICK * FAST)
     return honest(scene) if abs(share - 1) < 1e-5 else f"{share:.6g} of the speed"

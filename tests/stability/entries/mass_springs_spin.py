@@ -23,8 +23,8 @@ def tumbling(beyond: float, spin: float = 1e4) -> sm.Scene:
 
 
 def normed(scene: sm.Scene) -> str:
-    """Whether the spin leaves its axis in the body (by cosh 3.6 = 18 times the first deviation, or not at all), with constant
-    quaternion length and energy."""
+    """Verdict on whether the spin leaves its axis in the body. It deviates by cosh 3.6 = 18 times the first deviation, or not at
+    all. Quaternion length and energy must be constant."""
     r = ran(scene, 1e-10)
     q = np.array([r[f"free.q[{k}]"] for k in (4, 5, 6, 7)])
     w = np.array([r[f"free.qd[{k}]"] for k in (4, 5, 6)])
@@ -42,7 +42,7 @@ def massive(mass: float) -> sm.Scene:
 
 
 def governor(beyond: float) -> sm.Scene:
-    """The flyball governor at the rate at which centrifugal force just carries its balls, with relaxed springs."""
+    """The flyball governor with relaxed springs. Its rate is so large that centrifugal force just carries the balls."""
     slope, m, c = math.pi / 6, 5.3, 5.15 / 5.3
     inertia = m * c * c + 0.09575721698113207 - 5e-6
     rate = math.sqrt(m * 9.81 * c * math.cos(slope) / (math.sin(slope) * (0.05 * m * c + inertia * math.cos(slope))))
@@ -56,7 +56,7 @@ def lifting(scene: sm.Scene) -> str:
 
 
 def lopsided(beyond: float) -> sm.Scene:
-    """A free body whose largest moment of inertia is 1 − beyond times the sum of the others."""
+    """A free body whose largest moment of inertia is 1 − beyond times the sum of the two other moments."""
     body = sm.Body(mass=1.0, inertia=(1.0, 2.0, 3.0 * (1 - beyond)))
     start = sm.Start((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 2.0, 3.0))
     return sm.Scene(

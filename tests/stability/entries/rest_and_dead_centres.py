@@ -26,10 +26,10 @@ RATE, START = 10.0, 0.3
 
 
 def trammel(beyond: float) -> sm.Scene:
-    """Two sliders with friction in series along x, and a rod of length L from the second to a slider driven along y, at v, from y =
-    −s. The second slider is at √(L² − y²). It reverses at the dead centre y = 0, after the time s/v, with the acceleration −v²/L.
-    The second slider cannot rest at the dead centre, although its speed is zero and the first slider rests. (μ₁ N₁ is some fifteen
-    times the drag of the second slider on the first, μ₂ N₂.)"""
+    """Two sliders with friction are in series along x. A rod of length L connects the second slider with a slider that is driven
+    along y, at the rate v, from y = −s. The second slider is at √(L² − y²). It reverses at the dead centre y = 0, after the time
+    s/v, with the acceleration −v²/L. The second slider cannot rest at the dead centre, although its speed is zero and the first
+    slider rests. (μ₁ N₁ is some fifteen times the drag of the second slider on the first, μ₂ N₂.)"""
     block = sm.Body(mass=1.0, inertia=(0.05, 0.05, 0.05))
     bodies = {
         "first": block,
@@ -77,8 +77,8 @@ def crank(beyond: float) -> sm.Scene:
 
 
 def turned_round(scene: sm.Scene, joint: str) -> str:
-    """Number of reversals of the joint by the end of a correct run: changes of sign of its rate, beyond round-off. For friction of
-    two components, round-off decides whether the run reports a reversal or a turn."""
+    """The number of reversals of the joint up to the end, and the verdict of ``honest``. A reversal is a change of sign of the
+    rate, beyond round-off. For friction of two components, round-off decides whether the run reports a reversal or a turn."""
     word, r = honest(scene), ran(scene)
     told = ("separation", "contact_jump", "reversal")
     changes = [e.kind for e in r.events if e.joint == joint and e.time > 1e-6 * r.time[-1] and e.kind not in told]

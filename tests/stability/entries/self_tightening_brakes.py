@@ -29,10 +29,11 @@ def at_kink() -> float:
 
 
 def brake(torque: float, start: float, law: str) -> sm.Scene:
-    """A shaft spins in a guide, and a force presses it along the guide, with its ball, into the seat of a lever. A pin that can
-    slide along the lever holds the lever. A torque (N m), which changes from ``start`` to ``torque``, turns the lever. The pin
-    carries no load along the lever. The ball's force has the components PRESS along the axis and y across it: ARM y = torque +
-    REACH √(y² − μ² PRESS²), the last term where it slides. There are three roots between GRIPS and LEAVES, otherwise one."""
+    """A shaft spins in a guide. A force presses the shaft along the guide, so that its ball is pressed into the seat of a lever. A
+    pin that can slide along the lever holds the lever. A torque (N m), which changes from ``start`` to ``torque``, turns the lever.
+    The pin carries no load along the lever. The ball's force has the components PRESS along the axis and y across it: ARM y =
+    torque + REACH √(y² − μ² PRESS²), where the last term acts only while the ball slides. The equation has three roots between
+    GRIPS and LEAVES, otherwise one root."""
     rub = sm.Friction(mu=MU, radius=RADIUS, law=law, v_eps=V_EPS if law == "regularized" else None)
     turned = sm.Signal(table=sm.Table((0.0, UNTIL), (start, torque)))
     joints = {
@@ -51,13 +52,13 @@ def brake(torque: float, start: float, law: str) -> sm.Scene:
 
 
 def tightened(beyond: float, law: str = "coulomb") -> sm.Scene:
-    """The torque grows to 1 + beyond times the torque above which the ball can no longer turn about its contact."""
+    """The torque grows to 1 + beyond times the limit above which the ball cannot turn about its contact."""
     most = LEAVES if law == "coulomb" else at_kink()
     return brake((1 + beyond) * most, 0.5 * most, law)
 
 
 def loosened(beyond: float, law: str = "coulomb") -> sm.Scene:
-    """The torque falls to 1 − beyond times the torque below which the ball can no longer slide."""
+    """The torque falls to 1 − beyond times the limit below which the ball cannot slide."""
     return brake((1 - beyond) * GRIPS, 1.2 * LEAVES, law)
 
 

@@ -15,7 +15,7 @@ GUIDE = sm.Friction(mu=0.4, half_length=0.08, half_width=0.03, half_height=0.02)
 
 
 def carriage(offset: float) -> sm.Scene:
-    """A sleeve pushed along its guide by a force at a distance ``offset`` (m) beside its axis."""
+    """A sleeve on a guide. A force at a distance ``offset`` (m) from the axis pushes the sleeve along the guide."""
     body = sm.Body(box=(0.1, 0.1, 0.1), mass=2.0, points={"push": (0.0, offset, 0.0)})
     joint = sm.Joint("prismatic", "ground", "carriage", axis="x", friction=GUIDE, start=sm.Start(0.0, 0.0))
     push = sm.Force("force", "carriage.push", (50.0, 0.0, 0.0))
@@ -33,8 +33,8 @@ def pushed(beyond: float, v_eps: float = 1e-9) -> sm.Scene:
 
 
 def creeping(scene: sm.Scene) -> str:
-    """Verdict on whether the sleeve creeps at v_eps F/(μN) below a push of μN, or slides with (F − μN)/m beyond this push, in less
-    than 500 steps."""
+    """Verdict on the sleeve, whose run must take less than 500 steps. Below a push of μN, the sleeve creeps at v_eps F/(μN). Beyond
+    this push, the sleeve slides with (F − μN)/m."""
     joint, r = scene.joints["guide"], ran(scene, 1e-9)
     assert joint.friction is not None
     v_eps, mass = float(joint.friction.v_eps or 0.0), float(scene.bodies["carriage"].mass or 0.0)
@@ -49,8 +49,8 @@ def creeping(scene: sm.Scene) -> str:
 
 
 def light(beyond: float, mass: float = 1e-6) -> sm.Scene:
-    """A cart of 1 mg on a rail with friction, and a pole of 1 kg that hangs from the cart at an angle. The cart holds while tan φ
-    is within friction."""
+    """A cart of 1 mg on a rail with friction, and a pole of 1 kg that hangs from the cart at an angle. The cart stays at rest while
+    tan φ is less than the friction ratio."""
     mu = 0.4
     angle = 0.5 * (math.atan(mu) + math.asin(mu * (1 + 2 * mass) / math.hypot(1, mu))) * (1 + beyond)
     bodies = {

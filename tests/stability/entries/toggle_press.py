@@ -27,7 +27,7 @@ RESIST = 2000.0
 
 
 def folding(until: float) -> sm.Scene:
-    """The press, pushed through its change point until a time in s; all its pins have friction."""
+    """The press, pushed through its change point until a time in s. All its pins have friction."""
     text = TOGGLE.replace("RUB", "friction: {mu: 0.1, radius: 20 mm, half_length: 30 mm}")
     scene = scene_from_text(text.replace("TIMES", str(PUSH_TIMES)).replace("PUSH", str(PUSH)))
     return replace(scene, simulation=sm.Simulation(until=until))
@@ -43,7 +43,7 @@ def placed(angle: float, rate: float, push: float, resist: float, until: float) 
 
 
 def pressing(push: float, rate: float = 0.0) -> sm.Scene:
-    """The press nearly straight, pushed at its knee (N) and straightening at a rate."""
+    """The press nearly straight. A force (N) pushes its knee, and it straightens at a rate."""
     return placed(STRAIGHT, -rate, push, RESIST, 0.01)
 
 
@@ -78,7 +78,7 @@ def beside(beyond: float, rate: float) -> sm.Scene:
 
 
 def folds(scene: sm.Scene) -> str:
-    """Motion at the change point, by every method at two tolerances."""
+    """Words for the motion at the change point, by every method at two tolerances."""
     until, words = float(scene.simulation.until), set()
     for method in ("auto", "rk5", "rk8", "rosenbrock"):
         for rtol in (1e-6, 1e-8):

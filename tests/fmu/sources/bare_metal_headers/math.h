@@ -1,4 +1,4 @@
-/* Replacement of math.h of a bare-metal C library: declarations that suffice to compile for a target whose C library is not
+/* Replacement of math.h of a bare-metal C library. Its declarations suffice to compile for a target whose C library is not
  * installed. */
 #ifndef BARE_MATH_H
 #define BARE_MATH_H

@@ -1,4 +1,4 @@
-"""A force of 2 kN hits the slider of the crank-slider at 0.2 s, as an input of the FMU. The script prints the forces on the pin."""
+"""A force of 2 kN, an input of the FMU, hits the slider of the crank-slider at 0.2 s. The script prints the forces on the pin."""
 
 from __future__ import annotations
 

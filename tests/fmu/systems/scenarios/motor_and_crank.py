@@ -1,6 +1,6 @@
-"""Two FMUs coupled by a master: a motor turns the crank of the crank-slider, whose drive torque loads the motor.
+"""A master couples two FMUs. A motor turns the crank of the crank-slider, and the drive torque of the crank loads the motor.
 
-Each millisecond, the motor makes its step first, with the load of the last step. The crank then follows the motor's angle exactly,
+In each step of 1 ms, the motor is first, with the load of the previous step. The crank then follows the motor's angle exactly,
 because it receives the angle with two derivatives. The mechanism as one scene (rotor and crank in one body) shows the error of the
 coupling. """
 
@@ -23,7 +23,7 @@ LOAD = "crank_pivot.drive.effort[1]"
 
 
 def motor() -> trunnion.Scene:
-    """A rotor with two torques: the field's and the load's."""
+    """A rotor with two torques: that of the field and that of the load."""
     return scene_from_dict({
         "name": "motor", "gravity": [0, 0, 0], "bodies": {"rotor": {"mass": 1, "inertia": [ROTOR, ROTOR, ROTOR]}},
         "inputs": {"field": {"start": TORQUE, "unit": "N*m"}, "load": {"unit": "N*m"}},
