@@ -54,7 +54,11 @@ def test_analyses_without_impacts_are_refused(analysis: Any) -> None:
         analysis(box(0.3, 0.2, 0.5, 1.0, 0.1, *RESTS))
 
 
-@pytest.mark.parametrize("run", [trunnion.simulate, lambda s, **given: trunnion.sweep(s, {"joints.left.friction.mu": [0.1]}, **given)])
+def swept(case: Any, **given: Any) -> Any:
+    return trunnion.sweep(case, {"joints.left.friction.mu": [0.1]}, **given)
+
+
+@pytest.mark.parametrize("run", [trunnion.simulate, swept])
 def test_time_stepping_that_a_run_asks_for_is_refused(run: Any) -> None:
     with pytest.raises(trunnion.SceneError, match=r"^method: time stepping does not locate"):
         run(box(0.3, 0.2, 0.5, 1.0, 0.1, *RESTS), method="moreau")
