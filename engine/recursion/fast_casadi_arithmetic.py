@@ -39,8 +39,8 @@ _inside = 0
 
 @contextmanager
 def direct_operators() -> Iterator[None]:
-    """Within the block, the operators +, −, × and / of an SX with an SX, float or int call ``SX.binary``. With other operands, they
-    are unchanged."""
+    """Within the block, the operators +, −, × and / of an SX with an SX, float or int call ``SX.binary``. For other operands, these
+    operators work as before."""
     global _inside
     with _LOCK:
         _inside += 1

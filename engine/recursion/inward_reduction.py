@@ -108,7 +108,7 @@ def model(sym: Symbols) -> Model:
 
 
 def build_model(sym: Symbols) -> Model:
-    """The model before reduction. For ``outward_accelerations.balance``, where the accelerations are known."""
+    """The model before reduction. ``outward_accelerations.balance``, which gets known accelerations, uses this model."""
     system = sym.system
     motions: list[Motion] = []
     steps: list[Step] = []

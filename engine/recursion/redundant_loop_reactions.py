@@ -59,8 +59,8 @@ def inactive_rows_couple(m: Model, acc: Accelerations, inactive: list[int]) -> b
 
 def _friction_turns(m: Model, acc: Accelerations) -> SX:
     """The change of the scaled reactions that sliding friction causes, as affine maps (rows×columns). The change is linearised in
-    the reactions. Friction at rest is omitted; it couples the same reactions, but the sparsity of its formula does not show
-    this."""
+    the reactions. The formula of friction at rest is omitted: it couples the same reactions, but its sparsity pattern lacks these
+    couplings."""
     system = m.sym.system
     out = SX(sum(n for _, n in rows_of(system)), m.columns)
     for e, at, count in rubbing_on_loops(system):

@@ -79,7 +79,7 @@ def _set(data: Any, path: Path, value: Any) -> Finding | None:
         if i == len(path) - 1:
             node[key] = value
             if key == "formula":
-                node.pop("numbers", None)  # recompute them from the new formula
+                node.pop("numbers", None)  # drop the old formula's constant parts
             return None
         inside = node[key] if isinstance(key, int) else node.get(key)
         if inside is None:

@@ -47,7 +47,7 @@ class Built:
 
     def scene_findings(self) -> list[Finding]:
         """The findings of the checks on the scene, without those that a removed part may have caused. A finding about an untyped
-        joint counts if it is the same with each of ``STAND_INS``."""
+        joint counts only if the checks report it for each type in ``STAND_INS``."""
         if self.scene is None:
             return []
         found = [f for f in findings(self.scene) if not self.hides(f)]
@@ -59,8 +59,8 @@ class Built:
         return [f for f in found if f.path[:2] not in self.untyped or f in others]
 
     def hides(self, f: Finding) -> bool:
-        """Whether a removed part may have caused a finding. A removed part may have caused the finding if it contains the finding's
-        path, or if it contains, or is part of, a path in ``about``."""
+        """Whether a removed part may have caused a finding. A removed part counts if it contains the finding's path or a path in
+        ``about``. A part inside a path in ``about`` also counts."""
         return any(self._broken_around(p) for p in (f.path, *f.about)) or not self._around_broken.isdisjoint(f.about)
 
     def _broken_around(self, path: Path) -> bool:

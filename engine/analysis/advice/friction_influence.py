@@ -17,7 +17,7 @@ from trunnion.scene.overrides import apply
 @dataclass(frozen=True)
 class FrictionInfluence:
     """A joint with friction. predicted: relative change of the outputs when the joint loses its friction, predicted from
-    sensitivities; NaN if these are missing."""
+    sensitivities; NaN if the sensitivities are missing."""
 
     joint: str
     predicted: float

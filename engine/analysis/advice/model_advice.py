@@ -169,8 +169,8 @@ class _Ladder:
         return Advice(self.error, self.what, found, tuple(order), tuple(self.rungs), chosen, reduced, tuple(self.notes))
 
     def _add_rungs(self, keep: tuple[str, ...], dropped: list[FrictionInfluence]) -> bool:
-        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the requested error. If the
-        predicted error is far above the requested one (``SURE``), nothing is run, and the rung has the predicted error."""
+        """Add the rungs with friction in the joints ``keep``; returns whether a rung meets the requested error. If the predicted
+        error is far above the requested one (``SURE``), no model is run, and the rung gets the predicted error."""
         worst = max((i.predicted for i in dropped if math.isfinite(i.predicted)), default=0.0)
         if worst > SURE * self.error:
             self.rungs.append(Rung(keep, self.forms[-1] if keep else None, (), worst, None, predicted=True))
@@ -198,7 +198,7 @@ class _Ladder:
         return min(medians, key=medians.__getitem__, default=None)
 
     def _add_rung(self, keep: tuple[str, ...], form: FrictionForm | None, flat: tuple[str, ...], scene: Scene) -> Rung:
-        """Run a model, measure the error of the model itself and find its cheapest setting; adds the rung and returns it."""
+        """Run a model, measure the error of the model itself, find its cheapest setting, and add the rung. Returns the rung."""
         rung = Rung(keep, form, flat, math.nan, None)
         self.progress(rung.describe(), len(self.rungs), 0)
         try:

@@ -69,7 +69,7 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
     until: end of the run that tests the motion, s. If the motion is not planar, returns the scene itself and [].
     """
     ideal = [n for n, j in scene.joints.items() if j.type == SPHERICAL.name and j.friction is None and j.drive is None]
-    able = [n for n in ideal if scene.joints[n].start is None]  # with a start, the two frames of a joint need not coincide
+    able = [n for n in ideal if scene.joints[n].start is None]  # with start values, a joint's two frames may differ
     axis = _plane_normal(scene, until) if able else None
     if axis is None:
         return scene, []

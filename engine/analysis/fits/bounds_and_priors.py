@@ -27,8 +27,8 @@ RUN_SEPARATOR = " @ "
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself, also for the log-normal
-    prior, in the same way as ``lognormal`` in samples."""
+    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself. They do not refer to its
+    logarithm, even for a log-normal prior (as in ``lognormal`` of samples)."""
 
     kind: str
     mean: float
@@ -95,8 +95,8 @@ def read_bounds_and_priors(
 
 
 def _comparisons(path: str, values: Mapping[str, float]) -> list[tuple[str, bool]]:
-    """The numbers of the same owner with which this number must be in order: (path of the other number, whether this number is the
-    upper one)."""
+    """For each number of the same owner that must be in order with this number: (path of the other number, whether this number is
+    the upper one)."""
     parsed = parse_path(path) or ()
     out = []
     for other in values:

@@ -37,7 +37,7 @@ class UnidentifiableGroup:
         names: names of the parameters (p).
         determined: (exponents (p), relative standard deviation) of each combination that the data determine.
         product: whether combinations are products of powers. Otherwise they are sums, and ``determined`` holds coefficients.
-        exact: whether the parameters are indistinguishable for any noise, or only for the present noise.
+        exact: True if the data cannot distinguish the parameters at any noise; False if they could with less noise.
         confirmed: whether the profiles of all its parameters are flat.
     """
 
@@ -159,7 +159,7 @@ def find_unidentifiable(
         inner = found.covariance[np.ix_(at, at)]
         determined = tuple((tuple((e * scale).tolist()), float(math.sqrt(max(e @ inner @ e, 0.0)))) for e in combined)
         exact, confirmed = all(_is_in_span(basis[:, c], found.blind) for c in columns), all(flat(i) for i in at)
-        if len(at) > 1 or confirmed:  # the data determine a single parameter whose profile rises
+        if len(at) > 1 or confirmed:  # a single parameter with a rising profile is determined
             groups.append(UnidentifiableGroup(tuple(names[i] for i in at), determined, product, exact, confirmed))
     return tuple(groups)
 

@@ -81,8 +81,7 @@ class Objective:
     def search(self, u: np.ndarray) -> Any:
         """SciPy's result of a search from u within the bounds.
 
-        If one parameter must not exceed another, the search variables are the lower parameter and the excess of the higher one over
-        it.
+        If one parameter must not exceed another, the search variables are the lower parameter and the difference of both.
         """
         least_squares = brought("scipy.optimize", "analysis", "fit").least_squares
         T, low, high = np.eye(self.m), self.low.copy(), self.high.copy()

@@ -265,7 +265,8 @@ class Profiles:
         return bool(self.objective.low[k] == 0.0 < to <= self.u[k] / SEARCH_RANGE)
 
     def _next_value(self, k: int, inner: tuple[float, float], outer: tuple[float, float] | None, tried: float) -> float:
-        """The next value to try: between the points below and above the threshold, or further out if no point is above it."""
+        """The next value to try: between the points below and above the threshold, or further out if no point is above the
+        threshold."""
         if outer is None:
             return float(self.u[k]) + (tried - float(self.u[k])) * min(
                 max(1.02 * self.t / max(inner[1], 1e-12), 1.05), MOST_WIDENING

@@ -130,7 +130,7 @@ def answer_fit(scene: Scene, q: FitRequest, name: str) -> dict[str, Any]:
     told = found.document()
     try:
         ranked = propose(found, q.trials) if q.trials else ()
-    except SceneError as e:  # an experiment can be invalid only at the estimate
+    except SceneError as e:  # a valid experiment may become invalid at the estimate
         ranked = ()
         told["notes"] += [f"experiments: {p}" for p in e.problems]
     return {"fit": told, "experiments": [p.document() for p in ranked]}

@@ -138,7 +138,7 @@ class SensitivityUnit:
         return self._factored
 
     def total_derivatives(self, S: np.ndarray, dp: np.ndarray, dt: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Total derivatives (df, dz) of f and of the multipliers, for seeds S of y (ny × m), dp of p (np × m) and dt of time.
+        """Total derivatives (df, dz) of f and of the multipliers. Seeds: S of y (ny × m), dp of p (np × m), dt of time.
 
         The derivatives are taken at the point of the last ``solve``.
         """
@@ -179,8 +179,8 @@ class SensitivityUnit:
 
 
 def _by_factors(lu: np.ndarray, pivots: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """A function that solves A x = b by the triangular factors of A, one right-hand side at a time. For several at once, LAPACK
-    would start threads, which takes much longer."""
+    """A function that solves A x = b by the triangular factors of A, one right-hand side at a time. With several at once, LAPACK
+    starts threads and takes much longer."""
     return lambda b: np.array([lapack.dgetrs(lu, pivots, right)[0] for right in b.T]).T
 
 
@@ -196,8 +196,8 @@ def _least_squares(A: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _functions(model: Model, chosen: list[Column]) -> Sensitivities:
-    """The unit's functions, which the bytecode of the scene evaluates. The last MOST_KEPT units are kept, because later requests
-    often have the same structure. Units have no state, so several requests can use one."""
+    """The unit's functions, which the bytecode of the scene evaluates. The cache keeps the last MOST_KEPT units, because later
+    requests often have the same structure. Units have no state, so several requests can share a unit."""
     system, parameters, quadratures, _ = model.kernel.structure
     key = (model.kernel.key, *(c.name for c in chosen))
     found = _kept.pop(key, None)

@@ -182,8 +182,9 @@ def _differences(model: Model, line: ParameterLine, h: float, weights: Weights) 
 
 
 def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int]:
-    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. This is
-    tested with one other scene, in which all these numbers differ. If the test fails, a separate scene tests each number."""
+    """Index in the table of parameters of every number that is an entry of the table and changes nothing else of the scene. The
+    function tests all these numbers together with one other scene, in which they all differ. If this test fails, the function tests
+    each number with a separate scene."""
     places = {line.name: model.built.parameters.place(line.name) for line in lines}
     tried = [line for line in lines if places[line.name] is not None]
     found = {line.name: place for line in tried if (place := places[line.name]) is not None}

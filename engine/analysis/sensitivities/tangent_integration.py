@@ -1,5 +1,5 @@
-"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). Where the multipliers of a state have
-no clear solution in C, Python finds them. The caller treats events."""
+"""Integrates tangents along recorded steps in C (``runtime/hosts/tangent_integration.c``). If C finds no clear solution for the
+multipliers of a state, Python computes them. The caller treats events."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class SensitivityIntegrator:
             unit.keep_size(run.stages)
 
     def complete(self, k: int, step: RecordedStep) -> None:
-        """Change S by the event and the kinks at the end of step k."""
+        """Update S for the event and the kinks at the end of step k."""
         kinks = np.flatnonzero(self._kinks_at(step.t1))
         if step.impact[0]:
             self._cross_impact(step)
@@ -121,7 +121,7 @@ class SensitivityIntegrator:
         self.events.append(EventShift(step.t1, joint, shift))
 
     def _cross_impact(self, step: RecordedStep) -> None:
-        """Change S by an impact of joints that only push."""
+        """Update S for an impact of joints that only push."""
         x, x1 = step.x.copy(), step.x1.copy()
         x[INSIDE] = 0.5 * (step.t0 + step.t1)
         x1[INSIDE] = step.t1 + (step.t1 - step.t0) * 1e-6

@@ -91,8 +91,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
     if load is not None:
         now[load] = 0.0
     e = st.constant + st.by_load @ now
-    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # η of pairs without friction at rest: 0
-    light = range(st.eta0 - len(st.system.light), st.eta0)  # multipliers that remove an added inertia: 0 at rest
+    smooth = [st.eta0 + k for j in st.joints if not j.element.sets for k in j.rubs.eta]  # pairs without friction at rest have η = 0
+    light = range(st.eta0 - len(st.system.light), st.eta0)  # at rest, the multipliers that remove an added inertia are 0
     zero = [*light, *smooth]
     strands, pull = _strands(st, E.shape[1])
     E, e = np.vstack([E, np.eye(E.shape[1])[zero], strands]), np.concatenate([e, np.zeros(len(zero)), pull])

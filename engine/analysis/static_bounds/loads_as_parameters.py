@@ -39,8 +39,8 @@ class Load:
 
 
 def release_drives(scene: sm.Scene, built: Built, poses: dict[str, tuple[float, ...]]) -> tuple[sm.Scene, tuple[Load, ...]]:
-    """(the scene in which an effort replaces every drive and a constant amount replaces every load; its loads, first those that
-    replace drives).
+    """(the scene with an effort in place of every drive and a constant amount in place of every load; the loads of this scene,
+    those in place of drives first).
 
     built: the given scene after ``build``; poses: {joint with drives: start coordinates, rad or m}.
     """

@@ -78,7 +78,7 @@ def _exact_variant(scene: Scene, laws: list[FrictionVariant]) -> FrictionVariant
 
 
 def _make_model(study: WorkPrecision, v: FrictionVariant) -> BenchmarkModel:
-    """The scene compiled with a law. Adds its reference to the study."""
+    """Compile the scene with a law, and add the law's reference solution to the study. Returns the compiled scene."""
     out = make_benchmark_model(study.scene, v, study.measure, study.until, study.request.samples)
     found = find_reference(out)
     if found is None:
@@ -103,8 +103,8 @@ def _build_times(ready: BenchmarkModel) -> list[tuple[str, float]]:
 
 
 def _settings(study: WorkPrecision, ready: BenchmarkModel) -> list[list[Settings]]:
-    """For each method its tolerances, from loose to tight. If the request includes fixed steps, then also for each method its fixed
-    steps, from long to short."""
+    """The tolerances of each method, from loose to tight. If the request includes fixed steps, also the fixed steps of each method,
+    from long to short."""
     request = study.request
     able = methods(ready.scene)
     chosen = [m for m in able if not request.methods or m in request.methods]

@@ -44,8 +44,8 @@ class Losses:
         return ca.if_else(w.pin * sense * w[self.along] < 0, forward, backward) * load + self.constant(g, sense)
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """With different coefficients, |u| ≤ c |T| means |u| ≤ w |T + o u| for the friction u in the sense of T, with 1/w = (1/c_f
-        + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. A share is the friction divided by the
+        """Let u be the friction in the sense of T. With different coefficients, |u| ≤ c |T| means |u| ≤ w |T + o u|. Here 1/w =
+        (1/c_f + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. A share is the friction divided by the
         capacity in its direction; kernels use the same definition."""
         import numpy as np
 

@@ -28,7 +28,8 @@ def _needs(numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
 
 
 def _across(w: Wrench, g: Mapping[str, SX]) -> SX:
-    """Component of the force on the worm across the thread, without the radial component, N. It does not depend on friction."""
+    """Component of the force on the worm across the thread, without the radial component, N. This component does not depend on
+    friction."""
     return ca.cos(g["lead_angle"]) * w["f1"] - ca.sin(g["lead_angle"]) * w["f3"]
 
 
@@ -42,7 +43,7 @@ def _velocity(rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:
 
 
 def _friction(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[SX]:
-    """Friction along the thread, and force that pushes the axes apart. The latter also acts at rest."""
+    """Friction along the thread, and force that pushes the axes apart. The pushing force also acts at rest."""
     f = _normal(w, g)
     return [laws[0].ratios([rates[0]])[0] * f, -ca.sin(g["pressure_angle"]) * f]
 

@@ -1,8 +1,8 @@
 """Friction of a band around a drum, and of a belt around two pulleys (theory, "Bands and belts").
 
-The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). The
-tensions at its ends are S and S e^{kφ} if S is given at one end, and T_0 (1 ± tanh(kφ/2)) if their mean T_0 is given. The friction
-at the surface is the difference of both tensions, and does not depend on other forces."""
+The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). If the
+tension S is given at one end, the tensions are S and S e^{kφ}. If their mean T_0 is given, they are T_0 (1 ± tanh(kφ/2)). The
+friction at the surface is the difference of both tensions. This difference does not depend on other forces."""
 
 from __future__ import annotations
 

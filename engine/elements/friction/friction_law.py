@@ -152,11 +152,11 @@ class Law:
         return None
 
     def drift(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Rates of the law's states, 1/s, at a sliding velocity (m/s). Only for laws with bristles."""
+        """Rates of the law's states, 1/s, at a sliding velocity (m/s). Only laws with bristles have this function."""
         raise NotImplementedError(f"law {self.name} has no state")
 
     def carried(self, v: Sequence[SX], state: Sequence[SX]) -> list[SX]:
-        """Signed ratios k at a sliding velocity (m/s) and state. Only for laws with bristles."""
+        """Signed ratios k at a sliding velocity (m/s) and state. Only laws with bristles have this function."""
         raise NotImplementedError(f"law {self.name} has no state")
 
     @property
@@ -170,8 +170,8 @@ class Law:
         return self.flag < PairState.STUCK.value + HALF
 
     def moving(self, v: Sequence[SX], arms: Sequence[SX | float]) -> list[SX]:
-        """Sliding velocity. For a set-valued law with several components, the result is nonzero at the start of slip, where v is
-        zero: it has the frozen direction. ``arms`` as in ``sign``."""
+        """Sliding velocity. At the start of slip, v is zero. For a set-valued law with several components, the result then has the
+        frozen direction. ``arms`` as in ``sign``."""
         if not self.sets or len(v) == 1:
             return list(v)
         return [x + HAIR * d * a for x, d, a in zip(v, self.frozen, arms, strict=False)]
@@ -200,9 +200,9 @@ class Law:
         return ca.if_else(dot < 0, -1, 1)
 
     def side(self, v: Sequence[SX], arms: Sequence[SX | float]) -> SX:
-        """The sign in friction: the result of ``sign``, except that it stays +1 after the reversal in two cases. The friction of a
-        pair on a line (``frozen_sliding_directions.c``) continues until the event. A starting pair's velocity does not count at
-        round-off level (``AT_REST``)."""
+        """The sign that the formulas of friction use. This is the result of ``sign``, except that the sign stays +1 after the
+        reversal in two cases. The friction of a pair on a line (``frozen_sliding_directions.c``) continues until the event. A
+        starting pair's velocity does not count at round-off level (``AT_REST``)."""
         along = [d * a for d, a in zip(self.frozen, arms, strict=False)]
         return ca.if_else(sum((x + AT_REST * d) * d for x, d in zip(v, along, strict=False)) < 0, -1, 1)
 

@@ -159,8 +159,8 @@ class Program:
             self.call(Builtin.COPY, [source, out], [out.size])
 
     def merged(self) -> list[int]:
-        """The calls that the interpreter executes. Successive calls that zero or copy adjacent slots are joined to one call, and so
-        are products with equidistant rows or columns."""
+        """The calls that the interpreter executes. Two kinds of successive calls become one call: calls that zero or copy adjacent
+        slots, and products with equidistant rows or columns."""
         out: list[int] = []
         last: list[int] = []
         code, first = self.code.tolist(), 0
@@ -178,8 +178,8 @@ class Program:
 
 
 def _joined(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of two successive calls, of which the second has an op in ``JOINED``; empty if there is none.
-    Copies within an array are not joined, because the second copy may read numbers that the first one wrote."""
+    """One call that does the work of two successive calls. The op of the second call is in ``JOINED``. Empty if no such call
+    exists. Copies within an array are not joined, because the second copy may read numbers that the first one wrote."""
     if not a or a[0] != b[0] or a[3:-1:2] != b[3:-1:2]:
         return []
     if a[0] == Builtin.COPY and a[3] == a[5]:

@@ -118,7 +118,7 @@ class Directions:
 
     def follow(self, program: Program, first: int = 0) -> int:
         """Differentiate the calls of a program from index ``first`` on. Returns the index of the program's end. If directions
-        change parameters, differentiates the new calls of ``prepare`` first."""
+        change parameters, the function first differentiates the new calls of ``prepare``."""
         if self.numbers and program is not self.scene.prepare:
             self._prepared = self.follow(self.scene.prepare, self._prepared)
         code, at = program.code, first
@@ -170,7 +170,7 @@ class Directions:
 
     def _derive_part(self, g: ValueCall) -> None:
         numbers = g.operands.get("numbers")
-        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)  # parameters may vary
+        primitive = self._tangent(self._name(g.function), numbers is not None and numbers in self.active)
         at, along = primitive.operands
         moving = [n for n in g.names if n not in g.outs and g.operands[n] in self.active]
         if not moving:

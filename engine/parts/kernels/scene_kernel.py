@@ -121,8 +121,8 @@ def _outputs(system: System, chosen: tuple[Column, ...], quadratures: bool) -> t
 
 
 def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
-    """Rows of cut joints that have a multiplier, and whether friction couples these multipliers to those of the other rows. (The
-    motion does not determine the latter.)"""
+    """Rows of cut joints that have a multiplier, and whether friction couples these multipliers to the multipliers of the other
+    rows. (The motion does not determine the multipliers of the other rows.)"""
     keep: list[Any] = []
     rubbing = rubs(system)
     unit, maps = _kernel_unit(system, parameters, list(range(system.rows)), rubbing)

@@ -74,8 +74,8 @@ FORCES = {"device", "load", "spring", "bushing", "latch", "along_freedom", "betw
 
 
 def _smooth(name: str, which: Sequence[Any]) -> bool:
-    """Whether the catalogue contains tangents of a primitive. For contact columns this holds only with the usual laws: their
-    tangents have as much code as all other primitives together, and columns are seldom linearised."""
+    """Whether the catalogue contains tangents of a primitive. Contact columns have tangents only with the usual laws: the tangents
+    of contact columns have as much code as all other primitives together, and users seldom linearise these columns."""
     if name == "column":
         friction = next((x.joint.friction for x in which[1] if isinstance(x, FrictionKey)), None)
         return not friction or (friction.law in COMPARED and not friction.adams)
@@ -84,8 +84,8 @@ def _smooth(name: str, which: Sequence[Any]) -> bool:
 
 
 def _follows(which: FrictionKey) -> bool:
-    """Whether the catalogue supports friction parameters that depend on time in stiff motions: only with Coulomb's law without a
-    curve over speed."""
+    """Whether the catalogue supports friction parameters that depend on time in stiff motions: only for Coulomb's law with a
+    coefficient that does not depend on speed."""
     friction = which.joint.friction
     return friction is not None and friction.law == Coulomb.name and not friction.adams and not friction.has(BY_SPEED[0][0])
 

@@ -48,7 +48,7 @@ def outward(which: BodyKey) -> Primitive:
 
 
 def _kept(which: BodyKey) -> tuple[SX, SX, SX, SX]:
-    """Symbols of ``work``: one vector with all numbers; and lever, Π and w from this vector."""
+    """The vector of all symbols of ``work``, and the lever, Π and w that this vector contains."""
     pattern = _walked(which)[3].Pi.sparsity()
     all_of = SX.sym("work", 9 + pattern.nnz())
     return all_of, all_of[:3], SX(pattern, all_of[3:-6]), all_of[-6:]

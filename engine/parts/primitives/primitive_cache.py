@@ -31,8 +31,8 @@ INTERPRETER = [
 
 
 class _LazyModule:
-    """Stands for a module of primitives. Only for a primitive that is neither installed nor cached does a function of the module
-    run, and import the symbolic library."""
+    """Stands for a module of primitives. If a primitive is neither installed nor cached, a function of the module runs and imports
+    the symbolic library. No other use imports this library."""
 
     def __init__(self, module: str):
         self._module = module
@@ -227,8 +227,8 @@ def libraries(primitives: Sequence[Primitive]) -> list[ctypes.CDLL]:
 
 
 def _found_again(p: Primitive) -> str:
-    """The library of a primitive that was pruned, or was compiled after this process looked it up: unpacked again from the
-    installation, or from the cache; otherwise ""."""
+    """The library of a primitive that was pruned, or was compiled after this process looked for it. The library is unpacked again
+    from the installation, or taken from the cache; "" if neither has the library."""
     again = prebuilt_libraries.unpacked(library_name(p.recipe))
     if again and str(again) == p.library:
         return p.library

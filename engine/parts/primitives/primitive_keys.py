@@ -135,7 +135,7 @@ def rubbing(e: Element) -> FrictionKey:
     numbers = ParameterCounter()
     bound = tuple(i - first for i in f.bound)
     own = FrictionElement(f.contact, f.law, f.adams, tuple((name, numbers.take_one()) for name, _ in f.numbers), sliders, bound)
-    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # which part has the ends affects operands, not code
+    ends = OVERLAP if e.joint.fit.ends == OVERLAP else "pin"  # the choice of the part with the ends affects operands, not code
     fit = Fit(e.joint.fit.pin_out and bool(e.needs), ends)
     joint = replace(e.joint, name="", fit=fit, inb=0, out=0, inb_point=(), out_point=(), inb_frame=(), out_frame=(), pitch=None,
                     devices=(), friction=own, cut=False, child=0, forward=True, q0=0, v0=0, rows=0, stiffness=None,

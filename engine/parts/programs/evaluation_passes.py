@@ -121,8 +121,8 @@ class EvaluationPasses:
         return ft
 
     def along_cut(self, program: Program, c: CutJointSlots, Z: Sequence[Slot], out: Slot) -> None:
-        """Add to ``out``, the accelerations of a cut joint's freedoms, the part that the accelerations Z of its two bodies
-        cause."""
+        """Add the effect of the accelerations Z of a cut joint's two bodies to ``out``, the accelerations of the joint's
+        freedoms."""
         for which, z in zip(("win", "wout"), Z, strict=True):
             program.call(Builtin.ADD_ROW_DOTS, [c.blocks[which], z, out], [6, c.joint.kind.nv, 6, 1])
 

@@ -168,7 +168,7 @@ class LoopFriction:
 
     def refine(self, program: Program, Z: list[Slot]) -> bool:
         """If there are many loops, and all of them share bodies, correct the multipliers once by the remaining residual. Returns
-        whether this was done. (For a ladder with a hundred rungs, the condition number of S is 1e8.)"""
+        whether the multipliers were corrected. (For a ladder with a hundred rungs, the condition number of S is 1e8.)"""
         if self.refines:
             self._left(program, self.gap, Z)
             program.call(Builtin.SOLVE_LOOPS, [self.low, self.high, self.gap, self.more], self.listed)
@@ -227,8 +227,8 @@ class LoopFriction:
         return Slot(Space.U, self.system.neta + loop.rows[0], len(loop.rows))
 
     def gaps(self, program: Program, Z: list[Slot]) -> None:
-        """Write the residuals of all rows under accelerations Ż; their place is after the accelerations of the freedoms. Also write
-        the reaction components and accelerations of cut joints with friction."""
+        """Write the residuals of all rows under accelerations Ż, after the accelerations of the freedoms. Also write the reaction
+        components and accelerations of cut joints with friction."""
         self._left(program, Slot(Space.A, self.system.neta, self.active), Z)
         for loop in self.loops:
             if loop.friction:

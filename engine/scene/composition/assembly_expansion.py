@@ -1,4 +1,4 @@
-"""Expansion of assemblies: the parts that a file or group contains are renamed and become bodies and joints of the enclosing
+"""Expansion of assemblies. This module renames the parts of a file or group, and makes them bodies and joints of the enclosing
 scene."""
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def shift_by(step: Any) -> Transformation:
 
 
 def move_part(data: dict[str, Any], moves: Sequence[Transformation]) -> tuple[dict[str, Any], list[Note]]:
-    """(the transformed part, notes about what cannot be transformed). UnitError when a point does not have three entries."""
+    """(the transformed part, notes about data that cannot be transformed). UnitError when a point does not have three entries."""
     notes: list[Note] = []
     for move in moves:
         for key, change in (("bodies", _move_body), ("joints", _move_joint), ("forces", _move_force)):
@@ -148,8 +148,8 @@ def _move_body(name: str, b: Any, move: Transformation, notes: list[Note]) -> An
 
 
 def _mirror_turn(t: Any, k: int) -> Any:
-    """The mirror image of a turn. A turn by an angle: about the mirrored axis, by the opposite angle. A turn with ``towards``: both
-    directions are mirrored."""
+    """The mirror image of a turn. A turn by an angle becomes a turn about the mirrored axis by the opposite angle. In a turn with
+    ``towards``, both directions are mirrored."""
     if not isinstance(t, dict):
         return t
     if "towards" in t:
@@ -237,8 +237,8 @@ def _turn_frame(owner: dict[str, Any], move: Transformation, sign: float) -> Non
 
 
 def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) -> float:
-    """The sign of a joint's mirrored frame that preserves the joint's numbers: −1 for rotations, 1 for travels. A joint with both
-    has a mirror image only if it has no numbers along its freedoms."""
+    """The sign of a joint's mirrored frame that preserves the joint's numbers: −1 for rotations, 1 for travels. A joint with
+    rotations and travels has a mirror image only if it has no numbers along its freedoms."""
     turns = [kind.turns(k) for k in range(kind.nv)]
     if kind.pitched and "pitch" in j:
         j["pitch"] = times(-1.0, j["pitch"])

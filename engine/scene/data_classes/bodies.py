@@ -43,8 +43,8 @@ Orientation = Annotated[
 
 @validated(frozen=True, config=STRICT)
 class AxialInertia:
-    """Inertia about one axis of a body only, as of a rotor or flywheel on a light shaft. It includes the gyroscopic torque when the
-    axis turns. A rotation about any other axis moves no inertia."""
+    """Inertia about one axis of a body only, as of a rotor or flywheel on a light shaft. The model includes the gyroscopic
+    torque of a turning axis. A rotation about any other axis moves no inertia."""
 
     axial: Annotated[float, Per("kg*m^2", POSITIVE)]
     """Moment of inertia about the axis through the mass centre."""

@@ -1,5 +1,5 @@
-"""Functions of time in a scene (``trunnion.scene.signals``, external inputs), and the devices that use them. They are data, never
-code."""
+"""Functions of time in a scene (``trunnion.scene.signals``, external inputs), and the devices that use them. Functions of time are
+data, never code."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Finding:
     """A mistake: ``path`` is its place in the scene, ``what`` the cause, ``hint`` the remedy.
 
     line   the line of the file; 0 means that the line is looked up from the path.
-    about  paths of other parts that decide about the mistake; without one of them, the finding is dropped.
+    about  paths of other parts that decide about the mistake; if one of these parts is missing, the finding is dropped.
     meant  for an unknown key: the closest known key ('' when no key is close); None for other findings.
     """
 

@@ -15,7 +15,7 @@ PLACE = ("x", "y", "z")
 """The coordinates in a formula."""
 
 
-@lru_cache(maxsize=256)  # bounded: users write the formulas
+@lru_cache(maxsize=256)  # users write the formulas, so the cache is bounded
 def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
     """The tree of a formula, and its constant parts as expressions in braces. UnitError if the formula cannot be read, or if a part
     that depends on the position is not smooth."""

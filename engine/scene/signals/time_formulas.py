@@ -25,10 +25,10 @@ OPERATIONS = ("+", "-", "*", "/", "neg", "square", "inverse", *PERIODIC, "exp", 
 """The operations of a tree."""
 
 
-@lru_cache(maxsize=256)  # bounded: users write the formulas
+@lru_cache(maxsize=256)  # users write the formulas, so the cache is bounded
 def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
-    """The tree of a formula, and its constant parts as expressions in braces. UnitError if the formula cannot be read, or if a part
-    that depends on time is not a smooth function that the step control can follow."""
+    """The tree of a formula, and its constant parts as expressions in braces. UnitError in two cases: the formula cannot be read,
+    or a part that depends on time is not a smooth function that the step control can follow."""
     numbers: list[Node] = []
     tree = _separate(parse_formula(formula, timed=True).root, numbers)
     if not any(part == ("time",) for part in parts(tree)):
@@ -55,7 +55,7 @@ def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T],
 
 
 def rates_of_angles(tree: Tree) -> Iterator[int]:
-    """Index of the number that is the rate of the angle of each sine and cosine."""
+    """For each sine and cosine: index of the number that is the rate of its angle."""
     for part in parts(tree):
         if part[0] in PERIODIC:
             angle = part[1]

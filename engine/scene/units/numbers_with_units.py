@@ -53,8 +53,9 @@ class Computed(Quantity):
         return float(self), self.dimension, self.text, self.names, self.plain
 
     def fits(self, wanted: Dimension) -> bool:
-        """The rules for a quantity apply, and two more. A ratio may be an angle (arc over radius). Radians next to other units are
-        ignored (radius times angle is a length)."""
+        """Whether this number is accepted where a number of dimension ``wanted`` is required. Two rules are added to those of
+        ``Quantity``. A ratio may be an angle (arc over radius). Radians next to other units are ignored (radius times angle is a
+        length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:
             return True

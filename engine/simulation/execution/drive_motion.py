@@ -40,8 +40,8 @@ def external(built: Built, t: float) -> np.ndarray:
 
 
 def beginning_notes(built: Built, against_data: bool) -> list[str]:
-    """A note for every drive whose table begins with a nonzero rate. against_data: whether to omit the note unless the table's
-    first two values are equal."""
+    """A note for every drive whose table begins with a nonzero rate. against_data: whether to report only tables whose first two
+    values are equal."""
     tables = [(name, k, d.index) for name, k, d in driven(built) if d.kind == "table"]
     x, notes = external(built, 0.0) if tables else np.zeros(0), []
     for name, k, index in tables:

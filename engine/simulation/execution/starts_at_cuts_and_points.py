@@ -29,9 +29,9 @@ def build_with_starts(scene: Scene) -> Built:
     """The result of ``build``, with the start values of cut joints and the start positions of points converted to start values of
     the tree joints.
 
-    The start values of the cut joints are dropped if other cuts would drop as many given values, or if no position satisfies all
-    given values. A note of the run then names the joints. SceneError if exact values would be dropped, or if a point cannot be
-    brought to its position.
+    The start values of the cut joints are dropped in two cases: other cuts would drop as many given values, or no position
+    satisfies all given values. A note of the run then names the joints. SceneError if exact values would be dropped, or if a point
+    cannot be brought to its position.
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
@@ -83,7 +83,8 @@ def _given_at_cuts(scene: Scene, built: Built) -> set[str]:
 
 
 def _cut_elsewhere(scene: Scene) -> Scene:
-    """The scene without forces, its loops cut at the joints with the fewest given start values where the joints may be cut."""
+    """The scene without forces. Its loops are cut at the joints with the fewest given start values, among those joints that may be
+    cut."""
     bare, wish, never = without_forces(scene), {0: True, 1: None, 2: False}, tied(scene)
     cuts = {n: wish[len(_given(scene, n))] if may_be_cut(j) and n not in never else None for n, j in bare.joints.items()}
     return replace(bare, joints={n: replace(j, cut=cuts[n]) for n, j in bare.joints.items()})

@@ -119,7 +119,7 @@ def _floor(run: Result, k: Kinds) -> np.ndarray:
 
 
 def _ahead(found: np.ndarray, rows: int) -> np.ndarray:
-    """Errors (rows × n): each row is taken from the row that is later by the share AHEAD of all ``rows``."""
+    """Errors (rows × n). Each row contains the errors of a later row: AHEAD times ``rows`` later."""
     later = np.arange(len(found)) + int(np.ceil(AHEAD * rows))
     return found[np.minimum(later, len(found) - 1)]
 

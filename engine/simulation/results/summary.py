@@ -58,7 +58,7 @@ def _large(result: ResultData, names: list[str]) -> list[str]:
 
 
 def has_motion(result: ResultData) -> bool:
-    """Whether the result contains a motion, which is not the case if the run failed at its start."""
+    """Whether the result contains a motion. A run that failed at its start has no motion."""
     return len(result) > 0 and (result.outcome.ok or result.stats.steps > 0)
 
 

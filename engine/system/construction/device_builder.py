@@ -140,7 +140,7 @@ class Builder:
         return Signal("value", (self.table.own(path, value, unit),))
 
     def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
-        """A signal that is a curve's value at the value of an input. index: table of the input."""
+        """A signal whose value is that of a curve at the input's current value. index: table of the input."""
         at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
         value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
         return Signal("through", (*filled(at), *filled(value)), index)

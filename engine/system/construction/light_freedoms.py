@@ -22,9 +22,9 @@ the loop equations lose n digits. Above this limit, they keep the digits that ev
 def light_freedoms(
     scene: Scene, table: ParameterTable, bodies: Sequence[Body], joints: Sequence[Joint], more: Sequence[Joint]
 ) -> list[LightFreedom]:
-    """All light freedoms of tree joints. Only the body that a joint carries counts for the joint, not heavier bodies outboard. (A
-    wheel that turns freely on a shaft, about the shaft's axis, adds nothing to the shaft's inertia about this axis.) This body is
-    compared with the bodies on the loops and with those that they carry. more: couplings, which close loops, too."""
+    """All light freedoms of tree joints. A joint is judged by the body that it carries, without heavier bodies outboard. (A wheel
+    that turns freely on a shaft adds nothing to the shaft's inertia about the axis.) The function compares this body with the
+    bodies on the loops, and with all bodies outboard of them. more: couplings, which also close loops."""
     on_loops = _bodies_on_loops(bodies, [j for j in joints if j.cut] + list(more))
     if not on_loops:
         return []
@@ -39,7 +39,7 @@ def light_freedoms(
             light = LIGHT * max(sizes)
             if inertia < light and j.devices[k].inertia is None:
                 added = min(x for x in sizes if x >= light)
-                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounded, so that sweeps share a kernel
+                out.append(LightFreedom(i, k, turning, 2.0 ** round(math.log2(added))))  # rounding lets sweeps share a kernel
     return out
 
 
@@ -57,7 +57,7 @@ def light_rows(joints: Sequence[Joint], found: Sequence[LightFreedom], rows: int
 def massless_and_free(
     scene: Scene, bodies: Sequence[Body], joints: Sequence[Joint], found: Sequence[LightFreedom]
 ) -> list[Problem]:
-    """Problems: bodies of mass 0 whose motion is determined neither by a loop nor by a body with mass outboard of them."""
+    """A problem for each massless body whose motion nothing determines: no loop, and no body with mass outboard of the body."""
     light = {(x.joint, x.freedom) for x in found}
     mass, out = [_mass(scene, b) for b in bodies], []
     carried = _largest_outboard(bodies, mass)

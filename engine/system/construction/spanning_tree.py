@@ -33,9 +33,9 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
     The first entry adds up the reasons against a cut. Two facts exclude a cut: the joint's type, and ``tied`` (the joint follows or
     leads another joint). Reasons against a cut are the scene's key ``cut``, a light body, devices, and forces that depend on an
-    angle. (The angle of a cut joint is measured within ±π; beyond, these forces would be wrong.) The second entry counts friction,
-    given start values and new multipliers. A spherical joint is the best cut: it adds only three multipliers and saves a
-    quaternion."""
+    angle. (The angle of a cut joint is measured within ±π; outside this range, these forces would be wrong.) The second entry
+    counts friction, given start values and new multipliers. A spherical joint is the best cut: it adds only three multipliers and
+    saves a quaternion."""
     kind = REGISTRY[j.type]
     never = 0 if may_be_cut(j) and not tied else 16
     devices = sum(getattr(j, d) is not None for d in DEVICES)
@@ -55,8 +55,8 @@ def light_bodies(scene: Scene) -> set[str]:
 
 
 def span(scene: Scene) -> Spanning:
-    """The spanning tree. If a branch ends with a light body at a cut joint, the tree is built again; to cut a joint of a light body
-    then costs more."""
+    """The spanning tree. If a branch ends with a light body at a cut joint, the function builds the tree again, with a higher cost
+    of cutting the joints of light bodies."""
     made = _span(scene, set())
     carrying = {body_of(scene.joints[n].inboard if forward else scene.joints[n].outboard) for n, _, forward in made.tree}
     loose = {body_of(side) for n in made.cut for side in (scene.joints[n].inboard, scene.joints[n].outboard)} - carrying

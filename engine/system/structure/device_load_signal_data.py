@@ -132,7 +132,7 @@ class Load:
 
     @property
     def acts_as(self) -> str:
-        """The kind of load whose primitives apply this load when its value is known."""
+        """The kind of load whose primitives apply this load. A field acts like a force with the field's value."""
         return "force" if self.kind == "field" else self.kind
 
     @property

@@ -57,7 +57,7 @@ def with_centres(system: System, points: Mapping[int, Sequence[Leaves]]) -> dict
 
 
 def rubs(system: System) -> bool:
-    """Whether a joint on a loop has friction."""
+    """Whether any joint on a loop has friction."""
     return any(j.friction for j in loop_joints(system))
 
 

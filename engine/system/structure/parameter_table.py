@@ -46,8 +46,8 @@ class ParameterTable:
         return Param(self._index[path])
 
     def own(self, path: str, value: float, unit: str) -> Param:
-        """A run-time parameter that is the scene's number at this path. Only for a number that affects nothing else: no scale,
-        start value, time of a kink or other parameter."""
+        """A run-time parameter that is the scene's number at this path. Use this function only for a number that affects nothing
+        else: no scale, start value, time of a kink or other parameter."""
         self._own.add(path)
         return self.scalar(path, value, unit)
 
