@@ -48,7 +48,7 @@ def find_foot(curve: Curve, p: SX) -> SX:
     for k, piece in enumerate(curve.pieces):
         numbers = [piece.start, piece.way, *piece.e2, *piece.e3]
         low, high = piece.start if k or curve.around else -ENDLESS, piece.end
-        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # an endless piece is straight: any h gives its chord
+        h = piece.end - piece.start if piece.end < ENDLESS else 0.0  # in an endless piece, the chord is the same for every h
         chord = ca.vertcat(*(_chord(of, h) for of in (piece.e2, piece.e3)))
         begin = ca.vertcat(piece.e2[0], piece.e3[0])
         u = ca.fmin(ca.fmax(piece.start + ca.dot(p - begin, chord) / ca.dot(chord, chord), low), high)

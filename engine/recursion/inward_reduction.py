@@ -95,8 +95,8 @@ class Model:
         return next(c for c in self.cuts if c.joint.name == j.name)
 
     def once(self, build: Callable[[Model], Any]) -> Any:
-        """The result of ``build(self)``, which is called only once. The model and its reduced copy share this result, so it must
-        not depend on the reduction."""
+        """The result of ``build(self)``, which is called only once. The model and its reduced copy share this result, so the result
+        must not depend on the reduction."""
         if build not in self.made:
             self.made[build] = build(self)
         return self.made[build]

@@ -95,8 +95,8 @@ def arm_of(size: SX, wide: SX, spins: Sequence[SX], masses: Sequence[SX]) -> SX:
 
 
 def block_size(sym: Symbols, points: Mapping[int, Sequence[Leaves]]) -> SX:
-    """Mean square of the distances of points from the mean point of their body, m². Masses, frames, and the place where a loop is
-    cut do not affect it."""
+    """Mean square of the distances of points from the mean point of their body, m². Masses, frames, and the choice of the cut joint
+    do not affect the result."""
     total, count = SX(0), 0
     for own in (list(map(sym.leaves, x)) for x in points.values()):
         middle = sum(own, SX(3, 1)) / len(own)

@@ -167,7 +167,7 @@ def nonlinear_power(sym: Symbols, laws: Sequence[LawForce], x: SX, rate: SX) -> 
 
 def device_force(sym: Symbols, d: Device, q: SX | None, rate: SX) -> SX:
     """Sum of the forces of spring, damper, end stops, latch, effort and motor along a freedom, on the outboard part. The effort of
-    a drive is not included, because it is a reaction."""
+    a drive is not included, because this effort is a reaction."""
     out = SX(0)
     if d.spring is not None and q is not None:
         out = out - sym.leaf(d.spring[0]) * (q - sym.leaf(d.spring[1]))

@@ -68,7 +68,7 @@ def scene_from_text(
     content: bytes | str, file: str = "", is_json: bool = False, name: str = "", folder: FilePath | None = None
 ) -> Scene:
     """The scene in YAML (or JSON) text. ``name`` is used if the text has no name. ``folder`` is the folder of the files that the
-    text names; without it such files are refused."""
+    text names; without a folder, such files are refused."""
     return scene_of(source_of_text(content, file, is_json, name, folder))
 
 

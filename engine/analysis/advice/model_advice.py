@@ -52,7 +52,7 @@ differences."""
 class Setting:
     """A method at a tolerance. error: total error; minimum, median: stepping time, s.
 
-    integration: the part of the error that comes from integration, as the run estimates it (theory, "Global error").
+    integration: the part of the error that comes from integration, as the run estimates this part (theory, "Global error").
     """
 
     method: str

@@ -27,8 +27,8 @@ RUN_SEPARATOR = " @ "
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself. They do not refer to its
-    logarithm, even for a log-normal prior (as in ``lognormal`` of samples)."""
+    """A normal or log-normal prior. mean, deviation: mean and standard deviation of the number itself. Both values refer to the
+    number and not to its logarithm, even for a log-normal prior (as in ``lognormal`` of samples)."""
 
     kind: str
     mean: float

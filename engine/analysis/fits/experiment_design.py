@@ -131,7 +131,7 @@ def _evaluate(name: str, found: Fit, trial: Experiment, now: np.ndarray) -> Rank
 
 
 def _noise_of(column: str, trial: Experiment, known: Mapping[str, float]) -> float:
-    """Standard deviation with which an experiment measures a column. SceneError if it is unknown."""
+    """Standard deviation with which an experiment measures a column. SceneError if the deviation is unknown."""
     given = trial.noise.get(column) if isinstance(trial.noise, Mapping) else trial.noise
     found = known.get(column) if given is None else given
     if found is None or not found > 0.0:

@@ -80,8 +80,8 @@ class ModelCurves:
         return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]
 
     def apply_order(self, values: np.ndarray) -> np.ndarray:
-        """Parameter values (m) in the required order. If the upper parameter of a pair is below the lower one, it is raised to the
-        lower one."""
+        """Parameter values (m) in the required order. If the upper parameter of a pair is below the lower one, the upper parameter
+        gets the value of the lower one."""
         out = np.array(values, float)
         for low, high in self.pairs:
             out[high] = max(out[high], out[low])
@@ -116,7 +116,7 @@ class ModelCurves:
                 if values[high] < values[low]:  # apply_order set ``high`` to the value of ``low``
                     found[1][:, low] += found[1][:, high]
                     found[1][:, high] = 0.0
-            while len(self._known) >= MOST_CACHED:  # keep the first entry: searches start at its values
+            while len(self._known) >= MOST_CACHED:  # the first entry stays, because searches start there
                 del self._known[list(self._known)[1]]
             self._known[key] = found
         return self._known[key]
@@ -142,7 +142,7 @@ class ModelCurves:
                 moved[i] += step
                 try:
                     ends.append((moved[i], self.values(moved)))
-                except SceneError:  # outside the parameter's bounds: one-sided difference
+                except SceneError:  # a bound prevents this step: use a one-sided difference
                     ends.append((v, middle))
             (a, up), (b, down) = ends
             columns.append((up - down) / (a - b))

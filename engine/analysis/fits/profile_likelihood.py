@@ -147,7 +147,7 @@ class Profiles:
 
     def _predict(self, k: int, u: np.ndarray, J: Rows, to: float) -> np.ndarray:
         """u with parameter k set to a value. The other parameters change as the derivatives predict: positive parameters are
-        multiplied by factors, and amounts are added to the rest."""
+        multiplied by factors, and amounts are added to all other parameters."""
         others = [i for i in range(len(u)) if i != k]
         by_factor = (self.objective.low >= 0.0) & (u > 0.0)
         by_factor[k] &= to > 0.0

@@ -237,7 +237,7 @@ def _flight(a: Any, s0: np.ndarray, v0: np.ndarray, at: float, end: float) -> tu
         return np.asarray(v0 * (t - at) + way(t) - way(at) - rate(at) * (t - at))
 
     def outside(t: float) -> float:
-        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|², without cancellation
+        return float(moved(t) @ (moved(t) + 2 * s0))  # |s|² − |s0|² in a form without cancellation
 
     inside = False
     ts = at + (end - at) * np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 3  # the first instants are denser, to resolve short flights

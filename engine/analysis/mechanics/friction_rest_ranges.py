@@ -113,7 +113,7 @@ class BandSearch:
     def _excess(self, j: Joint, k: int, way: float) -> float:
         """Largest share (friction over capacity) of all pairs, minus 1, after freedom k has moved by ``way``, rad or m. A pose that
         is impossible, or in which a freedom without friction accelerates, gives 1. Contacts that only push keep their state of the
-        start; if this is impossible, they are open."""
+        start; if this is impossible, these contacts are open."""
         q, numbers = self.at.copy(), self.built.numbers
         at = state_coordinates(j)
         if j.kind.coordinate_of(k) >= 0:

@@ -95,7 +95,7 @@ def modes(
     values, vectors = np.linalg.eig(whole) if n else (np.zeros(0), np.zeros((0, 0)))
     fastest = float(np.abs(values).max(initial=0.0))
     found: list[VibrationMode] = []
-    idle = 0  # number of zero eigenvalues so far; a freedom without stiffness has two
+    idle = 0  # zero eigenvalues so far; a freedom without stiffness has two
     for value, vector in sorted(zip(values, vectors.T, strict=True), key=lambda p: (abs(p[0].imag), -p[0].real)):
         creeps = abs(value) <= SLOW * fastest
         idle += creeps

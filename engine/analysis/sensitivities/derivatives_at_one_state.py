@@ -51,7 +51,7 @@ class SensitivityUnit:
         self.wo = np.zeros(self.n["o_point"] + 1)
         self.nz = self.na + self.ne
         self.width = self.ny + self.nz + self.np + 1
-        self._by_each = np.zeros((self.nz, self.width))  # seeds: a unit change of each multiplier
+        self._by_each = np.zeros((self.nz, self.width))  # one seed for a unit change of each multiplier
         self._by_each[:, self.ny : self.ny + self.nz] = np.eye(self.nz)
         self._by_z_rows = np.empty((self.nz, self.n["values"] + 1))  # memory for the derivatives along the seeds ``_by_each``
         self._factored: tuple[Any, ...] | None = None

@@ -85,7 +85,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
             hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if known else ():
-            in_table = "table" in (parse_path(path) or ())[2:]  # skip the second key: the user may have chosen the name "table"
+            in_table = "table" in (parse_path(path) or ())[2:]  # skip the joint's name, which may be "table"
             if path.startswith("simulation.") or in_table:
                 what = "a table" if in_table else "a setting of the run"
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"
@@ -97,7 +97,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
 
 def dependent_paths(following: DependentNumbers | None, name: str) -> list[str]:
     """Paths of the scene's numbers that depend on ``name``. For a number, this is its own path; for a parameter, all numbers whose
-    expressions depend on it. following: the result of ``_following``."""
+    expressions depend on the parameter. following: the result of ``_following``."""
     return following.of([parameter(name)]) if following and parameter(name) else [name]
 
 

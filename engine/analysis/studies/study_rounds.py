@@ -146,7 +146,7 @@ def study_cases(study: Study, values: Callable[[int, int], np.ndarray]) -> Cases
 
 
 def results_of(table: pyarrow.Table, start: int, stop: int, names: Sequence[str]) -> CaseResults:
-    """The results of the cases from start to stop − 1. The table may lack some of these cases and may hold others."""
+    """The results of the cases from start to stop − 1. The table may lack some of these cases, and may contain further cases."""
     outcomes = [MISSING] * (stop - start)
     numbers = {n: np.full(stop - start, np.nan) for n in names}
     cases = table["case"].to_numpy()

@@ -119,7 +119,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
     law = laws[0]
     if law.sets:
         return [_set_contact(w, rates, law, g, eta)]
-    if law.kinks:  # take branch and direction at this instant: the frozen ones may be old, or selected by Adams' friction
+    if law.kinks:  # branch and direction at this instant, instead of frozen ones or those of Adams' friction
         law.frozen = list(rates)
         law.flag = ca.fabs(_speeds(w, rates, laws, g, False)[0]) >= law.kink
     fn, nfn = load_of(w, rates, law, g)

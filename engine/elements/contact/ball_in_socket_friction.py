@@ -83,7 +83,7 @@ def ball_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX]) -> B
         if drag is not None:
             drag = drag * speed
             half, square = along2 * mue * drag, 1 + along2 * drag * drag
-            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # the positive root u, in a form without cancellation
+            u2 = (u2 / (ca.sqrt(half * half + square * u2) + half)) ** 2  # formula without cancellation for the positive root u
         u2 = ca.if_else(law.tilt > 0, law.tilt * law.tilt, u2)
         u = ca.sqrt(u2)
         mue = mue if drag is None else mue + drag * u

@@ -50,8 +50,8 @@ class Contact:
     vector   force times the outward unit normal on the pin (3 components); a contact without force needs no direction
     plane    indices of the axes for the cosine and the sine of the contact's angle
     inboard  whether ``vector`` and ``plane`` refer to the inboard joint frame; otherwise, to the pin's frame
-    watched  vector that passes through zero when the contact changes sides; default: ``vector``. For teeth, the component along
-    their motion, because their force rotates by less than 180° when they change flanks. """
+    watched  vector that passes through zero when the contact changes sides; default: ``vector``. For teeth, the component of the
+             force along the teeth's motion, because this force rotates by less than 180° when the teeth change flanks."""
 
     force: SX
     vector: tuple[SX, SX, SX]

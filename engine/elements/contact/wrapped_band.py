@@ -60,7 +60,7 @@ class Wrapped:
         return g[self.radius] if self.radius else 1.0
 
     def needs(self, numbers: Sequence[str], adams: bool) -> tuple[str, ...]:
-        """The torque on the inboard pulley, if the sum of the tensions depends on it."""
+        """The torque on the inboard pulley, if the sum of the tensions depends on this torque; otherwise no component."""
         return ("m1",) if self.pulls and TENSION.name in numbers else ()
 
     def velocity(self, rates: list[SX], g: Mapping[str, SX]) -> list[list[SX]]:

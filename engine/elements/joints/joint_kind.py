@@ -175,8 +175,8 @@ class JointKind:
 
     @property
     def needs_axis(self) -> bool:
-        """Whether the joint needs the direction of e1. A joint does not need it only if the joint rotates about all axes or none,
-        and slides along all axes or none."""
+        """Whether the joint needs the direction of e1. A joint that rotates about all axes or none, and slides along all axes or
+        none, does not need this direction."""
         if self.bodiless:
             return not self.keeps_distance and self.follows != "freedom"
         return any(sum(a.rot == rot for axes in self.axes for a in axes) in (1, 2) for rot in (True, False))

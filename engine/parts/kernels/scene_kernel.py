@@ -56,7 +56,8 @@ RECENT = 4
 
 @dataclass
 class PartsKernel(Kernel):
-    """A kernel whose tables are in memory. keep: the arrays to which the tables point, so that they live as long as the kernel."""
+    """A kernel whose tables are in memory. keep: the arrays to which the tables point, so that these arrays exist as long as the
+    kernel."""
 
     units: dict[str, UnitDescription]
     tables: dict[str, Any]

@@ -74,7 +74,7 @@ class SceneTables:
         return Slot(Space.K, len(self.constants) - len(values), len(values))
 
     def numbers(self, leaves: Iterable[Leaf]) -> Slot:
-        """A slot with these values. If one of the values is a parameter, ``prepare`` writes them."""
+        """A slot with these values. If one of the values is a parameter, ``prepare`` writes all of them."""
         leaves = list(leaves)
         if not any(isinstance(x, Param) for x in leaves):
             return self.constant([float(x) for x in leaves])  # type: ignore[arg-type]

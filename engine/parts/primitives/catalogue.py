@@ -161,8 +161,8 @@ def _bodies() -> Iterator[Recipe]:
 
 def spun(kind: JointKind, which: tuple[int, ...]) -> bool:
     """Whether the catalogue contains primitives with rotors for a joint of this type, with the freedoms ``which`` prescribed. A
-    rotor adds an inertia along a freedom. Every free freedom may have one, because it may be light. Prescribed freedoms may have
-    one on hinges, guides and balls only, for motors and imported files."""
+    rotor adds an inertia along a freedom. Every free freedom may have a rotor, because the freedom may be light. Prescribed
+    freedoms may have a rotor on hinges, guides and balls only, for motors and imported files."""
     plain = kind.nv in (1, MANY) and len({kind.turns(k) for k in range(kind.nv)}) == 1 and not kind.pitched
     return plain or len(which) < kind.nv
 

@@ -199,8 +199,8 @@ def arm(bodies: int) -> Primitive:
 @cache
 def sprung(kind: str, fit: Fit, sizes: tuple[str, ...], soft: bool, driven: tuple[int, ...]) -> Primitive:
     """Inputs: wrench on the outboard part (6), pose, sizes of the contact element (and the joint's stiffness), arm. Output: forces
-    of the contacts, modelled as springs; with friction in loops, they select the reactions of redundant loops. sizes: names of the
-    sizes; empty without friction."""
+    of the contacts, modelled as springs; with friction in loops, these forces select the reactions of redundant loops. sizes: names
+    of the sizes; empty without friction."""
     ft, pose, Ein, Eout, s = _posed()
     n = ParameterCounter()
     friction = FrictionElement("", "", False, tuple((name, n.take_one()) for name in sizes), ()) if sizes else None

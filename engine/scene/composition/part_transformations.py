@@ -210,8 +210,8 @@ def _move_joint(name: str, j: Any, move: Transformation, notes: list[Note]) -> A
 
 
 def _write_frame(path: Path, j: dict[str, Any], across: bool, notes: list[Note]) -> None:
-    """Write the default axis and reference of a joint or bushing into its data, so that they can be rotated. across: whether the
-    directions normal to the axis matter."""
+    """Write the default axis and reference of a joint or bushing into its data, so that axis and reference can be rotated. across:
+    whether the directions normal to the axis matter."""
     if "reference" in j:
         return
     if "axis" not in j:

@@ -1,6 +1,6 @@
 """The scene as frozen dataclasses, with the same keys as the YAML file. This module exports the classes of its parts, too.
 
-Numbers are SI. A text with a unit ("45 deg", "30 mm", "60 rpm") is converted when it is read.
+Numbers are SI. A text with a unit ("45 deg", "30 mm", "60 rpm") is converted when the scene is read.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ def _units(timed: bool) -> re.Pattern[str]:
 
 @dataclass(frozen=True)
 class Number:
-    """A number in SI units, with the dimension of the unit it was written with."""
+    """A number in SI units, with the dimension of its unit in the text."""
 
     value: float
     dimension: Dimension = NONE

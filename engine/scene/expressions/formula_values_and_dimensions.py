@@ -104,7 +104,8 @@ _OF_WHATEVER = {
 
 
 def value(node: Node, known: Mapping[str, float]) -> float:
-    """SI value of an expression. UnitError when it is undefined: a division by zero, the square root of a negative number."""
+    """SI value of an expression. UnitError when the value is undefined: a division by zero, the square root of a negative
+    number."""
     if isinstance(node, Number):
         return node.value
     if isinstance(node, Name):

@@ -92,7 +92,7 @@ def _own_unit(given: float | None) -> str:
 
 
 def bound_of(path: Path) -> Bound:
-    """The allowed values of the number at a path; they do not depend on the scene."""
+    """The allowed values of the number at a path. The allowed values do not depend on the scene."""
     return bound_at(shape(path))
 
 

@@ -54,7 +54,7 @@ class Computed(Quantity):
 
     def fits(self, wanted: Dimension) -> bool:
         """Whether this number is accepted where a number of dimension ``wanted`` is required. Two rules are added to those of
-        ``Quantity``. A ratio may be an angle (arc over radius). Radians next to other units are ignored (radius times angle is a
+        ``Quantity``. A ratio may be an angle (arc over radius). A radian next to other units is ignored (radius times angle is a
         length)."""
         given, rest = self.dimension, (*wanted[:3], wanted[4])
         if self.plain or given == wanted:
@@ -115,7 +115,7 @@ def agree(value: float, unit: str) -> None:
 
 @dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on its context, for example on the freedom it belongs to. ``queries.numbers_by_path``
+    """Marks a number whose dimension depends on its context, for example on the freedom of the number. ``queries.numbers_by_path``
     checks the dimension after the classes are built; ``checks.number_bounds`` checks the ``bound`` with the scene."""
 
     unit: str = ""

@@ -1,5 +1,5 @@
-"""Arguments of the public Python functions other than scenes (for scenes see ``overrides.scene_given``): numbers and times,
-also as text ("10 ms"), and patterns of columns. Mistakes are collected, so that one error reports them all."""
+"""Arguments of the public Python functions other than scenes (for scenes see ``overrides.scene_given``): numbers and times, also as
+text ("10 ms"), and patterns of columns. Mistakes are collected, so that one error reports all mistakes."""
 
 from __future__ import annotations
 

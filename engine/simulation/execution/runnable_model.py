@@ -42,9 +42,9 @@ class Model:
         self.kernel_kind = kernel_for(kernel, self.built.system, runs)
         self._load(redundant=False)
         self._reactions: Model | None = None
-        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # cache of ``open_reactions``, like ``perhaps_open``
+        self.columns_of_loops: dict[tuple[str, ...], Any] = {}  # values that ``open_reactions`` caches
         self.perhaps_open: dict[tuple[str, ...], list[Column]] = {}
-        self.with_inertia_at = b""  # parameters and state of the last start that passed the check of missing inertia
+        self.with_inertia_at = b""  # data of the last start that passed the check of missing inertia
         self.setup_seconds = time.perf_counter() - started - self.build_seconds
 
     def _load(self, redundant: bool) -> None:

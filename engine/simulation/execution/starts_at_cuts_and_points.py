@@ -1,5 +1,5 @@
-"""Start values given at cut joints, and start positions of points. A mechanism with other cuts, whose points are held at their
-positions by joints, converts them to start values of the tree joints."""
+"""Start values given at cut joints, and start positions of points. A second mechanism has other cuts, and joints that hold the
+points at their positions. Its start gives the start values of the tree joints."""
 
 from __future__ import annotations
 

@@ -50,8 +50,8 @@ def _may_be_open(c: Column, joints: tuple[str, ...]) -> bool:
 
 
 def _changes(model: Model, wanted: list[Column], settings: bl.Settings) -> np.ndarray:
-    """Changes of the columns ``wanted`` along the open directions (directions × columns). They come from a model with these
-    columns at the same state, if the model lacks them. Empty if that model cannot start."""
+    """Changes of the columns ``wanted`` along the open directions (directions × columns). If the model lacks these columns, a
+    second model that has them is started in the same state. Empty if the second model cannot start."""
     places = {c.name: i for i, c in enumerate(model.columns)}
     if not all(c.name in places for c in wanted):
         other = model.with_reactions([c.name for c in wanted])
@@ -117,7 +117,7 @@ def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combinat
         rest = np.delete(rest, pivot, 0)
         rest = rest - np.outer(rest[:, at], row)
         out.append(row)
-    for i, row in enumerate(out):  # remove the leading effort of each combination from all others
+    for i, row in enumerate(out):  # remove each combination's leading effort from the other combinations
         lead = int(np.argmax(np.abs(row) > SHARE))
         out[:i] = [above - above[lead] * row for above in out[:i]]
     return tuple({n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > SHARE} for row in out)

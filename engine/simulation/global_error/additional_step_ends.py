@@ -1,5 +1,5 @@
-"""Additional step ends in the tighter of two runs. Without them both runs would begin with the same steps, and the difference of
-the runs would not show the errors of these steps."""
+"""Additional step ends in the tighter of two runs. Without additional step ends, both runs would begin with the same steps, and the
+difference of the runs would not show the errors of these steps."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ CORNERS = ("separation",)
 
 
 def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray) -> Model:
-    """The model of the tighter run, with additional step ends. They are placed where both runs would otherwise make the same steps:
-    after the start, kinks of signals, and events. times: known step ends of the first run, s."""
+    """The model of the tighter run, with additional step ends. The additional step ends are at places where both runs would
+    otherwise make the same steps: after the start, kinks of signals, and events. times: known step ends of the first run, s."""
     numbers = model.built.numbers
     events = [e.time for e in run.events if e.kind not in CORNERS]
     breaks = numbers.break_times(until)

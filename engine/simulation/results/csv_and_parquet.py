@@ -126,8 +126,8 @@ def lines_of(data: np.ndarray) -> bytes | bytearray:
     characters = np.frombuffer(lines, np.uint8)
     commas = np.flatnonzero(characters == ord(","))
     characters[commas[data.shape[1] - 1 :: data.shape[1]]] = ord("\n")
-    characters[-1] = ord("\n")  # in place of the closing bracket of the list
-    del characters  # release the view: a bytearray with a view cannot change its size
+    characters[-1] = ord("\n")  # a line feed replaces the list's closing bracket
+    del characters  # delete the view: a bytearray with a view cannot change its size
     del lines[:1]
     return lines
 

@@ -29,7 +29,8 @@ class Redundancy:
         joints: joints whose reactions are not unique.
         rubbing: the joints among ``joints`` that have friction. For rigid bodies, their friction and the motion are not unique.
         columns: columns of the components of reactions that are not unique at the start or at the end of the run. All other
-            components are unique there. With ``rubbing``, they are unique only for given friction.
+            components are unique at the start and at the end. With ``rubbing``, these other components are unique only for given
+            friction.
         drives: columns of the efforts of drives that are not unique.
         determined: independent combinations of ``drives`` that are unique at the start, as {column: factor}, in SI units.
     """

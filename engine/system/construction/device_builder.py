@@ -146,7 +146,8 @@ class Builder:
         return Signal("through", (*filled(at), *filled(value)), index)
 
     def component(self, path: str, value: sm.Load, unit: str) -> Signal | None:
-        """A component of a load vector; None if it is written as exactly 0, which removes terms from the generated code."""
+        """A component of a load vector. None if the scene gives exactly 0; the generated code then has no terms for this
+        component."""
         if isinstance(value, float | int):
             leaf: Leaf = self.table.component(path, float(value), unit)
             return None if leaf == 0.0 else Signal("value", (leaf,))

@@ -51,7 +51,7 @@ class Numbers:
     """For each rate (nv): the level of ``q_given`` of the joint to which the rate belongs."""
 
     def break_records(self) -> np.ndarray:
-        """The breaks as the runtime reads them (``tr_break``). Those that occur once are in the order of their times."""
+        """The breaks as the runtime reads them (``tr_break``). Breaks that occur once are in the order of their times."""
         return np.array(sorted(self.breaks, key=lambda c: (c.period > 0.0, c.time)), float).reshape(-1)
 
     def break_times(self, until: float) -> list[float]:

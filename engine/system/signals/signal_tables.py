@@ -113,7 +113,7 @@ def spline_moments(t: np.ndarray, v: np.ndarray, ends: tuple[float, ...] | None 
 
 def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution (n) of a tridiagonal system (diagonals of n − 1, n, n − 1) by elimination without pivoting. Valid for diagonally
-    dominant matrices; those of splines are."""
+    dominant matrices, such as the matrices of splines."""
     low, d, up, x = (a.tolist() for a in (below, diagonal, above, right))
     for i in range(1, len(d)):
         factor = low[i - 1] / d[i - 1]

@@ -46,7 +46,7 @@ class Exudyn(ReferenceSolver):
         import sys
 
         sys.exudynFast = True  # type: ignore[attr-defined]  # selects the module without range checks
-        with redirect_stdout(StringIO()):  # this hides the banner that Exudyn prints
+        with redirect_stdout(StringIO()):  # hide the banner that Exudyn prints
             import exudyn as exu
 
         exu.config.printToConsole = False
