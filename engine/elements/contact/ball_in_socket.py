@@ -127,7 +127,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed_in(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """f_n n. Without friction, this vector is −f_c; with friction, it is along the contact normal."""
+    """The vector f_n n. Without friction, this vector is −f_c; with friction, it has the direction of the contact normal."""
     f = [w["f1"], w["f2"], w["f3"]]
     if not laws:
         return [-x for x in f]

@@ -34,7 +34,7 @@ TABLES = ("torque", "speed")
 
 
 def table_labels(name: str, over: str) -> tuple[tuple[str, str], ...]:
-    """Names of the two numbers of each point of a table."""
+    """Names of the two numbers of each point in a table."""
     return tuple((f"{name}.{over}[{k + 1}]", f"{name}.value[{k + 1}]") for k in range(KNOTS))
 
 

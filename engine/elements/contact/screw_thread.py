@@ -88,7 +88,7 @@ def _contacts(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], 
 
 
 def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-    """All six components, as if the joint had no contacts. Only the axial force changes a thread's friction."""
+    """All six components of the wrench, as for a joint without contacts. Only the axial force changes a thread's friction."""
     return [HALF_ROOT * w[n] / (g["radius"] if n.startswith("m") else 1) for n in COMPONENTS]
 
 

@@ -86,7 +86,7 @@ def transmission(name: str, losses: Losses, sizes: tuple[Size, ...]) -> ContactE
         return []
 
     def pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], eta: list[SX]) -> list[SX]:
-        """The transmitted torque at an arm of 1 m; friction does not change it."""
+        """The transmitted torque at an arm of 1 m. Friction does not change this torque."""
         return [HALF_ROOT * w[losses.along]]
 
     return ContactElement(

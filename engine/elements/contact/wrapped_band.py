@@ -74,7 +74,7 @@ class Wrapped:
         return [along, _sum(w, g)] if self.pulls else [along]
 
     def held(self, w: Wrench, u: list[SX], laws: list[Law], g: Mapping[str, SX], adams: bool) -> list[Hold]:
-        """Hold of the pair; the capacity is that in the sense of the required friction."""
+        """Hold of the pair. The capacity is the one for the sense of the required friction."""
         most = difference(g, signum(u[0]) * laws[0].static, ca)
         return [Hold(ca.fabs(most), ca.fabs(u[0]) / self.arm(g))]
 

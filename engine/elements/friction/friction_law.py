@@ -33,7 +33,7 @@ dependent rates, and does not change the sign: below 1e-12 m/s for a starting pa
 
 
 class Rest(Enum):
-    """Behaviour of a law near zero sliding velocity, which determines how the runtime treats the law."""
+    """Behaviour of a law near zero sliding velocity. This behaviour determines how the runtime treats the law."""
 
     SET_VALUED = "set-valued"
     """At rest, k is any ratio up to the static coefficient. The runtime holds the pair by a constraint; steps end where sliding
@@ -121,7 +121,8 @@ class Law:
 
     @classmethod
     def _branches(cls) -> list[str]:
-        """Faults: missing branches that ``rest`` requires. A law with bristles needs no branch, because it has ``carried``."""
+        """Faults of the declaration: missing branches that ``rest`` requires. A law with bristles needs no branch, because it has
+        ``carried``."""
         has = {"level": cls.level is not Law.level, "slope": cls.slope is not Law.slope}
         needed = {Rest.SET_VALUED: ("level",), Rest.KINK: ("level", "slope")}.get(cls.rest, ())
         missing = [name for name in needed if not has[name]]

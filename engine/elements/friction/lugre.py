@@ -5,8 +5,8 @@ z (m) is the deflection, one for each velocity component; |v| is the norm over a
 σ0 bristle_stiffness (1/m), σ1 bristle_damping (s/m), σ2 viscosity (s/m) are ratios to the normal force.
 If the scene gives no μ_static, g = μ. |σ0 z| never exceeds μ_static. In steady sliding k = g v/|v| + σ2 v.
 
-The integrated state is the friction ratio σ0 z. Its magnitude is about μ for any stiffness, so that one absolute tolerance suits
-all stiffnesses."""
+The integrated state is the friction ratio σ0 z. The magnitude of this ratio is about μ for any stiffness, so that one absolute
+tolerance suits all stiffnesses."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ class JointKind:
 
     @property
     def cuttable(self) -> bool:
-        """Whether rows (46) and (49) represent all constraints of the joint."""
+        """Whether the rows (46) and (49) represent all constraints of the joint, so that the joint may be cut."""
         return self.ties == 0
 
     @property

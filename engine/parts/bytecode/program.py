@@ -129,7 +129,7 @@ JOINED = (int(Builtin.ZERO), int(Builtin.COPY))
 @dataclass
 class Program:
     """The calls of one function of a scene. scratch: number of doubles in T. in_ranges: whether other programs execute ranges of
-    the code, which must not move."""
+    the code; such code must not move."""
 
     code: array[int] = field(default_factory=lambda: array("i"))
     scratch: int = 0
@@ -178,8 +178,9 @@ class Program:
 
 
 def _joined(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of two successive calls. The op of the second call is in ``JOINED``. Empty if no such call
-    exists. Copies within an array are not joined, because the second copy may read numbers that the first one wrote."""
+    """One call that does the work of two successive calls. The op of the second call must be in ``JOINED``. The result is empty if
+    the calls cannot be joined. Copies within an array are not joined, because the second copy may read numbers that the first one
+    wrote."""
     if not a or a[0] != b[0] or a[3:-1:2] != b[3:-1:2]:
         return []
     if a[0] == Builtin.COPY and a[3] == a[5]:
@@ -191,8 +192,8 @@ def _joined(a: list[int], b: list[int]) -> list[int]:
 
 
 def _in_rows(a: list[int], b: list[int]) -> list[int]:
-    """One call that does the work of a call and of a following ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. Empty if their rows or
-    columns are not equidistant. The joined call adds in the same order."""
+    """One call that does the work of a call and of the next call, an ``ADD_DOT`` or ``ADD_COLUMNS`` of one column. The result is
+    empty if the rows or columns of the two calls are not equidistant. The joined call adds in the same order."""
     dot = b[0] == Builtin.ADD_DOT
     several = int(Builtin.ADD_ROW_DOTS if dot else Builtin.ADD_STRIDED_COLUMNS)
     if not a or a[0] not in (b[0], several) or b[0] not in (Builtin.ADD_DOT, Builtin.ADD_COLUMNS) or b[-1] != 1:

@@ -38,7 +38,7 @@ class JacobianProgram(AccelerationTangents):
         return 0
 
     def write(self) -> None:
-        """Write everything that follows the accelerations."""
+        """Write all values after the accelerations."""
         system, program = self.system, self.program
         nq, nv = system.nq, system.nv
         coordinate_rates(self.scene, program, Slot(Space.Y, nq, nv), Slot(Space.OUT, 0, nq))
@@ -92,7 +92,8 @@ class JacobianProgram(AccelerationTangents):
                     self.open_contact(c.joint, Slot(Space.Z, i, 1), Slot(Space.OUT, at + i, 1))
 
     def open_contact(self, j: Joint, multipliers: Slot, residuals: Slot) -> None:
-        """Replace the residuals of a joint while its contact is open. (In the Jacobian, the runtime replaces the residuals.)"""
+        """Replace the residuals of a joint while the joint's contact is open. (In the Jacobian, the runtime replaces the
+        residuals.)"""
 
     def _add_accelerations(self, ends: list[tuple[int, str]], c: CutJointSlots, out: Slot) -> None:
         for b, which in ends:

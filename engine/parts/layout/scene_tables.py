@@ -141,7 +141,7 @@ class SceneTables:
         return own.slice(own.size - BODY, BODY)
 
     def work(self, i: int) -> int:
-        """Number of motion values that the primitive of body i stores."""
+        """Number of motion values that body i's primitive stores."""
         return self.body_primitives[i].sizes["work"]
 
     def body_call(self, program: Program, i: int, function: str, **operands: Slot) -> None:

@@ -117,13 +117,13 @@ def _from_facts(facts: dict[str, Any], key: str, library: Path) -> Primitive:
 
 @lru_cache(maxsize=1)
 def primitives_key() -> str:
-    """Digest of everything that influences the machine code of primitives: ``texts_key`` and the compiler."""
+    """Digest of all that determines the machine code of primitives: ``texts_key`` and the compiler."""
     return library_cache.digest(texts_key(), *c_compiler.toolchain())
 
 
 @lru_cache(maxsize=1)
 def texts_key() -> str:
-    """Digest of everything that influences the C text of primitives: sources and symbolic library."""
+    """Digest of all that determines the C text of primitives: sources and symbolic library."""
     sources = library_cache.digest_of_files(FOLDER, ["."], (".py",))
     return library_cache.digest(sources_key(), sources, c_compiler.version_of("casadi"))
 

@@ -48,7 +48,7 @@ class Primitive:
 
     operands: names of the operands of each op, in order. sizes: numbers of doubles, by kind. key: digest of the recipe. library:
     path. recipe: module, function and arguments that build the primitive. text (C text) and expressions exist only in the process
-    that built the primitive; expressions only if it has a single op."""
+    that built the primitive; expressions exist only for a primitive with a single op."""
 
     operands: Mapping[str, tuple[str, ...]]
     sizes: Mapping[str, int] = field(default_factory=dict)
@@ -160,5 +160,6 @@ class ParameterCounter:
 
 
 def sized(contact: str) -> tuple[str, ...]:
-    """Labels of all sizes of a contact element that determine how its contacts carry load, even if a scene omits them."""
+    """Labels of all sizes of a contact element that determine how the contacts carry load. Sizes that a scene omits are
+    included."""
     return tuple(label for s in CONTACTS[contact].sizes if s.bears for label in s.labels)

@@ -1,5 +1,5 @@
-"""Operands of output columns as slots. Each operand in ``trunnion.columns.operands`` has a method. The first column that needs a
-pass of the recursion adds this pass to the program."""
+"""Operands of output columns as slots. Each operand in ``trunnion.columns.operands`` has a method here. The first column that needs
+a pass of the recursion adds this pass to the program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Programs of an output row: the selected columns, and the contact forces in which contact jumps are found."""
+"""Programs of an output row: the selected columns, and the contact forces in which the runtime finds contact jumps."""
 
 from __future__ import annotations
 

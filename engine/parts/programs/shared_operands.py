@@ -63,7 +63,7 @@ def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str],
 
 
 def write_pin(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], ft: Slot, pose: Slot, out: Slot) -> None:
-    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. Sets the span to 0."""
+    """Write the components ``needs`` of f_c, m_c from the wrench on the outboard part. The span becomes 0."""
     if needs:
         pin = loop_joints_and_reactions.pin(j.kind_name, j.fit, tuple(needs))
         s.call(program, pin, ft=ft, pose=pose, out=out, **lengths_of(s, j))
