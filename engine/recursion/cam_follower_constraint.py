@@ -1,7 +1,7 @@
 """Constraint of a cam follower (theory, "Cams"): a point of the follower stays on a curve of the cam, or a face touches the cam.
 
-k is the contact normal; x are the arms of the contact force from the origins of both parts. The rate of the row is
-k·(v_out − v_in), where v_out and v_in are the velocities of the parts at the contact. ξ is the rate's time derivative at Ż = 0."""
+k is the contact normal. The rate of the row is k·(v_out − v_in), where v_out and v_in are the velocities of the parts at the
+contact. ξ is the rate's time derivative at Ż = 0."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ def _point(sym: Symbols, c: Cut, seen: ProjectedVector, curve: tuple[SX, SX, SX]
     own, carried = (c.c_out, cross(c.out.omega, c.c_out)), c.out.rdot - c.inb.rdot
     arm_in = (c.c_in + c.s - roller * n[0], carried + own[1] - roller * n[1])
     arm_out = (own[0] - roller * n[0], own[1] - roller * n[1])
-    # The residual is the radial deviation times the cosine of the pressure angle at the curve. With the pressure angle at the point
-    # itself, cosine and residual would vanish if the point lay on the cam's axis.
+    # The residual is the radial deviation times the cosine of the pressure angle, taken at the curve. If the pressure angle were
+    # taken at the point, cosine and residual would vanish for a point on the cam's axis.
     return FollowerContact((length - r) * r / ca.sqrt(r * r + slope * slope), n, t, arm_in, arm_out, E)
 
 

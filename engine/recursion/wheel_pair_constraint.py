@@ -1,7 +1,8 @@
 """Constraint of two wheels that roll on each other (theory, "Rolling"): no sliding at the contact.
 
-k is the direction of the force between the wheels. x are the arms of this force from the origins of both parts. t_in and t_out are
-pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the time derivative of this rate at Ż = 0."""
+k is the direction of the force between the wheels. v_in and v_out are the velocities of the parts at the contact; t_in and t_out
+are pure torques. The rate of the row is k·(v_out − v_in) + t_out·ω_out + t_in·ω_in; ξ is the time derivative of this rate at Ż =
+0."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The influence of each joint's friction on the outputs: the first-order change of the outputs if the joint's friction coefficient
-becomes zero."""
+"""The influence of each joint's friction on the outputs. The influence is the first-order change of the outputs if the joint's
+friction coefficient becomes zero."""
 
 from __future__ import annotations
 

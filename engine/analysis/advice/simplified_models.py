@@ -34,7 +34,7 @@ class FrictionForm:
 
 
 def friction_forms(scene: Scene) -> list[FrictionForm]:
-    """The forms of friction to try, from the coarsest form to the form of the scene."""
+    """The forms of friction that ``advise`` tries, from the coarsest form to the form of the scene."""
     exact = exact_law(scene)
     order = [law for law in (twin_of(exact), exact) if law]
     own = {law for j in scene.joints.values() if j.friction and (law := scene.law_of(j.friction))}
@@ -77,8 +77,8 @@ def make_planar(scene: Scene, until: float) -> tuple[Scene, list[str]]:
 
 
 def _plane_normal(scene: Scene, until: float) -> AxisName | None:
-    """The normal of the plane of motion: the world axis about which all rotations turn and along which no velocity has a component.
-    None if there is no such axis, or if some body's frame has no axis along the normal.
+    """The normal of the plane of motion. All rotations turn about this world axis, and no velocity has a component along it. None
+    if there is no such axis, or if some body's frame has no axis along the normal.
     """
     model = Model(scene, ["*.velocity[*", "*.angular_velocity[*", "*.orientation[*"])
     result = run(model, until, until / 50, Settings(rtol=1e-8))

@@ -50,7 +50,8 @@ class Prior:
 
 @dataclass(frozen=True)
 class BoundsAndPriors:
-    """names: the m parameters; low, high (m): their bounds; priors: {index of the parameter: prior}."""
+    """Bounds and priors of m parameters. names: the parameters; low, high (m): the bounds; priors: {index of the parameter:
+    prior}."""
 
     names: tuple[str, ...]
     low: np.ndarray

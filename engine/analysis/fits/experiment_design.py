@@ -104,7 +104,7 @@ def _parameter_sizes(found: Fit) -> np.ndarray:
 
 
 def _schur_complement(M: np.ndarray, shared: int) -> np.ndarray:
-    """The information about the first ``shared`` parameters if the other parameters are estimated as well."""
+    """The information matrix of the first ``shared`` parameters, if the other parameters are estimated as well."""
     A, B, C = M[:shared, :shared], M[:shared, shared:], M[shared:, shared:]
     return A - B @ np.linalg.pinv(C) @ B.T if C.size else A
 

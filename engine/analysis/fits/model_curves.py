@@ -69,12 +69,12 @@ class ModelCurves:
 
     @cached_property
     def plain(self) -> list[_PlainRuns]:
-        """For each measured run, the object that makes its plain runs."""
+        """For each measured run, an object that makes plain runs of the run's scene."""
         return [_PlainRuns(s, list(r.curves), r, self.rtol, self.exact) for s, r in zip(self.scenes, self.runs, strict=True)]
 
     @cached_property
     def differentiated(self) -> list[DifferentiatedRuns]:
-        """For each measured run, the object that makes its runs with derivatives."""
+        """For each measured run, an object that makes runs with derivatives of the run's scene."""
         paths = [*self.shared, *self.own]
         given = zip(self.scenes, self.runs, strict=True)
         return [DifferentiatedRuns(s, paths, list(r.curves), r.until, r.every, self.rtol) for s, r in given]

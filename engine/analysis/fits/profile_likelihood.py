@@ -75,7 +75,8 @@ class Interval:
 
 
 def threshold(level: float, nu: float) -> float:
-    """√rise at the ends of an interval: from χ²(1), or from F(1, ν) for noise estimated with ν degrees of freedom."""
+    """√rise at the ends of an interval. The threshold follows from χ²(1), or from F(1, ν) for noise estimated with ν degrees of
+    freedom."""
     special, p = brought("scipy.special", "analysis", "fit"), 0.5 + 0.5 * level
     return float(special.ndtri(p) if math.isinf(nu) else special.stdtrit(nu, p))
 
@@ -146,8 +147,8 @@ class Profiles:
         return step
 
     def _predict(self, k: int, u: np.ndarray, J: Rows, to: float) -> np.ndarray:
-        """u with parameter k set to a value. The other parameters change as the derivatives predict: positive parameters are
-        multiplied by factors, and amounts are added to all other parameters."""
+        """The vector u with parameter k set to a value. The other parameters change as the derivatives predict: positive parameters
+        are multiplied by factors, and amounts are added to all other parameters."""
         others = [i for i in range(len(u)) if i != k]
         by_factor = (self.objective.low >= 0.0) & (u > 0.0)
         by_factor[k] &= to > 0.0
@@ -223,8 +224,8 @@ class Profiles:
         return True
 
     def _find_end(self, k: int, sign: float, deviation: float) -> tuple[float, str, list[tuple[float, float]]]:
-        """(end, kind, points (value, rise) of the profile) on one side, by secant steps on √rise, which is a nearly linear
-        function."""
+        """(end, kind, points (value, rise) of the profile) on one side. The search makes secant steps on √rise, which is a nearly
+        linear function."""
         far, is_bound = self._search_limit(k, sign, deviation)
         u, J, stalled = self.u, self.J, 0
         inner, outer = (float(u[k]), 0.0), None
@@ -260,8 +261,8 @@ class Profiles:
         return self._interpolate(inner, outer), "found", points
 
     def _is_near_zero(self, k: int, to: float) -> bool:
-        """Whether the value of a positive parameter is below a tenth of its estimate. At such a value, the search for an end may
-        give up."""
+        """Whether the value of a positive parameter is below a tenth of the estimate. At such a value, the search for an end may
+        stop."""
         return bool(self.objective.low[k] == 0.0 < to <= self.u[k] / SEARCH_RANGE)
 
     def _next_value(self, k: int, inner: tuple[float, float], outer: tuple[float, float] | None, tried: float) -> float:

@@ -129,7 +129,7 @@ class BandSearch:
         return next((x for x in excesses if x is not None), 1.0)
 
     def _excess_of(self, model: Model, moved: Numbers) -> float | None:
-        """The result of ``_excess`` with the start values ``moved``; None if a mechanism cannot have these start values."""
+        """The result of ``_excess`` for the start values ``moved``; None if the mechanism cannot have these start values."""
         block = model.block
         block.take(moved, np.array(self.built.parameters.values))
         block.configure(Settings(rtol=1e-9))

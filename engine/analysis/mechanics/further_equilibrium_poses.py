@@ -26,7 +26,7 @@ NEUTRAL = 1e-9
 
 
 def kind_of(still: MechanismAtRest) -> tuple[str, bool]:
-    """("stable", "neutral" or "unstable", whether no neighbouring pose is a pose of rest)."""
+    """(kind, isolated). kind: "stable", "neutral" or "unstable". isolated: whether no neighbouring pose is a pose of rest."""
     stiffness, _, _ = still.reduced()
     if not stiffness.size:
         return "stable", True

@@ -100,7 +100,7 @@ class SensitivityUnit:
         return f, z
 
     def keep_size(self, z: np.ndarray) -> None:
-        """From now on, judge convergence relative to at least OPENING times the largest multiplier in z."""
+        """In later calls of ``solve``, judge convergence relative to at least OPENING times the largest multiplier in z."""
         self.least = max(self.least, OPENING * float(np.abs(z).max(initial=0.0)))
 
     def multiplier_derivatives(self) -> np.ndarray:
@@ -111,7 +111,7 @@ class SensitivityUnit:
         return self._by_z_rows[:, : self.n["values"]].T
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
-        """Solve ∂R/∂z Δz = b for Δz. Redundant constraints give the solution of least (scaled) norm."""
+        """Solve ∂R/∂z Δz = b for Δz. With redundant constraints, the result is the solution of least (scaled) norm."""
         if self.nz == 1:
             return b / self.Rz[self.ny + self.nquad, 0]
         rows, columns, solved = self._factorise()

@@ -79,7 +79,7 @@ class ImpactTangents:
         return Crossing(dy - np.outer(after[:n], shift), self.contacts[at[0]].name, shift, spread <= TOGETHER * size)
 
     def _closes(self, c: int, phase: Phase, f: np.ndarray) -> bool:
-        """Whether contact c was open before the impact and takes part in it with a rate of approach."""
+        """Whether contact c was open before the impact, takes part in the impact, and approaches."""
         contact = self.contacts[c].unilateral
         assert contact is not None
         was_open = self.step.x[self.unit.system.external.stop(contact.flag)] < 0.5

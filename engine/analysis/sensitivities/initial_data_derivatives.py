@@ -1,4 +1,5 @@
-"""Derivatives of a run's initial data by a scene's parameters: run-time parameters, start state, times of kinks in signals.
+"""Derivatives of a run's initial data by a scene's parameters. The initial data are run-time parameters, the start state, and times
+of kinks in signals.
 
 The initial data are algebraic functions of the parameters (mass from density, loop assembly). Finite differences of order six with
 a relative step of a hundredth give their derivatives to about 1e-12. Finite differences are never applied to the trajectory itself.
@@ -144,7 +145,7 @@ class ParameterLine:
 
 
 def _step_limit(path: str, value: float, slope: float, size: float) -> float:
-    """Largest change of a parameter for which a dependent number at ``path`` changes by at most its own magnitude.
+    """Largest change of a parameter that changes a dependent number at ``path`` by at most this number's magnitude.
 
     value: the dependent number; slope: its derivative by the parameter; size: magnitude of the parameter. A dependent number
     without bounds may be small by chance. Its magnitude is therefore taken as at least a tenth of the change that ``size`` causes.
@@ -166,8 +167,10 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
-    """The result of ``_differentiate`` for initial data that are linear in the number up to round-off. Two other scenes, at unequal
-    distances on both sides, test the linearity: nonlinear terms could cancel in both only by chance. None if some of the data are
+    """The result of ``_differentiate`` for initial data that depend linearly on the number, up to round-off. Two other scenes, at
+    unequal
+    distances on both sides, test the linearity: nonlinear terms could cancel in both scenes only by chance. None if some of the
+        data are
     not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
@@ -194,7 +197,8 @@ def table_entries(model: Model, lines: Sequence[ParameterLine]) -> dict[str, int
 
 
 def _are_entries(model: Model, lines: Sequence[ParameterLine], places: Mapping[str, int]) -> bool:
-    """Whether a scene with other numbers differs only in these entries of the table, and the entries equal the numbers."""
+    """Whether a scene with other numbers differs from the given scene only in these entries of the table, and these entries equal
+    the numbers."""
     own = model.built
     for sense in (1.0, -1.0):
         values = {line.name: line.value + sense * STEP * line.size for line in lines}
@@ -225,7 +229,7 @@ def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray
 
 
 def _neighbour(model: Model, line: ParameterLine, step: float) -> Built:
-    """The scene with the number changed by ``step``. SceneError if its structure differs."""
+    """The scene with the number changed by ``step``. SceneError if the structure of this scene differs."""
     built = build_with_starts(line.at(step))
     if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
         raise SceneError([_structural_problem(line)])

@@ -129,8 +129,8 @@ class TangentMarch:
         return made, left
 
     def evaluate(self, t: float, y: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(f, df, dz) at a state with the present S: the unit's values, and the derivatives of these values and of the
-        multipliers by the parameters."""
+        """(f, df, dz) at a state with the present S. f: the unit's values. df, dz: derivatives of f and of the multipliers by the
+        parameters."""
         u, n = self.unit, self.unit.ny + self.unit.nquad
         f, df = np.zeros(u.n["values"]), np.zeros((self.m, u.n["values"]))
         y, x = np.ascontiguousarray(y), np.ascontiguousarray(x)

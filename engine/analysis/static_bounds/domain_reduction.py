@@ -57,7 +57,7 @@ def first_cell(program: Program, X: np.ndarray, budget: SearchBudget) -> Cell:
 
 def _narrow(relaxation: Relaxation, j: int, v: np.ndarray, cell: Cell) -> None:
     """Add or narrow the cone of term j in the cell, if the vector of the term stays within a half space. The homogeneous programs
-    scale states down, not up, so that no state exceeds the limit ``FAR``."""
+    scale states by factors of at most 1, so that no state exceeds the limit ``FAR``."""
     size, V = float(np.linalg.norm(v)), relaxation.program.terms[j]
     if size < NARROW:
         return

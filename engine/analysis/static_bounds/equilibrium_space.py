@@ -111,8 +111,8 @@ def space(st: Statics, pairs: tuple[Pair, ...], load: int | None = None) -> Spac
 
 
 def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, constants) of the equations of belts: the second multiplier is the sum of the tensions, which is a linear function of
-    the first multiplier."""
+    """(rows, constants) of the equations of belts. In these equations, the second multiplier is the sum of the tensions, a linear
+    function of the first multiplier."""
     rows, constants = np.zeros((0, columns)), np.zeros(0)
     for j in st.joints:
         found = j.element.contact.tensions

@@ -160,8 +160,8 @@ def _over(row: Row, divisor: float) -> Row:
 
 
 def _least_force(a: AdmissibleStates, least: Row | None, static: float) -> End:
-    """The least normal force. Its certified value is negative if the lower bound of the capacity can be negative, and 0 if no lower
-    bound is known."""
+    """The least normal force. The certified value is negative if the lower bound of the capacity can be negative. The certified
+    value is 0 if no lower bound is known."""
     if least is None:
         return End(None, 0.0, None, 0)
     floor = 0.0 if min(least.norms.values(), default=0.0) >= 0.0 else -np.inf

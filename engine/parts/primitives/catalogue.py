@@ -235,7 +235,8 @@ def numbers(law: str, contact: str, adams: bool = False, ends: str = FIXED) -> l
 
 
 def _tabled(names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """The parameters, with a table for each number that may be a table. All tables are over load, or all over speed."""
+    """The parameters, with tables in place of the numbers that may be tables. In a set, all tables are over load, or all are over
+    speed."""
     tables = {s.name for c in CONTACTS.values() for s in c.sizes if s.by_load} & set(names)
     for over, some in product(TABLES, ({EFFICIENCY.name}, tables)):
         if some <= tables:

@@ -45,8 +45,9 @@ def along_freedom(law: str, what: str) -> Primitive:
 @cache
 def between_points(law: str, what: str) -> Primitive:
     """Primitive of a law between two points. Inputs: numbers (those of the law, points 3 + 3), motions of two bodies. The primitive
-    adds one quantity (``what``) to the output. ``wrench``: of a law on both bodies (6 each). ``force``: pulls the points together.
-    ``power``: of a damper. ``potential``: energy. With ``position``, the output is the position in the law's curve."""
+    adds one quantity (``what``) to the output. The quantities are the ``wrench`` on both bodies (6 each), the ``force`` that pulls
+    the points together, the ``power`` of a damper, and the ``potential`` energy. With ``position``, the output is the position in
+    the law's curve."""
     count = ParameterCounter()
     laws, points = (LawForce(law, count.take(REGISTRY[law].count)),), (count.take(3), count.take(3))
     sym, a, b = PrimitiveSymbols(count.count), SX.sym("a", MOTION), SX.sym("b", MOTION)

@@ -38,7 +38,7 @@ class Marker:
 
 
 class Tag(Marker):
-    """Marks one form of a value by the name that the discriminator returns."""
+    """Marks one form of a value by the tag that the discriminator returns."""
 
     name = "Tag"
 
@@ -48,7 +48,7 @@ class Tag(Marker):
 
 
 class Discriminator(Marker):
-    """Marks forms of a value: a function of the value returns the tag of its form."""
+    """Marks a value that may have several forms. A function of the value returns the tag of the value's form."""
 
     name = "Discriminator"
 

@@ -121,7 +121,7 @@ def bound_at(path: Path) -> Bound:
 
 
 def length_at(path: Path) -> int | None:
-    """Number of entries of the list at a path; None when the number is free or there is no list."""
+    """Number of entries of the list at a path; None when the list may have any number of entries, or there is no list."""
     for annotation in at(path):
         for a, _ in members(annotation):
             if get_origin(a) is tuple and get_args(a)[-1] is not Ellipsis:

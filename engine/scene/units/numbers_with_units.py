@@ -115,8 +115,8 @@ def agree(value: float, unit: str) -> None:
 
 @dataclass(frozen=True)
 class AnyUnit:
-    """Marks a number whose dimension depends on its context, for example on the freedom of the number. ``queries.numbers_by_path``
-    checks the dimension after the classes are built; ``checks.number_bounds`` checks the ``bound`` with the scene."""
+    """Marks a number whose dimension depends on its context, for example on the freedom of the number. ``checks.number_bounds``
+    checks dimension and ``bound`` in the complete scene, with the unit from ``queries.numbers_by_path``."""
 
     unit: str = ""
     bound: Bound = ANY

@@ -82,7 +82,7 @@ def _loop_outcome(model: Model, plain: Outcome) -> Outcome:
 
 
 def _penetration(model: Model, plain: Outcome) -> Outcome:
-    """The outcome ``plain`` with the contact and the depth of its penetration."""
+    """The outcome ``plain`` with the joint of the contact and the depth of penetration."""
     row, depth = model.block.open_row()
     joint = next(j.name for j in model.system.unilateral if j.rows == row)
     return replace(plain, joint=joint, advice=f"{plain.advice}; the depth is {depth:.6g} m", numbers={"depth": depth})

@@ -51,7 +51,8 @@ def build_with_starts(scene: Scene) -> Built:
 
 
 def _points(scene: Scene) -> dict[str, tuple[Path, Joint]]:
-    """{name: (path of a start component of a point, joint that holds the point in the plane of this component)}."""
+    """{name of an added joint: (path of a start component of a point, the joint)}. The joint holds the point in the plane of this
+    component."""
     found: dict[str, tuple[Path, Joint]] = {}
     for body, point, at in ((n, point, at) for n, b in scene.bodies.items() for point, at in b.start.items()):
         for i, (x, e) in enumerate(zip(at, UPRIGHT, strict=True)):

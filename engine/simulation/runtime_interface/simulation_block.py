@@ -84,7 +84,7 @@ def address(array: np.ndarray) -> int:
 
 def zeroed(count: int) -> np.ndarray:
     """Zeros that begin at a memory page. The operating system provides each page at its first use. Arrays for dense maps grow with
-    the square of the mechanism's size, and so take memory only in runs that form dense maps."""
+    the square of the mechanism's size. They take memory only in runs that form dense maps."""
     private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
     return np.frombuffer(mmap.mmap(-1, 8 * count, **private), float)
 

@@ -20,8 +20,8 @@ NO_SIZE = 1e-24
 
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
-    """Bodies whose tree joints are on the loop of a cut joint, ascending: the path between the cut joint's two bodies. For a
-    gearbox, the paths between the two bodies of each shaft's joint."""
+    """Bodies whose tree joints are on the loop of a cut joint, in ascending order. The loop is the path between the cut joint's two
+    bodies; for a gearbox, the paths between the two bodies of each shaft's joint."""
     paths = [set(way_to_ground(system.bodies, body)) for body in c.ends]
     pairs = zip(paths[::2], paths[1::2], strict=True)
     return sorted(set().union(*(a ^ b for a, b in pairs)))
