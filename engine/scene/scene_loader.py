@@ -116,7 +116,7 @@ def scene_of(source: Source, massless: bool = False, changes: Mapping[str, Any] 
     """The checked scene of a source; ``massless`` as for ``load_scene``. ``changes`` are values by dotted path, which are set
     before expressions are evaluated.
 
-    The source's data is modified. SceneError lists all problems in the order of the file.
+    The function modifies the source's data. SceneError lists all problems in the order of the file.
     """
     data, lines, composed = compose(source.data, source.lines, source.file, source.folder)
     if changes and (wrong_paths := set_values(data, changes)):

@@ -33,8 +33,8 @@ _kept: dict[tuple[Any, ...], Sensitivities] = {}
 class SensitivityUnit:
     """The functions of one structure, with one set of parameter values.
 
-    The unit returns the values f = [F; R; V; H; L] (``motion`` in ``parts.derivatives.linear_and_sensitivity_units``). F holds the
-    rates of the ny states and of the nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np
+    The unit returns the values f = [F; R; V; H; L; G] (``motion`` in ``parts.derivatives.linear_and_sensitivity_units``). F holds
+    the rates of the ny states and of the nquad integrals. Other sizes: na active constraint rows, ne friction multipliers, np
     parameters (the kernel's, then the external inputs).
     """
 

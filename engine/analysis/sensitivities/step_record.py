@@ -58,7 +58,7 @@ class StepRecord:
     """A recorded run of n steps.
 
     Attributes:
-        time, y, after: time, s, state and external values before the first step, then at the end of each step (n + 1 rows).
+        time, y, after: time (s), state and external values before the first step, then at the end of each step (n + 1 rows).
         x: external values during each step, with frozen modes (n rows).
         stages: multipliers of the first steps, at each row of K of the method (at most n rows).
         solved: whether ``stages`` has the step's multipliers (n). It does not if an event has cut the step.

@@ -265,9 +265,9 @@ class SensitivityIntegrator:
 
 
 def _directional_pairs(system: System) -> np.ndarray:
-    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction. They are the
-    index of its mode among the external values, its number of components, and the state indices of its rates (padded with
-    zeros)."""
+    """The integers ``tr_tangents.turn`` of each pair of several components whose friction has a frozen direction. The integers are
+    the index of the pair's mode among the external values, the number of components, and the state indices of the pair's rates
+    (padded with zeros)."""
     found: list[list[int]] = []
     for j in system.frictional:
         assert j.friction is not None

@@ -41,7 +41,7 @@ class PairHold:
         capacity: largest friction at the surface, N.
         unique: whether the share is uniquely determined.
         sticks: whether the pair stays at rest. A pair with a share above 1 still stays at rest if another pair slips first and
-        thereby reduces the load of this pair.
+            thereby reduces the load of this pair.
     """
 
     joint: str

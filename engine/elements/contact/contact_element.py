@@ -184,7 +184,7 @@ class ContactElement:
     """A kind of joint contact: closed forms, and data for scenes, pictures and tables. In the arguments below, numbers are sizes
     and law parameters by name; adams: whether Adams' form applies.
 
-    sizes      its numbers in a scene.
+    sizes      numbers of the element in a scene.
     pairs      for each friction pair, the indices of the freedoms along which it slides.
     bound      freedoms without sliding whose force follows from contact forces (teeth that push wheels apart).
     places     (sizes by label) → positions of the first contacts, in order; the remaining contacts (a couple) have no position.
@@ -217,7 +217,7 @@ class ContactElement:
                the ball has this function; other elements have None.
     frame      axes of f_c, m_c: "pin" (the pin's joint frame); "inboard" (the joint frame of the rates, for a ball); "both" (u1,
                u2, u1 × u2, with the wrench on the inboard part).
-    plays      its clearances, in which ``knocks`` computes crossings."""
+    plays      clearances of the element, in which ``knocks`` computes crossings."""
 
     name: str
     needs: Callable[[Sequence[str], bool], tuple[str, ...]]

@@ -56,8 +56,7 @@ class Law:
     value  expressions of the law's scene numbers, by name
     mode   (flag, d1, d2, d3, tilt) of the pair. The flag selects the branch. d1, d2, d3 are the rates at the start of the step
            (for a single rate, its sign); they fix the direction of sliding. tilt: the tilt of a ball, > 0 if the runtime solves for
-           the tilt
-           (``elements.contact.ball_in_socket_friction``).
+           the tilt (``elements.contact.ball_in_socket_friction``).
     state  the law's states
 
     The class variables declare a law; scenes, checks, units, FMUs, time stepping, ``--hold`` and documents use them. An

@@ -31,12 +31,12 @@ class Axis:
 
 
 def turn(index: int, side: Literal["in", "out"] = "in") -> Axis:
-    """A rotation axis, fixed in the frame of one side."""
+    """A rotation axis that is fixed in the frame of one side."""
     return Axis(index=index, rot=True, side=side)
 
 
 def slide(index: int, by_pitch: bool = False) -> Axis:
-    """A sliding axis, fixed in the inboard frame."""
+    """A sliding axis that is fixed in the inboard frame."""
     return Axis(index=index, rot=False, by_pitch=by_pitch)
 
 
@@ -76,9 +76,9 @@ class JointKind:
     """A joint type (paper §2, §4, §5). ``trunnion.elements.joints.declaration_checks`` checks the consistency of a declaration at
     import.
 
-    name         its name in scenes.
+    name         name of the type in scenes.
     freedoms     the freedoms in words, in their order, for the published schema.
-    axes         for every rate, the axes it moves along (a screw rate has two).
+    axes         for every rate, the axes of its motion (a screw rate has two).
     coordinates  kind of each q: "angle", "length" or "quaternion" (four in a row, the last ones).
     rotation     (q, ops) → R (3×3), which maps components in the outboard joint frame to components in the inboard joint frame.
     travel       q → s = p_out − p_in, components along the inboard axes.

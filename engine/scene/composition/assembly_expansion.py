@@ -60,8 +60,8 @@ def _add_assembly(level: Level, name: str, spec: Any, offered: Points) -> None:
 
 
 def _has_known_keys(level: Level, path: Path, given: dict[str, Any], known: list[str], teller: Level | None = None) -> bool:
-    """Whether all keys of a group are known. For each unknown key a finding is added to ``level``, and also to ``teller`` if
-    given."""
+    """Whether all keys of a group are known. For each unknown key, the function adds a finding to ``level``, and also to ``teller``
+    if given."""
     wrong = [k for k in given if k not in known]
     for key in wrong:
         hint = did_you_mean(key, known, "known keys") if closest(key, known) else f"known keys: {', '.join(known)}"
@@ -109,7 +109,7 @@ def _add_copy(level: Level, path: Path, name: str, spec: dict[str, Any], part: L
 
 
 def _number_names(data: dict[str, Any], number: int) -> dict[str, Any]:
-    """The part with {i} in its references replaced by the number of the copy."""
+    """A copy of the part in which the number of the copy replaces {i} in references."""
     if not number:
         return data
 

@@ -44,7 +44,7 @@ def members(annotation: Any, unit: AnyUnit | None = None) -> Iterator[tuple[Any,
 
 
 def step(annotation: Any, key: str | int) -> Iterator[Any]:
-    """The annotations below one key or index, from every alternative that has this key or index."""
+    """The annotations of the values at a key or index, from every alternative that has this key or index."""
     for a, _ in members(annotation):
         if isinstance(key, str) and is_scene_class(a):
             if key in hints(a):

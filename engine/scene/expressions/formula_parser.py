@@ -69,7 +69,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Call:
-    """An operator ("+", "-", "*", "/", "^", "neg") or function, with its operands."""
+    """An operator ("+", "-", "*", "/", "^", "neg") or a function, with the operands."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -134,14 +134,14 @@ class _Reader:
         raise UnitError(what, "expressions look like {a/2 + 5 mm}, {2*r*sin(angle)}")
 
     def sign(self) -> str:
-        """The operator, parenthesis or comma that comes next; '' when the next token is a number or a name."""
+        """The next token if it is an operator, parenthesis or comma; '' when it is a number or a name."""
         while self.at < len(self.text) and self.text[self.at].isspace():
             self.at += 1
         m = _SIGN.match(self.text, self.at)
         return m[0] if m else ""
 
     def take(self, sign: str) -> None:
-        """Advance past ``sign``; a syntax error when another token comes next."""
+        """Advance past ``sign``. Any other token here is a syntax error."""
         if self.sign() != sign:
             self.refuse()
         self.at += len(sign)
@@ -226,7 +226,7 @@ class _Reader:
         return Name(word)
 
     def call(self, word: str) -> Node:
-        """A function call: the name is already read, the parentheses come next."""
+        """A function call. The name is already read; the parentheses come next."""
         if word not in FUNCTIONS:
             raise UnitError(f'there is no function "{word}"', did_you_mean(word, FUNCTIONS, "functions"))
         self.take("(")

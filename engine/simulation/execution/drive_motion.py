@@ -21,7 +21,7 @@ STILL = 1e-9
 
 
 def driven(built: Built) -> list[tuple[str, int, Signal]]:
-    """(joint, index of the freedom from 0, drive) for every driven freedom."""
+    """For every driven freedom: (joint, index of the freedom from 0, drive)."""
     return [(j.name, k, d.drive) for j in built.system.joints for k, d in enumerate(j.devices) if d.drive is not None]
 
 

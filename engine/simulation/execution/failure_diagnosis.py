@@ -115,7 +115,7 @@ def suspect(model: Model, status: int) -> str:
     """Name of the joint that probably causes a failure; "" if unknown.
 
     If the equations of friction have no solution, this is the joint with the largest friction in the last row. If numbers are not
-    finite, the result is the fastest joint; at rest, the first joint with a freedom."""
+    finite, this is the fastest joint; at rest, the first joint with a freedom."""
     system = model.system
     if status == Status.FAIL_MULTIPLIERS and system.frictional:
         z = model.block.multipliers()

@@ -64,7 +64,7 @@ class OneRun:
         self.began = False
 
     def result(self) -> Result:
-        """Execute the run and return its result."""
+        """Execute the run. Returns the result."""
         started = time.perf_counter()
         outcome = self._begin()
         self.setup = time.perf_counter() - started + self.model.setup_seconds

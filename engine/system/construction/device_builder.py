@@ -177,8 +177,8 @@ class Builder:
 @dataclass(frozen=True)
 class SignalLeaves:
     """Makes the leaves of one signal. path: path of the signal's keys. unit: unit of the values. rate: unit of the rates, for
-    drives. use: "drive" or "load". limited: whether the signal has limits; the times at which it passes a limit then depend on each
-    of its numbers."""
+    drives. use: "drive" or "load". limited: whether the signal has limits; the times at which the signal passes a limit then depend
+    on each number of the signal."""
 
     builder: Builder
     path: str

@@ -7,7 +7,7 @@ Stop flags: 1 while the end stop is engaged.
 Modes: state flag, frozen direction and given tilt of every friction pair (see ``elements.friction.friction_law``).
 
 The records are ``tr_moment``, ``tr_signal`` and ``tr_mode`` of ``trunnion.runtime.abi``. A simulation block refuses a kernel whose
-x has another size. """
+x has another size."""
 
 from __future__ import annotations
 
