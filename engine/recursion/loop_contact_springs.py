@@ -24,7 +24,7 @@ from trunnion.system.structure.loop_joints import NO_SIZE, USUAL, contact_of, wi
 from trunnion.system.structure.parameter_table import Leaves
 
 PART = 0.1
-"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the size of its block."""
+"""Arm of the contacts of a joint without friction (``contact_arm``), divided by the size of the joint's block."""
 
 
 def spring_rows(sym: Symbols, j: Joint, f: SX, t: SX, s: SX, Ein: SX, Eout: SX, arm: SX) -> SX:

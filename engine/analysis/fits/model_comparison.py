@@ -19,8 +19,8 @@ from trunnion.scene.units.python_arguments import Names, names_given
 from trunnion.simulation.results.csv_and_parquet import finite
 
 CLEAR = 2.0
-"""A criterion does not decide between two models if its values differ by less than this. The better model is then less than e times
-as likely as the other."""
+"""A criterion does not decide between two models if its values differ by less than this value. The better model is then less than e
+times as likely as the other."""
 
 
 @dataclass(frozen=True)

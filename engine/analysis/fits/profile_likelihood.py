@@ -38,7 +38,7 @@ LEAST_RISE = 0.3
 NEARLY_ZERO = 1e-6
 """An estimate counts as zero if its magnitude, relative to its start value, is below this value."""
 SEARCH_RANGE = 10.0
-"""The search for an end gives up at this multiple of the estimate. For parameters of any sign, it gives up at the estimate ± this
+"""The search for an end stops at this multiple of the estimate. For parameters of any sign, the search stops at the estimate ± this
 many magnitudes."""
 LEAST_FALL = 1e-2
 """A fit counts as better if its sum of squares is below the minimum by this multiple of the square of the threshold."""

@@ -18,8 +18,8 @@ one coordinate, SEVERAL for all others."""
 MOST = 8
 """Largest number of further poses of rest; a chain of n pendulums has 2ⁿ."""
 SAME = 1e-7
-"""Two poses count as the same if their coordinates differ by less than this, in rad or relative to the scene's length. Newton's
-method is accurate to 1e-13."""
+"""Two poses count as the same if their coordinates differ by less than this value, in rad or relative to the scene's length.
+Newton's method is accurate to 1e-13."""
 NEUTRAL = 1e-9
 """A direction counts as without stiffness if its stiffness, relative to the largest stiffness, is below this value (round-off is
 1e-13)."""

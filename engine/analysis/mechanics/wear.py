@@ -28,8 +28,8 @@ FEW = 24
 """The run is repeated with rows inside its steps if fewer rows than this lie between two successive events of end stops or latches.
 The number corresponds to four polynomials through six rows each."""
 COARSE = 1e-4
-"""The load of a joint is computed from all rows and from every second row. If the two differ by more than this fraction, the run is
-also repeated."""
+"""The load of a joint is computed from all rows and from every second row. If the two loads differ by more than this fraction, the
+run is also repeated."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,8 @@ TOGETHER = 1e-6
 """Contacts count as closing together for all parameters if the derivatives of their instants are nearly equal: within this value,
 relative to their size."""
 FREE, RATE, IMPULSE = range(3)
-"""What a phase of an impact prescribes for a contact: no impulse (FREE), its rate after the phase, or its impulse."""
+"""Quantity of a contact that a phase of an impact prescribes: zero impulse (FREE), the rate after the phase (RATE), or the impulse
+(IMPULSE)."""
 
 
 @dataclass(frozen=True)

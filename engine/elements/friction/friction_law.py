@@ -24,8 +24,8 @@ HALF = 0.5
 """Offset in comparisons with integer states. Steps are 3 percent faster than with tests for equality."""
 HAIR = 1e-120
 """Factor of the frozen direction in ``Law.moving``, which adds the direction times this factor to a velocity of several components.
-The sum differs from the velocity only for a frozen direction of huge norm (first step of slip from rest, ``slip_onset.c``). It then
-points in the direction of sliding."""
+The sum differs from the velocity only for a frozen direction of huge norm (first step of slip from rest, ``slip_onset.c``). The sum
+then points in the direction of sliding."""
 AT_REST = 1e-138
 """Like HAIR, but for the sign of a velocity (``Law.side``). A velocity against the frozen direction then counts as round-off of
 dependent rates, and does not change the sign: below 1e-12 m/s for a starting pair, always for a pair on a line

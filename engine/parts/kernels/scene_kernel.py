@@ -51,7 +51,8 @@ RECURSIVE = ("begin", "narrow", "respond", "answer", "derive")
 COUPLING = ("shift",)
 """Additional function of a kernel that solves friction along the recursion, for a scene with loops."""
 RECENT = 4
-"""Number of tables that are kept for later kernels. A run may need two kernels; the next run of the mechanism needs the same."""
+"""Number of tables that are kept for later kernels. A run may need two kernels; the next run of the mechanism needs the same two
+kernels."""
 
 
 @dataclass

@@ -39,7 +39,7 @@ KEPT = "kept"
 """Name of the operand with the values that tangents store at a point."""
 BARE: dict[str, tuple[str, ...] | None] = {"": None, "moving": ("phi", "rate", "xi", "gin", "gout"), "closed": ("phi", "rate")}
 """Outputs of a cut joint's primitive, by variant. None: all outputs; "moving": those that stepping needs; "closed": those that
-closure needs. The last two are only for joints without forces along their freedoms."""
+closure needs. "moving" and "closed" are only for joints without forces along their freedoms."""
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,8 @@ from trunnion.system.structure.bodies_and_joints import Body, Fit, Joint, Load, 
 from trunnion.system.structure.external_value_layout import TIMES
 
 LEAVES = {"value": 1, "through": 2 * KNOTS} | {label: count for kind in SIGNALS.values() for label, count in kind.labels.items()}
-"""Number of parameters of a signal, by kind. A table has none; those of limits and expressions belong to the primitives ``limit``
-and ``operation``."""
+"""Number of parameters of a signal, by kind. A table has no parameters. The parameters of limits and expressions belong to the
+primitives ``limit`` and ``operation``."""
 
 
 class Timed(PrimitiveSymbols):

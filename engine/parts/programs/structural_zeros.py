@@ -16,7 +16,7 @@ from trunnion.system.structure.loop_joints import rows_of, rubbing_on_loops
 ROUND_OFF = 1e-12
 """Largest round-off of a sum that is zero in exact arithmetic. Terms of order one cancel in such a sum, if axes are oblique."""
 TRIALS = 3
-"""Number of random states. Several, because at a single state an entry may vanish by chance."""
+"""Number of random states. At a single state, an entry may vanish by chance."""
 
 
 class StructureProbe:

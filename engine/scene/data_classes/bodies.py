@@ -95,8 +95,8 @@ class Body:
     orientation: Orientation | None = None
     """Rotation of a placed body: one turn, or a list applied in order; default: the axes of the world."""
     start: dict[str, tuple[Length | None, Length | None, Length | None]] = field(default_factory=dict)
-    """Positions of named points in the world at the start; null leaves a component open. Start coordinates of joints that the scene
-    leaves open follow from them."""
+    """Positions of named points in the world at the start; null leaves a component open. The scene may leave start coordinates of
+    joints open; these coordinates follow from the positions."""
 
 
 @validated(frozen=True, config=STRICT)

@@ -126,7 +126,7 @@ class Input:
     """A named external input, whose value is given from outside during a run."""
 
     start: Number = 0.0
-    """Value until the caller sets another."""
+    """Value until the caller sets another value."""
     begin: Time | None = None
     """Time from which the caller's values apply. Until then, ``start`` applies. Default: the start of the run."""
     unit: str = "1"

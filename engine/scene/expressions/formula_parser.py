@@ -33,8 +33,8 @@ TIME = "t"
 WHATEVER: Dimension = (99, 99, 99, 99, 99)
 """Marks a number written with "SI": it has the dimension that its place requires."""
 RESERVED = {*UNITS, *ALIASES, *_WORDS, *CONSTANTS, "SI"}
-"""Words that cannot name a parameter, because an expression must have one meaning. Functions that were added later are not among
-them, because older scenes have parameters with these names."""
+"""Words that cannot name a parameter, because an expression must have one meaning. Some functions are not among these words,
+because existing scenes have parameters with such names."""
 _COUNTS = {"atan2": (2, 2), "min": (1, 99), "max": (1, 99)}
 _POWER = r"(?:\s*(?:\*\*|\^)\s*[+-]?\d(?![\d.]))?"
 _SI = re.compile(r"\s*SI(?![A-Za-z0-9_(])")

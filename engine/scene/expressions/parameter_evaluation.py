@@ -24,7 +24,7 @@ FORMULAS = ("expression", *COMPONENTS)
 """Keys whose values are formulas of time or position."""
 NAMED = "parameters"
 MEND_FIRST = "correct the parameter first"
-"""The hint for an expression that has no value because one of its parameters has none."""
+"""The hint for an expression that has no value because one of its parameters has no value."""
 NOT_FORMED = "a letter, then letters, digits and _"
 
 

@@ -22,7 +22,7 @@ from trunnion.scene.library.scene_files import LARGEST
 DEEPEST = 50
 """Largest number of nesting levels."""
 MOST = 200_000
-"""Largest number of values in a file, where an alias counts as many as the value it refers to."""
+"""Largest number of values in a file, where an alias counts like the value to which it refers."""
 
 
 @dataclass

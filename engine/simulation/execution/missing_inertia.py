@@ -22,7 +22,8 @@ SQUARE = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 """Places of the six moments of inertia of a body in its matrix."""
 VANISHING = 1e-6
 """Largest relative singular value that counts as zero after a run whose steps became too small. Steps become too small where a
-motion loses its inertia, such as a massless crank at a dead centre. They reach round-off of the time at about 1e-7."""
+motion loses its inertia, such as a massless crank at a dead centre. Such steps reach the round-off of time at a singular value of
+about 1e-7."""
 IDLE = 1e-12
 """A constraint row whose entries are below this value is round-off, rad or lengths."""
 

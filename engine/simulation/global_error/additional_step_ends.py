@@ -17,7 +17,7 @@ from trunnion.simulation.runtime_interface.simulation_block import Block
 APART = 0.41
 """Position of an additional step end within a step of the first run, relative to the step's length."""
 FEW = 4
-"""If at most this many steps lie between two common step ends, the longest of them also gets an additional step end."""
+"""If at most this many steps lie between two common step ends, the longest of these steps also gets an additional step end."""
 MORE = 0.3
 """Largest number of additional step ends, relative to the first run's number of steps. The longest steps are divided first."""
 NEAR = 1e-9

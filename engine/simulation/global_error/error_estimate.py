@@ -40,7 +40,7 @@ WIDER = 2.0
 """A row this close to an event may lie before the event in one run and after it in the other. The distance is relative to the
 difference of the event's times in the two runs."""
 NEAR_END = 1e-9
-"""An event in this last share of the run may lack a counterpart, because the other run may end before its event."""
+"""An event in this last share of the run may lack a counterpart, because the other run may end before its own event."""
 
 
 def certainty(run: Result, tighter: Result, numbers: Numbers, correction: float) -> Certainty:

@@ -21,7 +21,7 @@ NEGLIGIBLE = 1e-9
 """A column is a main column only if its largest value is above this share of the largest value among the joint's columns of the
 same kind."""
 STIFF_STEPS = 100
-"""Smallest number of steps limited by stability that a note reports; fewer cost little."""
+"""Smallest number of steps limited by stability that a note reports. Fewer such steps cost little."""
 MAIN = ("friction.torque[*]", "friction.force", "friction.force[*]", "contact[*].normal_force", "friction.work")
 WHOLE = ("energy.residual", "audit.constraint")
 

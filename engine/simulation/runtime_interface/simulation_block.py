@@ -26,7 +26,7 @@ from trunnion.system.signals.signal_tables import table_block
 
 METHODS = {name: number for number, name in enumerate(NAMES)}
 COUNTERS = (*(n for n in STATS.names if n != "of_method"), *NAMES)
-"""Names of the numbers of ``tr_stats``, in their order: its last field counts the steps of each method."""
+"""Names of the numbers of ``tr_stats``, in their order. The last field of ``tr_stats`` counts the steps of each method."""
 COUNTS = struct.Struct(f"{len(COUNTERS)}l")
 EVENT_CAPACITY = 1024
 NO_EVENTS = np.zeros(0, EVENT.dtype)

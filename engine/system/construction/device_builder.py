@@ -36,8 +36,8 @@ class Builder:
     def __init__(self, scene: sm.Scene, table: ParameterTable):
         self.scene, self.table = scene, table
         self.tables: list[tuple[str, sm.Table | sm.Input]] = [("input", i) for i in scene.inputs.values()]
-        """Pairs of a word and data: "input" or "tracked" for every external input, then "drive" or "load" for every table signal. A
-        motion that an input prescribes follows it smoothly; this input is "tracked"."""
+        """Pairs of a word and data: "input" or "tracked" for every external input, then "drive" or "load" for every table signal.
+        An input that prescribes a motion is "tracked": the motion follows the input smoothly."""
         self.stops = self.hooks = 0
         self.inputs = {n: i for i, n in enumerate(scene.inputs)}
 

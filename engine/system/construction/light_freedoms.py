@@ -16,7 +16,7 @@ from trunnion.system.structure.parameter_table import Leaves, Param, ParameterTa
 
 LIGHT = 1e-3
 """A body on a loop is light if its inertia is below this fraction of the heaviest body's inertia. With an inertia ratio of 10^-n,
-the loop equations lose n digits. Above this limit, they keep the digits that events and steps require."""
+the loop equations lose n digits. Above this limit, the equations keep the digits that events and steps require."""
 
 
 def light_freedoms(

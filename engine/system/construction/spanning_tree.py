@@ -13,7 +13,7 @@ from trunnion.scene.queries.mass_properties import mass_properties
 
 LIGHT = 1e-6
 """A body is light if its mass is below this fraction of the heaviest body's mass. If only the reaction of a cut joint moves a light
-body, its motion loses more than six of sixteen digits."""
+body, the body's motion loses more than six of sixteen digits."""
 BY_ANGLE = ("spring", "end_stops", "latch")
 """Devices whose force depends on a coordinate."""
 DEVICES = ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch")

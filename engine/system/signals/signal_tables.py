@@ -21,7 +21,7 @@ from trunnion.scene.data_classes import scene as sm
 
 DRIVE, LOAD = "natural", "linear"
 """Default interpolation of drives and of loads. (For drives, linear interpolation would give no continuous acceleration, and a
-clamped spline a rate of zero at both ends.)"""
+clamped spline would give a rate of zero at both ends.)"""
 
 
 @dataclass(frozen=True, eq=False)

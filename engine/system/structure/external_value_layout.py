@@ -25,7 +25,7 @@ TABLE = run_records.SIGNAL.numbers
 MODE = run_records.MODE.numbers
 """Number of values of a friction pair: state flag, frozen direction (3), given tilt."""
 IN_MODE = tuple(run_records.MODE.at(name) for name in ("flag", "direction", "tilt"))
-"""Indices of these values within a mode."""
+"""Indices of the values of a mode within the mode."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ USUAL = 1e8
 """Default radial stiffness of a joint's contacts, N/m: about that of a steel pin of 20 mm in a bearing. The value matters only if
 the scene gives the stiffness of other joints."""
 NO_SIZE = 1e-24
-"""Square of the smallest size of a joint, m². It avoids a division by zero, and even the squares of the quotients stay finite."""
+"""Square of the smallest size of a joint, m². This value avoids a division by zero, and keeps the squares of the quotients
+finite."""
 
 
 def bodies_of_loop(system: System, c: Joint) -> list[int]:
