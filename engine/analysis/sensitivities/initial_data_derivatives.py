@@ -168,10 +168,8 @@ def _differentiate(model: Model, line: ParameterLine) -> tuple[np.ndarray, ...]:
 
 def _linear(model: Model, line: ParameterLine, h: float) -> tuple[np.ndarray, ...] | None:
     """The result of ``_differentiate`` for initial data that depend linearly on the number, up to round-off. Two other scenes, at
-    unequal
-    distances on both sides, test the linearity: nonlinear terms could cancel in both scenes only by chance. None if some of the
-        data are
-    not linear."""
+    unequal distances on both sides, test the linearity: nonlinear terms could cancel in both scenes only by chance. None if some of
+    the data are not linear."""
     scenes = _neighbour(model, line, -2 * h), model.built, _neighbour(model, line, 3 * h)
     low, own, high = (_start_numbers(model, built) for built in scenes)
     for a, b, c in zip(low, own, high, strict=True):

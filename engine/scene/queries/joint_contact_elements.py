@@ -39,7 +39,7 @@ def touching(j: Joint) -> ContactElement | None:
 
 
 def is_constant(element: ContactElement) -> bool:
-    """Whether an element is constant friction, at any load."""
+    """Whether the friction of an element is constant at any load."""
     return element.name in CONSTANT.values()
 
 

@@ -59,7 +59,7 @@ class SignalKind:
         yield from ()
 
     def unlimited(self, data: Any) -> str:
-        """"" if the signal may have limits, else its name in the refusal."""
+        """"" if the signal may have limits, else the signal's name for the error message."""
         return ""
 
     def paces(self, s: Any, turns: bool) -> Iterator[tuple[Any, float]]:

@@ -1,4 +1,5 @@
-"""Freedoms of tree joints on loops whose body is light compared with the other bodies of the loops (theory, "Light bodies")."""
+"""Light freedoms: freedoms of tree joints on loops that carry a body much lighter than other bodies of the loops (theory, "Light
+bodies")."""
 
 from __future__ import annotations
 
