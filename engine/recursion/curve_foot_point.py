@@ -25,7 +25,7 @@ def evaluate_curve(foot: Sequence[SX]) -> tuple[SX, SX, SX]:
 
 def refine_foot(foot: Sequence[SX], p: SX) -> SX:
     """Parameter of the foot of point p after one Newton step from ``foot``. If p is near or beyond the centre of curvature, the
-    slope for Newton's step is too small; a Gauss–Newton step replaces it."""
+    slope for Newton's step is too small; a Gauss–Newton step then replaces Newton's step."""
     at, way, bend = evaluate_curve(foot)
     gap, square = p - at, ca.dot(way, way)
     slope: SX = square - ca.dot(gap, bend)
@@ -81,7 +81,8 @@ def _with_piece(curve: Curve, u: SX) -> list[SX]:
 
 
 def numbers_of_piece(pieces: Sequence[tuple[float, ...]], x: SX) -> list[SX]:
-    """The numbers of the piece at x, or of the first piece if x is before it. The first number of a piece is its start."""
+    """The numbers of the piece at x, or of the first piece if x is before the first piece. The first number of a piece is its
+    start."""
     out = [SX(0)] * len(pieces[0])
     begun = [SX(1), *[x >= piece[0] for piece in pieces[1:]], SX(0)]
     for k, numbers in enumerate(pieces):

@@ -42,7 +42,7 @@ def rank_influences(
 
 
 def _with_ratios(scene: Scene, joints: list[str]) -> Scene:
-    """The scene in which joints without a friction coefficient, such as gear units, get the default coefficient 1 explicitly."""
+    """The scene with the default coefficient 1 written at every joint that has no friction coefficient, such as a gear unit."""
     scales = {j: LAWS[scene.law_of(friction)].scale for j in joints if (friction := scene.joints[j].friction)}
     missing = {f"joints.{j}.friction.{x}": 1.0 for j, x in scales.items() if getattr(scene.joints[j].friction, x) is None}
     return apply(scene, missing) if missing else scene

@@ -1,5 +1,5 @@
-"""``advise``: a ladder of models with increasing friction detail. Each rung is a model with its error and cost. The answer is the
-cheapest rung that meets the requested error."""
+"""``advise``: compares models of a scene with increasing friction detail, from ideal joints to the full scene. Such a model, with
+its error and cost, is a *rung*. The answer is the cheapest rung that meets the requested error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounds and priors of parameters, which express knowledge about their values before the measurement."""
+"""Bounds and priors of parameters. Both express what the user knows about the values before the measurement."""
 
 from __future__ import annotations
 

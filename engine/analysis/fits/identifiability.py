@@ -1,7 +1,7 @@
 """Groups of parameters that the data cannot distinguish, and the combinations of these parameters that the data determine.
 
-A group is a near-null direction of the derivatives by relative changes of the parameters (theory, "Intervals of fits"). The group
-is confirmed if the profile of each of its parameters is flat.
+A group is a direction of relative parameter changes along which the measured curves hardly change (theory, "Intervals of fits").
+The group is confirmed if the profile of each of its parameters is flat.
 """
 
 from __future__ import annotations
@@ -97,7 +97,8 @@ class Spectrum:
 
 
 def slope_spectrum(J: np.ndarray, count: int, t: float, exact: bool) -> Spectrum:
-    """The spectrum of the derivatives J ((N + priors) × m), in units of the noise, by relative changes of the parameters.
+    """The spectrum of J ((N + priors) × m): the derivatives of the curves, in units of the noise, by relative changes of the
+    parameters.
 
     The first ``count`` rows of J belong to the data. The null directions follow from the data only; the deviations include the
     priors.

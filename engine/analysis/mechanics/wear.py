@@ -135,7 +135,8 @@ def _has_brief_forces(r: Result) -> bool:
 
 
 def _has_few_rows(r: Result, name: str, j: sm.Joint) -> bool:
-    """Whether the joint's load from every second row differs at some row from the load from all rows by more than COARSE."""
+    """Whether the result has too few rows for the joint's load. The load is computed from all rows, and from every second row; the
+    two loads differ by more than COARSE at some row."""
     element = touching(j)
     if element is None or not element.count:
         return False

@@ -103,7 +103,7 @@ def dependent_paths(following: DependentNumbers | None, name: str) -> list[str]:
 
 
 def _following(scene: Scene, names: Sequence[str]) -> DependentNumbers | None:
-    """The numbers of the scene that depend on its parameters; None if none of the names is the name of a parameter."""
+    """The numbers of the scene that depend on its parameters; None if no name is that of a parameter."""
     return DependentNumbers(scene) if any(map(parameter, names)) else None
 
 

@@ -119,9 +119,9 @@ class Relaxation:
 
     def climb(self, X: np.ndarray, low: float, close: float, rounds: int = 20) -> np.ndarray | None:
         """The best state of a descent from X; None if no admissible state is found. low: lower bound of the value. close: the
-        descent ends if a step gains less than this.
+        descent ends if a step gains less than this value.
 
-        The linear programs of the descent replace norms that must be large by their tangents. A tangent never exceeds its norm, so
+        The linear programs of the descent replace each norm that must be large by its tangent. A tangent never exceeds its norm, so
         the solutions are admissible.
         """
         best, value, missed, stalls, p = None, np.inf, np.inf, 0, self.program

@@ -104,7 +104,7 @@ def state_of(a: AdmissibleStates, X: np.ndarray, endless: bool) -> State:
 
 
 def end(a: AdmissibleStates, found: Found, sign: float, scale: float) -> End:
-    """The end of an interval, from the minimisation of sign · quantity."""
+    """An end of the interval of a quantity, from a minimisation of sign · quantity."""
     if found.X is None:
         return End(None, float(sign * found.bound * scale), None, found.cells)
     state = state_of(a, found.X / found.X[-1] if found.X[-1] > 0.0 else found.X, found.endless or found.X[-1] <= 0.0)

@@ -16,7 +16,7 @@ from trunnion.plots.style.figure_files import reduce_colours, save_figure
 
 
 def make_folder(path: str | os.PathLike[str]) -> Path:
-    """The folder; a missing folder is created. SceneError if the folder cannot be created or written."""
+    """The folder ``path``, which is created if it is missing. SceneError if the folder cannot be created or written."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)

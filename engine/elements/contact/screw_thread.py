@@ -93,10 +93,10 @@ def _pressed(w: Wrench, rates: list[SX], laws: list[Law], g: Mapping[str, SX], e
 
 
 def _rests(j: Rubs) -> list[Pair]:
-    """Let u be the friction along the helix, including that of a preload. The axial force F is the sum of the axial components of
-    normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger normal force
-    increases the load more than the friction; the capacity is then an upper bound. A share is the friction divided by the capacity
-    with u at its limit; kernels use the same definition."""
+    """Let u be the friction along the helix, including the friction of a preload. The axial force F is the sum of the axial
+    components of normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger
+    normal force increases the load more than the friction; the capacity is then an upper bound. A share is the friction divided by
+    the capacity with u at its limit, as in kernels."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

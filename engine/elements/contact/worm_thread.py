@@ -1,9 +1,9 @@
 """Thread of a worm in the teeth of its wheel (theory, "Worms").
 
 In the joint frame, e1 is the worm's axis, and e2 points to the wheel's axis. e3 = e1 × e2 is the direction of the thread's
-circumference at the pitch point. γ is the lead angle, α the normal pressure angle, f the normal force. Its component f cos α in the
-plane of e1 and e3 is the multiplier of the rolling constraint; the component f sin α pushes the axes apart. Friction k f acts along
-the thread, (sin γ, 0, cos γ)."""
+circumference at the pitch point. γ is the lead angle, α the normal pressure angle, f the normal force. The component f cos α of
+this force in the plane of e1 and e3 is the multiplier of the rolling constraint; the component f sin α pushes the axes apart.
+Friction k f acts along the thread, (sin γ, 0, cos γ)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Friction of a band around a drum, and of a belt around two pulleys (theory, "Bands and belts").
 
 The tension of a sliding band grows by exp(k φ) along the angle of wrap φ, where k is the friction ratio (Euler, Eytelwein). If the
-tension S is given at one end, the tensions are S and S e^{kφ}. If their mean T_0 is given, they are T_0 (1 ± tanh(kφ/2)). The
-friction at the surface is the difference of both tensions. This difference does not depend on other forces."""
+tension S is given at one end, the tensions are S and S e^{kφ}. If the mean tension T_0 is given, the tensions are T_0 (1 ±
+tanh(kφ/2)). The friction at the surface is the difference of both tensions. This difference does not depend on other forces."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Wrapped:
         return [g[TENSION.name], g[TENSION.name] + more]
 
     def rests(self, j: Rubs) -> list[Pair]:
-        """Capacities for both senses of friction. They depend on no reaction."""
+        """Capacities for both senses of friction. Reactions do not affect these capacities."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import Capacity, Pair

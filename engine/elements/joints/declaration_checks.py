@@ -1,5 +1,5 @@
-"""Numerical checks of a joint type's declaration at registration, which take about 0.1 ms per type. The numbers of freedoms and
-constraints must add up to six. R must be a rotation matrix, and the unit matrix at q = 0. The declared axes must agree with the
+"""Numerical checks of a joint type's declaration. They run at registration and take about 0.1 ms per type. The numbers of freedoms
+and constraints must add up to six. R must be a rotation matrix, and the unit matrix at q = 0. The declared axes must agree with the
 derivatives of R and s. ``measure`` must invert ``rotation`` and ``travel``. The constraint rows must vanish for all q and prevent
 all motion except along the axes."""
 

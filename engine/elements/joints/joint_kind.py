@@ -200,8 +200,8 @@ class JointKind:
 
     @property
     def freely_rubbed(self) -> tuple[bool, ...]:
-        """For each freedom, whether it is a rotation; this determines the joint's element of constant friction. Empty if the joint
-        cannot have constant friction."""
+        """For each freedom, whether it is a rotation. These flags determine the joint's element of constant friction. Empty if the
+        joint cannot have constant friction."""
         free = 0 < self.nv <= 2 and self.quaternion < 0 and self.follows != "freedom"
         return tuple(self.turns(k) for k in range(self.nv)) if free else ()
 

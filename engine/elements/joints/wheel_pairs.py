@@ -20,8 +20,8 @@ Frame = Sequence[Vector]
 
 
 def _toothed(kind: JointKind, friction: str) -> JointKind:
-    """A wheel pair with tooth flanks. The flanks slide when the wheels turn, and push the wheels apart. Their two freedoms are the
-    relative rotation and the separation of the wheels."""
+    """A wheel pair with tooth flanks. The flanks slide when the wheels turn, and push the wheels apart. The two freedoms of the
+    pair are the relative rotation and the separation of the wheels."""
     return replace(kind, axes=((turn(E1),), (slide(E2),)), friction=friction, contacts=1)
 
 

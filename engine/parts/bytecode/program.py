@@ -1,7 +1,7 @@
 """Bytecode programs: calls of ops, with the slots that these calls read and write.
 
-A call is a sequence of integers. The first three are the op's number, the number of operands and the number of integers. The space
-and the offset of each operand follow, and then the integers. ``interpreter.c`` executes programs."""
+A call is a sequence of integers. The first three integers are the op's number, the number of operands and the number of further
+integers. Then come the space and the offset of each operand, and the further integers. ``interpreter.c`` executes programs."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LANES = 4
 
 
 class Slot(NamedTuple):
-    """Contiguous numbers of an array, given by the array, the first index and the count."""
+    """Contiguous numbers of an array: the array, the first index and the count."""
 
     space: Space
     at: int

@@ -25,8 +25,9 @@ B = Builtin
 
 @dataclass
 class TangentCall:
-    """A call in the program ``along``. operands: pairs of a slot and a flag. The flag is True for the slot's tangent, False for its
-    value. None in place of the slot is a zero tangent. ins, outs, added: tangents that the call reads, writes, and adds to."""
+    """A call in the program ``along``. operands: pairs of a slot and a flag. The flag is True if the call uses the slot's tangent,
+    False if it uses the slot's value. None in place of the slot means a zero tangent. ins, outs, added: tangents that the call
+    reads, writes, and adds to."""
 
     function: int
     operands: list[tuple[Slot | None, bool]]
@@ -95,8 +96,8 @@ class SlotSet:
 
 @dataclass
 class Directions:
-    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program in whose scratch values are
-    stored. seeded: slots that directions change. numbers: whether directions also change parameters."""
+    """Differentiates programs. scene: the scene whose primitives are called. scratch: the program whose scratch array stores
+    values. seeded: slots that directions change. numbers: whether directions also change parameters."""
 
     scene: SceneTables
     scratch: Program

@@ -142,7 +142,8 @@ def _structure(system: System, parameters: int) -> tuple[list[int], bool]:
 def _kernel_unit(
     system: System, parameters: int, active: Sequence[int], redundant: bool, along: bool = False
 ) -> tuple[UnitDescription, Maps]:
-    """Build the unit of the kernel. along: whether the friction of loops is solved along the recursion, like that of trees."""
+    """Build the unit of the kernel. along: whether the friction of loops is solved along the recursion, like the friction of
+    trees."""
     rubbed = bool(system.frictional) and (along or not system.cuts)
     s = ScenePasses(system, rubbed=rubbed)
     redundant = redundant and bool(system.frictional)

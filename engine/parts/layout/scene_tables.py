@@ -151,8 +151,8 @@ class SceneTables:
         )
 
     def acceleration(self, Z: Sequence[Slot], b: int) -> Slot:
-        """Ż of a body or of the ground. The acceleration of the ground is ``base``, minus gravity. It replaces the gravity forces
-        on the bodies."""
+        """Ż of a body or of the ground. The acceleration of the ground is ``base``, which is minus gravity. This acceleration
+        replaces the gravity forces on the bodies."""
         return self.base if b == GROUND else Z[b]
 
     def parent(self, i: int) -> int:

@@ -128,7 +128,7 @@ def _columns() -> Iterator[Recipe]:
 
 
 def _contacts(which: FrictionKey, column: ColumnKind = CONTACT) -> Recipe:
-    """Contact columns of a joint with this friction, or another column of its friction."""
+    """Contact columns of a joint with this friction, or another column of the joint's friction."""
     joint = which.joint
     nv, reaction = joint.kind.nv, len(everything(joint))
     sizes = {CONTACT_REACTION: reaction, JOINT_RATES: nv, JOINT_MULTIPLIERS: nv, FRICTION: which}
@@ -207,7 +207,7 @@ def usual(law: str) -> bool:
 
 
 def fits(kind: JointKind, pins: Sequence[bool] = SIDES) -> list[Fit]:
-    """All fits of a joint: which part is inside, and which part has the ends of the contact."""
+    """All fits of a joint. A fit states which part is inside, and which part has the ends of the contact."""
     pins = pins[:1] if kind.bodiless else pins
     ends = ("pin", "bearing") if kind.slides_along >= 0 and overlaps(kind) else ("pin",)
     return [Fit(*each) for each in product(pins, ends)]

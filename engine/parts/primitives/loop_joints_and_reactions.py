@@ -57,8 +57,8 @@ def _closing(kind: str, ground: str) -> tuple[PrimitiveSymbols, dict[str, SX], c
 
 @cache
 def bearing(kind: str, ground: str) -> Primitive:
-    """Primitive of the argument at which a curve is evaluated. Inputs: numbers, motions. Output: the angle of a cam's profile, or a
-    point (2) in a curve's plane."""
+    """Primitive of the argument of a curve. Inputs: numbers, motions. Output: the angle of a cam's profile, or a point (2) in a
+    curve's plane."""
     sym, ins, c = _closing(kind, ground)
     if c.joint.kind.follows == "curve":
         axes = slot_axes(sym, c) if c.joint.slot else (c.Ein[:, 1], c.Ein[:, 2])
@@ -105,7 +105,7 @@ def _beside(columns: list[SX]) -> SX:
 def tie(follower: str, leader: str, coupling: str = MIMIC.name) -> Primitive:
     """Coupling of a freedom that follows another freedom. Inputs: numbers (50: two frames and two points of each joint, ratio,
     offset), coordinates and rates of the two freedoms (2 each), motions of the four bodies. Outputs: residual, rate and ξ of the
-    constraint row, and its wrenches on the four bodies. For a gearbox, also the outputs of ``cut`` that belong to its freedom,
+    constraint row, and its wrenches on the four bodies. For a gearbox, also the outputs of ``cut`` for the gearbox's freedom,
     except the rate."""
     n, q, v = ParameterCounter(), SX.sym("q", 2), SX.sym("v", 2)
     ends = {name: SX.sym(name, MOTION) for name in ("inb", "out", "inb2", "out2")}

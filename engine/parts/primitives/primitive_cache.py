@@ -31,8 +31,8 @@ INTERPRETER = [
 
 
 class _LazyModule:
-    """Stands for a module of primitives. If a primitive is neither installed nor cached, a function of the module runs and imports
-    the symbolic library. No other use imports this library."""
+    """Stands for a module of primitives. A function of the module runs, and imports the symbolic library, only to build a primitive
+    that is neither installed nor cached."""
 
     def __init__(self, module: str):
         self._module = module
@@ -129,7 +129,7 @@ def texts_key() -> str:
 
 
 def compiled_interpreter(machine: c_compiler.Machine | None = None) -> Path:
-    """The library of the interpreter for a machine, by default this machine. It is compiled once."""
+    """The library of the interpreter for a machine, by default this machine. The library is compiled once."""
     name = f"interpreter{machine.suffix if machine else c_compiler.library_suffix()}"
     key = library_cache.digest(*(f.read_text() for f in INTERPRETER), header(), *c_compiler.toolchain(machine))
 

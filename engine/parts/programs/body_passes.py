@@ -121,8 +121,8 @@ class ScenePasses(JointForces):
         return made
 
     def outboard_wrench(self, program: Program, j: Joint, m: BodySlots | CutJointSlots, N: Slot, out: Slot) -> None:
-        """Write force and torque on a joint's outboard part. For a cut joint, this is only the contribution of its devices. N:
-        reaction of a tree joint."""
+        """Write force and torque on a joint's outboard part. For a cut joint, the wrench contains only the forces of its devices.
+        N: reaction of a tree joint."""
         if isinstance(m, CutJointSlots):
             program.zero(out)
             program.call(Builtin.ADD_COLUMNS, [m.blocks["wat"], m.effort, out], [6, j.kind.nv])

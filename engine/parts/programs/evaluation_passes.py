@@ -128,7 +128,7 @@ class EvaluationPasses:
 
     def pin_of_cut(self, program: Program, e: Element, ft: Slot, out: Slot, whole: bool = True) -> None:
         """Write the components of f_c, m_c that a cut joint's law needs, from the wrench on the joint's outboard part. whole:
-        whether this wrench is the total one, not that of one multiplier."""
+        whether this wrench is the total wrench, and not the wrench of one multiplier."""
         j, pose = e.joint, self.closing(e.joint).pose
         write_pin(self.scene, program, j, e.needs, ft, pose, out)
         if whole:

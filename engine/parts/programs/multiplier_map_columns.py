@@ -1,8 +1,8 @@
 """Columns of the affine maps: accelerations and reactions under a unit of each multiplier. The unit force of each multiplier is
 reduced inward, from its joint to the ground. An outward pass over the branch then computes accelerations and reactions.
 
-All columns use the same calls for a body, in shared scratch. These calls are written once, in the program ``shared``: a column
-executes the range of each run of bodies. The results are copied into the maps."""
+All columns use the same calls for a body, in shared scratch. The program ``shared`` contains these calls once; each column executes
+the ranges for its bodies. The results are then copied into the maps."""
 
 from __future__ import annotations
 
@@ -220,7 +220,7 @@ class ForceColumns:
         return runs
 
     def _first(self) -> list[int]:
-        """For each body, the first body of its run. In a run, each body is the inboard body of the next one."""
+        """For each body, the first body of its run. In a run, each body is the inboard body of the next body."""
         first: list[int] = []
         for b, parent in enumerate(self.parents):
             first.append(first[parent] if GROUND < parent == b - 1 else b)
@@ -228,7 +228,7 @@ class ForceColumns:
 
     def _roots(self) -> list[int]:
         """For each body, the root of its branch: the body that a joint connects to the ground. A force on one body of a branch
-        moves all of them."""
+        moves all bodies of the branch."""
         roots: list[int] = []
         for b, parent in enumerate(self.parents):
             roots.append(b if parent == GROUND else roots[parent])

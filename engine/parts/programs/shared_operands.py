@@ -57,7 +57,7 @@ def lengths_of(s: ScenePasses, j: Joint) -> dict[str, Slot]:
 
 
 def write_span(s: ScenePasses, program: Program, j: Joint, needs: Sequence[str], pose: Slot, out: Slot) -> None:
-    """Write the span of an overlap into the reaction components, if they include a span."""
+    """Write the span of an overlap into the reaction components, if these components include a span."""
     if SPAN in needs:
         s.call(program, signals_loads_energies.span(), pose=pose, out=out.slice(needs.index(SPAN), 1), **lengths_of(s, j))
 

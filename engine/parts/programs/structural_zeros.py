@@ -20,8 +20,8 @@ TRIALS = 3
 
 
 class StructureProbe:
-    """Maps of a scene with all rows, at random states. table: record of the scene's kernel. call: calls a function of this
-    kernel."""
+    """Evaluates the maps of a scene with all rows, at random states. table: record of the scene's kernel. call: calls a function of
+    this kernel."""
 
     def __init__(self, system: System, table: Any, maps: Maps, call: Callable[..., None]):
         self.system, self.table, self.maps, self.call = system, table, maps, call
