@@ -37,7 +37,7 @@ class WrongPath:
 
 
 def set_values(data: dict[str, Any], changes: Mapping[str, Any]) -> list[WrongPath]:
-    """Set values in a scene's nested dicts and lists, in place. Missing groups and defaults on the way are added.
+    """Set values in a scene's nested dicts and lists, in place. The function adds missing groups and defaults on the way.
 
     A plain number for a parameter is in the SI unit of the parameter's dimension. The result lists the paths that do not
     exist.

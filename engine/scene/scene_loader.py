@@ -103,7 +103,7 @@ def scene_from_dict(data: Mapping[str, Any], massless: bool = False) -> Scene:
 
 
 def _add_masses(data: dict[str, Any]) -> None:
-    """Give every body without mass and density a mass of 1 kg; if it has neither shape nor inertia, also an inertia."""
+    """Give every body without mass and density a mass of 1 kg. A body with neither shape nor inertia also gets an inertia."""
     bodies = data.get("bodies")
     for body in bodies.values() if isinstance(bodies, dict) else ():
         if isinstance(body, dict) and not {"mass", "density"} & set(body):

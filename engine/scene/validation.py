@@ -131,8 +131,8 @@ def _next_level(deeper: int) -> int:
 
 
 def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
-    """Remove the smallest optional part that contains a mistake; the result is the path of this part. A whole body or joint is not
-    removed but replaced by a valid stub."""
+    """Remove the smallest optional part that contains a mistake. Returns the path of this part. A valid stub replaces a whole body
+    or joint."""
     node, at = _deepest_group(data, path)
     if len(path) == 3 and (path[0], path[2]) == ("joints", "type"):
         joint = data["joints"][path[1]]
@@ -160,7 +160,7 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
 
 
 def _remove_unknown_key(data: dict[str, Any], path: Path, meant: str, built: Built) -> Path:
-    """Remove an unknown key; the result is its path. The key ``meant`` counts as removed too."""
+    """Remove an unknown key; the result is its path. The key ``meant`` also counts as removed."""
     node, at = _deepest_group(data, path)
     if at == path:
         del node[str(at[-1])]
@@ -184,7 +184,8 @@ def _deepest_group(data: dict[str, Any], path: Path) -> tuple[dict[str, Any], Pa
 
 
 def _replace_by_stub(data: dict[str, Any], path: tuple[str, str], built: Built) -> None:
-    """Replace a body or input by a valid one, and a joint by a free joint between the same bodies; remove any other part."""
+    """Replace a body or input by a valid body or input, and a joint by a free joint between the same bodies. Remove any other
+    part."""
     section, name = path
     old = data[section].pop(name)
     known = old if isinstance(old, dict) else {}

@@ -61,8 +61,8 @@ def _unknown_key(path: Path, e: Error, searched: bool) -> Finding:
 
 
 def _refused_signal(path: Path) -> tuple[str, str] | None:
-    """Reason and remedy for an unknown key that is a kind of signal: drives do not allow it, or loads do not. None for any other
-    unknown key."""
+    """Reason and remedy for an unknown key that is a kind of signal, if a drive or a load does not allow this kind. None for any
+    other unknown key."""
     classes, key = classes_at(path[:-1]), str(path[-1])
     if Drive in classes and key == "limit":
         return "a drive has no limits: its rate would jump", "write the limited motion as a move or table"

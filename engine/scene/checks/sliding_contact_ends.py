@@ -1,4 +1,4 @@
-"""Notes about sliding contacts that stay on a long part by default: the user may have meant the short part. Such scenes are
+"""Notes about sliding contacts that stay on a long part by default. The user may have meant the short part, although the scene is
 valid."""
 
 from __future__ import annotations

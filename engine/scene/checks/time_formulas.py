@@ -1,4 +1,4 @@
-"""Checks of formulas of the time: their dimension must be that of the load or drive."""
+"""Checks of formulas of the time: a formula must have the dimension of its load or drive."""
 
 from __future__ import annotations
 

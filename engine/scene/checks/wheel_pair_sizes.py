@@ -36,7 +36,7 @@ def check(scene: Scene) -> Iterator[Finding]:
 
 
 def _lead(path: Path, j: Joint) -> Iterator[Finding]:
-    """Findings about the lead angle of a worm, and about radii, which do not determine a worm."""
+    """Findings about the lead angle of a worm, and about radii of a worm: radii do not determine a worm."""
     worm = rolls_of(j).touch == "skew"
     if worm and not j.lead_angle:
         yield Finding((*path, "lead_angle"), f"a {j.type} needs a lead angle, not 0", "for example lead_angle: 10 deg")

@@ -150,7 +150,7 @@ def _add_parameters(
     copy: Copy,
 ) -> None:  # fmt: skip
     """Add the parameters of a copy to its level; values under ``with`` replace the part's own. own: {parameter of the part: its new
-    name}; names: ``own``, and the number of the copy under the name i."""
+    name}; names: the names in ``own``, and the name i for the number of the copy."""
     given = _group(spec, "with")
     for name in given:
         if name not in own:
@@ -167,7 +167,7 @@ def _add_parameters(
 
 
 def _resolve_points(level: Level, offered: Points) -> None:
-    """Replace references to points of assemblies by references to the points of their bodies."""
+    """Replace references to points of assemblies by references to points of the assemblies' bodies."""
 
     def rename(text: str, at: Path) -> str:
         body, _, point = text.partition(".")

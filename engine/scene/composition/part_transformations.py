@@ -1,5 +1,5 @@
-"""Transformations of whole parts: rotation about x, y or z, reflection, translation. They change the poses of bodies; a reflection
-also changes the data in the body's frame."""
+"""Transformations of whole parts: rotation about x, y or z, reflection, translation. All transformations change the poses of
+bodies; a reflection also changes the data in the body's frame."""
 
 from __future__ import annotations
 
@@ -104,7 +104,8 @@ def _mirror_vector(p: Any, k: int) -> Any:
 
 
 def _move_start(path: Path, p: Any, move: Transformation, notes: list[Note]) -> Any:
-    """The transformed start position of a point. A transformation that turns directions needs all components of the position."""
+    """The transformed start position of a point. If a transformation turns directions, all components of the position must be
+    given."""
     is_open = [c is None for c in p] if isinstance(p, list) else []
     if any(is_open) and move.turns:
         notes.append((path, "a start position with an open component cannot be turned or mirrored", "give all three components"))
@@ -237,8 +238,8 @@ def _turn_frame(owner: dict[str, Any], move: Transformation, sign: float) -> Non
 
 
 def _mirror_sign(name: str, j: dict[str, Any], kind: JointKind, notes: list[Note]) -> float:
-    """The sign of a joint's mirrored frame that preserves the joint's numbers: −1 for rotations, 1 for travels. A joint with
-    rotations and travels has a mirror image only if it has no numbers along its freedoms."""
+    """The sign of a joint's mirrored frame for which the joint's numbers stay the same: −1 for rotations, 1 for travels. A joint
+    with rotations and travels has a mirror image only if it has no numbers along its freedoms."""
     turns = [kind.turns(k) for k in range(kind.nv)]
     if kind.pitched and "pitch" in j:
         j["pitch"] = times(-1.0, j["pitch"])

@@ -61,8 +61,8 @@ Inertias = Annotated[
 class Body:
     """A rigid body. All positions and directions below are measured in its frame; a shape is centred on ``center``.
 
-    A body with a ``position`` is placed; the ground is placed too. The points and frames of a joint between two placed parts
-    follow from their poses.
+    A body with a ``position`` is placed; the ground is placed too. The points and frames of a joint between two placed parts follow
+    from the poses of the parts.
 
     Mass properties come from a shape with ``density`` or ``mass``, or from ``mass`` and ``inertia``. If ``inertia`` is given,
     the shape is used for drawing only.

@@ -105,8 +105,8 @@ Field = tuple[str, Any, float | None, str]
 
 
 def with_fields(declared: list[Field]) -> Callable[[T], T]:
-    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. It stores
-    their descriptions in ``__field_docs__``."""
+    """A class decorator, applied before ``dataclass``, that inserts the declared fields before the class's own fields. The
+    decorator stores the descriptions of these fields in ``__field_docs__``."""
 
     def put(cls: T) -> T:
         cls.__annotations__ = {name: kind for name, kind, _, _ in declared} | cls.__annotations__

@@ -78,8 +78,8 @@ else:
 
 @validated(frozen=True, config=STRICT)
 class Bushing:
-    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. Its forces
-    and torques are 0 when the points and axes of both parts coincide."""
+    """A rubber bush: stiffness and damping between two parts in all six directions, along the axes of the first part. The forces
+    and torques of the bush are 0 when the points and axes of both parts coincide."""
 
     type: Literal["bushing"]
     """Kind of load: a bushing."""

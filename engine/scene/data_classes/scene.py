@@ -129,7 +129,7 @@ class Scene:
         return friction.law or self.friction.law
 
     def normal_force_of(self, friction: Friction) -> str:
-        """How the normal force of a joint is computed ("exact" or "adams"): the joint's own setting, otherwise the scene's."""
+        """Computation of the normal force of a joint, "exact" or "adams": the joint's own setting, otherwise the scene's."""
         return friction.normal_force or self.friction.normal_force
 
 

@@ -45,8 +45,8 @@ _SIGN = re.compile(r"\*\*|[-+*/^(),]")
 
 @cache
 def _units(timed: bool) -> re.Pattern[str]:
-    """The pattern of a unit behind a number. It contains all units four times, so its compilation takes long. timed: whether t is
-    the time instead of the unit tonne."""
+    """The pattern of a unit behind a number. The pattern contains all units four times, so its compilation takes long. timed:
+    whether t is the time instead of the unit tonne."""
     known = {*UNITS, *ALIASES} - ({TIME} if timed else set())
     symbol = "(?:" + "|".join(sorted(map(re.escape, known), key=len, reverse=True)) + ")(?![A-Za-z0-9_(])"
     return re.compile(rf"\s*{symbol}{_POWER}(?:\s*[*/]\s*{symbol}{_POWER})*")

@@ -33,7 +33,7 @@ def dimension(node: Node, known: Mapping[str, Dimension]) -> Dimension:
 
 
 def _same(node: Call, given: list[Dimension]) -> Dimension:
-    """Dimension of +, -, min and max: all operands must have this dimension. A radian may be missing in an operand that has other
+    """Dimension of +, -, min and max: all operands must have this dimension. A radian may be missing in an operand with other
     units."""
     out = given[0]
     for d in given[1:]:

@@ -38,7 +38,7 @@ class ForceLaw:
         raise NotImplementedError
 
     def stored(self, n: Sequence[SX], x: SX) -> SX:
-        """Energy of an elastic law. Its derivative by x is the force."""
+        """Energy of an elastic law. The derivative of the energy by x is the force."""
         raise NotImplementedError
 
     def passed(self, n: Sequence[SX], x: SX, rate: SX) -> SX:

@@ -104,7 +104,7 @@ def _about(n: Triple, cosine: float, sine: float) -> Rotation:
 
 
 def _clean(x: float) -> float:
-    """A cosine or sine without the rounding error of the angle: cos(90 deg) is 0."""
+    """A cosine or sine without the rounding error of the angle. For example, cos(90 deg) is 0."""
     return 0.0 if abs(x) < ROUNDING else x
 
 

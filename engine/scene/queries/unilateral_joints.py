@@ -1,4 +1,4 @@
-"""Joints that only push: refusal by analyses that do not support them."""
+"""Joints that only push: analyses that do not support such joints refuse the scene."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Formulas of a position x, y, z: separation of the constant parts from the parts that depend on the position.
 
-As in formulas of time (``time_formulas``), the constant parts become numbers of the scene. What remains is a tree of tuples:
-("place", index of the coordinate), ("number", index), or the name of an operation with its operands."""
+As in formulas of time (``time_formulas``), the constant parts become numbers of the scene. The rest of the formula is a tree of
+tuples: ("place", index of the coordinate), ("number", index), or the name of an operation with its operands."""
 
 from __future__ import annotations
 

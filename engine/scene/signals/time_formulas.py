@@ -1,7 +1,7 @@
 """Formulas of the time t: separation of the constant parts from the parts that depend on t, and derivatives by time.
 
-The constant parts of a formula become numbers of the scene, in the order in which they are written. What remains is a tree of
-tuples: ("time",), ("number", index), or the name of an operation with its operands.
+The constant parts of a formula become numbers of the scene, in the order in which they are written. The rest of the formula is a
+tree of tuples: ("time",), ("number", index), or the name of an operation with its operands.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def parts(tree: Tree) -> Iterator[Tree]:
 
 
 def computed(tree: Tree, number: Callable[[int], T], variable: Callable[..., T], operation: Callable[..., T]) -> T:
-    """The result of a tree. number: gives the result of a number, by its index. variable: gives the result of the time, or of a
-    coordinate by its index. operation: gives the result of an operation, by its name and the results of its operands."""
+    """The result of a tree. Three functions give the results of nodes. number: of a number, by its index. variable: of the time, or
+    of a coordinate by its index. operation: of an operation, by its name and the results of its operands."""
     if tree[0] == "number":
         return number(tree[1])
     if tree[0] in ("time", "place"):
@@ -86,7 +86,8 @@ def _separate(node: Node, numbers: list[Node]) -> Tree:
 
 
 def power(node: Call, variable: str, separated: Callable[[Node], Tree]) -> Tree:
-    """A whole power of a part that depends on a variable, by products. separated: makes the tree of the base."""
+    """A whole-number power of a part that depends on a variable, as products. separated: function that makes the tree of the
+    base."""
     base, exponent = node.arguments
     try:
         n = value(exponent, {})

@@ -22,7 +22,7 @@ def names_given(given: Names) -> tuple[str, ...]:
 
 
 class Amounts:
-    """Reads the numeric arguments of a function and collects the mistakes; ``end`` raises them together."""
+    """Reads the numeric arguments of a function and collects the mistakes; ``end`` raises all mistakes in one error."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []

@@ -45,7 +45,7 @@ class Unit:
         return self.up / self.down * math.pi**self.pi
 
     def times(self, other: Unit, power: int = 1) -> Unit:
-        """This unit times another one to an integer power."""
+        """This unit times an integer power of another unit."""
         if abs(power) * max(other.up.bit_length(), other.down.bit_length()) > BITS:
             raise OverflowError
         up, down = (other.up, other.down) if power >= 0 else (other.down, other.up)

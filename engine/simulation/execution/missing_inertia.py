@@ -1,4 +1,4 @@
-"""Motions of a mechanism that move no inertia (theory, "Light bodies"): no force determines their acceleration."""
+"""Motions of a mechanism that move no inertia (theory, "Light bodies"). No force determines the acceleration of such a motion."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def _carried(model: Model, j: Joint, carrier: Moved, values: np.ndarray) -> Move
 
 
 def _coordinates(model: Model, j: Joint, values: np.ndarray) -> list[float]:
-    """All coordinates of a tree joint. Drives prescribe some of them, at the time of the state."""
+    """All coordinates of a tree joint. Drives prescribe some of these coordinates, at the time of the state."""
     block, states = model.block, state_coordinates(j)
     q = [0.0] * j.kind.nq
     for i, at in enumerate(states):

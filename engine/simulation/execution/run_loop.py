@@ -96,8 +96,8 @@ class OneRun:
                       self.redundancy, certified, audit)
 
     def _begin(self) -> Outcome | None:
-        """Close the loops, add notes about changed start values, and evaluate the start. Returns an outcome if this fails, else
-        None."""
+        """Close the loops, add notes about changed start values, and evaluate the start. Returns an outcome if one of these fails,
+        else None."""
         model = self.model
         model.block.configure(self.settings)
         code = model.block.assemble()

@@ -53,7 +53,8 @@ class Model:
         self.block = bl.Block(self.kernel, self.built.numbers, np.array(self.built.parameters.values))
 
     def variant(self, redundant: bool) -> Kernel:
-        """The kernel. redundant: whether to return the variant for friction that depends on reactions of redundant loops."""
+        """The kernel, or a variant. redundant: whether to return the variant for friction that depends on reactions of redundant
+        loops."""
         make: Callable[..., Kernel] = kernel
         if self.kernel_kind == "parts":
             from trunnion.parts.kernels.scene_kernel import parts_kernel
@@ -62,7 +63,7 @@ class Model:
         return make(self.system, len(self.built.parameters.values), self.columns, needs_quadratures(self.columns), redundant)
 
     def with_reactions(self, names: list[str]) -> Model:
-        """A model of the same scene with these columns, which show reactions. Later calls return the same model."""
+        """A model of the same scene whose columns are ``names``, which show reactions. Later calls return the same model."""
         if self._reactions is None or self._reactions.system != self.system:
             self._reactions = Model(self.built.scene, names, "parts", built=self.built)
         if len(self._reactions.built.numbers.breaks) != len(self.built.numbers.breaks):

@@ -1,5 +1,5 @@
 """Start values given at cut joints, and start positions of points. A second mechanism has other cuts, and joints that hold the
-points at their positions. Its start gives the start values of the tree joints."""
+points at their positions. The start of this mechanism gives the start values of the tree joints."""
 
 from __future__ import annotations
 
@@ -95,7 +95,8 @@ def _tree_starts(
     built: Built, elsewhere: Scene, points: dict[str, tuple[Path, Joint]]
 ) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere and whose points are held.
-    None if that scene uses no more of the given values than ``built``, or cannot start. SceneError if the points cannot be held."""
+    None if that scene uses no more of the given values than ``built``, or if that scene cannot start. SceneError if the points
+    cannot be held."""
     holders = {name: joint for name, (_, joint) in points.items()}
     there = build(replace(elsewhere, joints=elsewhere.joints | holders))
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut and j.name not in holders):
@@ -132,7 +133,7 @@ def _block(built: Built, chosen: list[Column]) -> bl.Block:
 
 
 def _unreached(there: Built, block: bl.Block, points: dict[str, tuple[Path, Joint]]) -> list[Problem]:
-    """Problems of the points that stay away from their start positions in the nearest pose found."""
+    """A problem for every point that is not at its start position in the nearest pose found."""
     residuals, _ = block.gap()
     far = {c.name: abs(float(residuals[c.rows])) for c in there.system.cuts}
     most = max(far[name] for name in points)

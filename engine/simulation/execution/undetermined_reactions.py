@@ -22,7 +22,8 @@ LENGTHS = {"N*m": 1.0}
 
 
 def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
-    """The redundancy at the current state of a started model, with its columns. settings: settings of the run."""
+    """The redundancy at the current state of a started model, with the columns that are not unique. settings: settings of the
+    run."""
     found = redundancy(model.block)
     if found.joints not in model.perhaps_open:
         model.perhaps_open[found.joints] = [c for c in model.available if _may_be_open(c, found.joints)]
@@ -45,7 +46,8 @@ def open_reactions(model: Model, settings: bl.Settings) -> Redundancy:
 
 
 def _may_be_open(c: Column, joints: tuple[str, ...]) -> bool:
-    """Whether redundant loops may leave a column open. The reaction of a drive is minus its effort, which is examined."""
+    """Whether redundant loops may leave a column open. The reaction of a drive is minus the drive's effort; only the effort is
+    examined."""
     return c.kind in LINEAR and c.subject[0] in joints and (c.kind != "drive" or c.quantity.output == "effort")
 
 
@@ -82,8 +84,8 @@ def _by_loop(model: Model, wanted: list[Column], changes: np.ndarray) -> Iterato
 
 def _columns_of_loops(model: Model, joints: tuple[str, ...], is_drive: np.ndarray) -> tuple[list[int], list[list[np.ndarray]]]:
     """For each group of loops: the number of rows that structure removes, and masks of columns. There is one mask for the joints of
-    each loop with a drive, and one for all other loops together. Only loops with drives need separate directions, because only
-    efforts of drives are combined."""
+    each loop with a drive, and one for all other loops together. Only loops with drives need separate directions, because
+    ``_combinations`` combines only efforts of drives."""
     loops, on_loops = reaction_groups(model.system), dict(rows_of(model.system))
     active, groups = set(model.block.kernel.facts["active_rows"]), loops["loop_group"]
     removed = [len(set(range(a, b)) - active) for a, b in pairwise(loops["loop_rows"])]
@@ -102,8 +104,8 @@ def _together(masks: list[np.ndarray], is_drive: np.ndarray) -> list[np.ndarray]
 
 
 def _combinations(names: tuple[str, ...], changes: np.ndarray) -> tuple[Combination, ...]:
-    """Independent combinations of efforts that do not change along any direction, in reduced echelon form. changes: changes of the
-    efforts (directions × efforts); the largest change is 1."""
+    """Independent combinations of efforts, in reduced echelon form. The combinations do not change along any direction. changes:
+    changes of the efforts (directions × efforts); the largest change is 1."""
     _, sizes, basis = np.linalg.svd(changes, full_matrices=True)
     rest = basis[int(np.sum(sizes > SHARE)) :]
     out = []

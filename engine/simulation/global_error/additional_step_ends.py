@@ -48,7 +48,7 @@ def offset_step_ends(model: Model, until: float, run: Result, times: np.ndarray)
 
 def _inside(marks: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
     """(duration of a step, s; time of the additional step end, s) for the first step after each mark. If two marks have at most FEW
-    steps between them, the longest of these steps is included too."""
+    steps between them, the longest of these steps is included, too."""
     out = []
     for a, b in pairwise(marks):
         ends = np.array([a, *times[(times > a) & (times < b)], b])

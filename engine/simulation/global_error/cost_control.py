@@ -1,5 +1,5 @@
-"""Cost control of a second run. The first run records its evaluations, and the second run adapts its tolerance to a limit of its
-evaluations."""
+"""Cost control of a second run. The first run records its evaluations. The second run adapts its tolerance so that its own
+evaluations stay within a limit."""
 
 from __future__ import annotations
 

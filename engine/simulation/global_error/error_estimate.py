@@ -159,8 +159,8 @@ def _promise(run: Result, tighter: Result, pairs: Pairs, end: float, states: np.
 
 
 def _doubling(times: np.ndarray, states: np.ndarray, last: int) -> float:
-    """Time, s, in which the errors double while they grow from LINEAR/1000 to LINEAR; infinite for a sudden rise. last: row at
-    which the errors exceed LINEAR."""
+    """Time, s, in which the errors double during their growth from LINEAR/1000 to LINEAR. The time is infinite for a sudden rise.
+    last: row at which the errors exceed LINEAR."""
     before = np.flatnonzero(states[:last] < 1e-3 * LINEAR)
     first = int(before[-1]) if len(before) else 0
     if last - first < 5 or states[first] <= 0.0:

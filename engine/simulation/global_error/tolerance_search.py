@@ -117,8 +117,8 @@ def _cancelled(r: Result) -> bool:
 
 def search_tolerance(model: Model, w: ErrorRequest, bound: Bound, progress: Progress | None) -> Result:
     """The first run that meets the bound, or the last run if TRIES runs do not meet the bound. Each tolerance follows from the
-    errors of the previous run. If the errors are far below the bound, a looser run is tried and returned if it meets the bound,
-    too."""
+    errors of the previous run. If the errors are far below the bound, the function tries a looser run, and returns this run if it
+    also meets the bound."""
     scale = float(kinds(model.columns, model.built.numbers).scale[list(bound.places)].max())
     rtol = float(np.clip(FIRST * bound.value / scale, TIGHTEST, LOOSE))
     for _ in range(TRIES):

@@ -22,7 +22,7 @@ class Redundancy:
     """Reactions that are not unique (theory, "Redundant loops").
 
     Without friction in the loops, the reported reactions have the minimum norm in the metric of the bodies' inertia. With friction
-    in the loops, they are the limit for stiff contacts.
+    in the loops, the reported reactions are the limit for stiff contacts.
 
     Attributes:
         count: number of independent reaction patterns that the motion does not determine.

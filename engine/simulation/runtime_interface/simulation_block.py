@@ -84,7 +84,7 @@ def address(array: np.ndarray) -> int:
 
 def zeroed(count: int) -> np.ndarray:
     """Zeros that begin at a memory page. The operating system provides each page at its first use. Arrays for dense maps grow with
-    the square of the mechanism's size. They take memory only in runs that form dense maps."""
+    the square of the mechanism's size. Such arrays take memory only in runs that form dense maps."""
     private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
     return np.frombuffer(mmap.mmap(-1, 8 * count, **private), float)
 
@@ -127,7 +127,7 @@ class Block:
         self.events = self._view(Array.EVENTS, EVENT.numbers * self._sizes[2]).view(EVENT.dtype)
 
     def copied_to(self, at: int) -> Block:
-        """The copy of this block that the runtime made at the address ``at``. The caller must keep its memory alive."""
+        """The copy of this block that the runtime made at the address ``at``. The caller must not free the memory of the copy."""
         other = copy(self)
         other.at, other._memory = at, np.ctypeslib.as_array((ctypes.c_double * (self.bytes // 8)).from_address(at))
         other._views()
@@ -227,8 +227,8 @@ class Block:
         return out.T
 
     def redundancy(self) -> tuple[int, np.ndarray]:
-        """Patterns of scaled loop reactions that the motion does not determine, each a unit vector. Returns their number, and the
-        largest component of each reaction over all patterns (loop rows)."""
+        """(number of patterns, largest component of each scaled reaction over all patterns (loop rows)). A pattern is a unit vector
+        of scaled loop reactions that the motion does not determine."""
         share = np.zeros(sum(n for _, n in self.kernel.facts["loop_rows"]) + 1)
         return max(self.lib.tr_redundancy(self.at, share.ctypes.data), 0), share[:-1]
 
@@ -264,7 +264,7 @@ class Block:
 
     def open_row(self) -> tuple[int, float]:
         """The cause of a failure of the loops: (responsible constraint row or −1, independence of the rows). The independence is 1
-        for fully independent rows, and 0 for dependent rows. It is −1 if the failure has another cause."""
+        for fully independent rows, and 0 for dependent rows. The independence is −1 if the failure has another cause."""
         number = ctypes.c_double(-1.0)
         return self.lib.tr_fail_row(self.at, ctypes.addressof(number)), number.value
 

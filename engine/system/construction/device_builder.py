@@ -48,7 +48,7 @@ class Builder:
 
     def device(self, name: str, j: sm.Joint, k: int, slides: bool) -> Device:
         """The devices along freedom k of a joint, as leaves with the paths of the scene. slides: whether the freedom is a
-        translation; this determines the units."""
+        translation; the units depend on this flag."""
         u, f = ("m", "N") if slides else ("rad", "N*m")
         s = self.table.own
 
@@ -76,8 +76,8 @@ class Builder:
         )
 
     def nonlinear(self, path: str, group: sm.Nonlinear, x: str, f: str) -> tuple[LawForce, ...]:
-        """The nonlinear springs and dampers of a freedom or of the line between two points. x, f: units of its coordinate and
-        force."""
+        """The nonlinear springs and dampers of a freedom or of the line between two points. x, f: units of the coordinate and of
+        the force."""
         out = []
         for law, data in force_laws.given(group):
             named = [(f"{path}.{law.key}{own}", value) for own, value in law.numbers(data)]
@@ -140,7 +140,7 @@ class Builder:
         return Signal("value", (self.table.own(path, value, unit),))
 
     def through(self, path: str, c: sm.InputCurve, unit: str, index: int) -> Signal:
-        """A signal whose value is that of a curve at the input's current value. index: table of the input."""
+        """A signal that is a function of an input: the value of a curve at the input's current value. index: table of the input."""
         at = [self.table.own(f"{path}.at[{i + 1}]", x, "1") for i, x in enumerate(c.at)]
         value = [self.table.own(f"{path}.value[{i + 1}]", x, unit) for i, x in enumerate(c.value)]
         return Signal("through", (*filled(at), *filled(value)), index)
@@ -212,6 +212,6 @@ def word_of(path: str) -> str:
 
 
 def at_ends(j: sm.Joint, stops: sm.EndStops) -> sm.EndStops:
-    """The end stops of a joint. If a joint with a curve has stops without bounds, they are at both ends of the curve."""
+    """The end stops of a joint. If a joint with a curve has stops without bounds, the stops are at both ends of the curve."""
     given = stops.lower is not None or stops.upper is not None
     return stops if j.curve is None or given else replace(stops, lower=0.0, upper=length(j.curve))

@@ -47,8 +47,8 @@ def cutting_cost(j: Joint, light: bool, tied: bool = False) -> tuple[int, int]:
 
 
 def light_bodies(scene: Scene) -> set[str]:
-    """Bodies with so little mass or inertia that they must not be at the end of a chain. At the end of a chain, round-off of their
-    large accelerations would hide the motion of other bodies."""
+    """Bodies with so little mass or inertia that they must not be at the end of a chain. At the end of a chain, a light body has
+    large accelerations, and their round-off would hide the motion of other bodies."""
     made = {n: mass_properties(b) for n, b in scene.bodies.items()}
     heaviest = max((m for m, _, _ in made.values()), default=0.0)
     return {n for n, (m, _, inertia) in made.items() if m < LIGHT * heaviest or not any(map(any, inertia))}
@@ -65,8 +65,8 @@ def span(scene: Scene) -> Spanning:
 
 
 def _span(scene: Scene, light: set[str]) -> Spanning:
-    """The spanning tree, grown from the ground. The next joint is the one with the highest cutting cost; among equal ones, the one
-    nearest to the ground, then the first by name. The order in the file therefore has no effect."""
+    """The spanning tree, grown from the ground. The next joint is the joint with the highest cutting cost. Among joints of equal
+    cost, the joint nearest to the ground comes first, then the first by name. The order in the file therefore has no effect."""
     ends = {n: (body_of(j.inboard), body_of(j.outboard)) for n, j in scene.joints.items()}
     at: dict[str, list[str]] = {}
     for n, (a, b) in ends.items():

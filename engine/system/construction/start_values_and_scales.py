@@ -125,7 +125,7 @@ def breaks(scene: sm.Scene) -> tuple[Corner, ...]:
 
 def length_scale(scene: sm.Scene) -> float:
     """Length scale, m: the largest size of any body, or the largest distance between two of a body's points, joint points and mass
-    centre. If all these are zero: in mechanisms with wheels the largest radius of gyration, otherwise 1."""
+    centre. If all these lengths are zero, the scale is the largest radius of gyration in mechanisms with wheels, otherwise 1."""
     sizes = [0.0]
     for b in scene.bodies.values():
         pts = [np.array(b.center, float), *(np.array(p, float) for p in b.points.values())]

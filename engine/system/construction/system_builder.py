@@ -145,7 +145,8 @@ class _Maker(Points):
         )
 
     def length(self, name: str) -> Param:
-        """The length of a rod. If the length follows from the poses of bodies, it depends on every number of these poses."""
+        """The length of a rod. If the length follows from the poses of bodies, the length depends on every number of these
+        poses."""
         j = self.scene.joints[name]
         made = self.table.own if j.length is not None else self.table.scalar
         return made(f"joints.{name}.length", rod_length(self.scene, j) or 0.0, "m")

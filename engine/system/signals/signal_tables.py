@@ -128,8 +128,8 @@ def tridiagonal(below: np.ndarray, diagonal: np.ndarray, above: np.ndarray, righ
 def monotone_slopes(t: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Slopes at the knots (n) of the monotone piecewise cubic of Fritsch and Carlson (PCHIP).
 
-    The slope is zero at extrema and plateaus, otherwise a weighted harmonic mean of the slopes on both sides (Fritsch and Butland).
-    The slope at each end is that of a parabola, limited to keep the curve monotone."""
+    The slope is zero at extrema and plateaus. Elsewhere it is a weighted harmonic mean of the slopes on both sides (Fritsch and
+    Butland). The slope at each end is that of a parabola, limited to keep the curve monotone."""
     h = np.diff(t)
     slope = np.diff(v) / h
     if len(t) == 2:
