@@ -111,7 +111,7 @@ def walk(sym: Symbols, j: Joint, parent: Motion) -> tuple[Motion, Step]:
 
 
 def _axes(j: Joint, rot: bool) -> list[tuple[int, Axis]]:
-    """Freedom and axis of all rotation axes of a joint (``rot``), or of all translation axes."""
+    """(freedom, axis) for every rotation axis of a joint if ``rot``, otherwise for every translation axis."""
     return [(k, a) for k, axes in enumerate(j.kind.axes) for a in axes if a.rot == rot]
 
 

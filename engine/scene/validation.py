@@ -142,7 +142,7 @@ def _remove_part(data: dict[str, Any], path: Path, built: Built) -> Path:
         joint["type"] = similar or STAND_INS[0]
         built.broken.add(path)
         return path
-    if len(at) <= 1:  # the path has at most one key: the scene's top level
+    if len(at) <= 1:  # a mistake in a top-level key of the scene
         key = path[0] if path else ""
         required = key in ("bodies", "joints")
         data.pop(str(key), None)

@@ -86,7 +86,7 @@ def parameter_problems(scene: Scene, parameters: Sequence[str]) -> list[Problem]
             hint = f'did you mean "{near}"?' if near else "use the paths of --set, each of a single number"
             problems.append(Problem("parameters", f"{name!r} is not a number of the scene", hint))
         for path in dependent_paths(following, name) if known else ():
-            in_table = "table" in (parse_path(path) or ())[2:]  # skip the joint's name, which may be "table"
+            in_table = "table" in (parse_path(path) or ())[2:]  # skip the second key, a name that may be "table"
             if path.startswith("simulation.") or in_table:
                 what = "a table" if in_table else "a setting of the run"
                 said = f"{name} belongs to {what}" if path == name else f"{name} acts on {path}, {what}"

@@ -96,7 +96,7 @@ def _rests(j: Rubs) -> list[Pair]:
     """Let u be the friction along the helix, including the friction of a preload. The axial force F is the sum of the axial
     components of normal force and friction. Therefore the normal force is |F − u sin λ|/(cos β cos λ). If μ tan λ > cos β, a larger
     normal force increases the load more than the friction; the capacity is then an upper bound. A share is the friction divided by
-    the capacity with u at its limit, as in kernels."""
+    the capacity with u at its limit. Kernels define a share in the same way."""
     import numpy as np
 
     from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

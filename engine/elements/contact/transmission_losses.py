@@ -46,7 +46,7 @@ class Losses:
     def rests(self, j: Rubs) -> list[Pair]:
         """Let u be the friction in the sense of T. With different coefficients, |u| ≤ c |T| means |u| ≤ w |T + o u|. Here 1/w =
         (1/c_f + 1/c_b)/2 and o = (1/c_b − 1/c_f)/2. The part a is first subtracted from |u|. A share is the friction divided by the
-        capacity in its direction, as in kernels."""
+        capacity in its direction. Kernels define a share in the same way."""
         import numpy as np
 
         from trunnion.elements.contact.static_friction_capacity import AtLimit, Capacity, Norm, Pair

@@ -1,5 +1,5 @@
-"""Light freedoms: freedoms of tree joints on loops that carry a body much lighter than other bodies of the loops (theory, "Light
-bodies")."""
+"""Light freedoms (theory, "Light bodies"): the freedoms of a tree joint on a loop, if the body that the joint carries is much
+lighter than other bodies on loops."""
 
 from __future__ import annotations
 

@@ -70,7 +70,8 @@ class ExternalInput:
         return np.array(INPUT.doubles(kind=TableKind.INPUT, followed=self.tracked, **now, bandwidth=self.bandwidth, **late), float)
 
     def alike(self, other: SignalCurve | ExternalInput) -> bool:
-        """Whether two cases of a batch may share an input. Their start values may differ, because each case stores its own."""
+        """Whether two cases of a batch may share an input. The start values may differ, because each case stores its own start
+        value."""
         return isinstance(other, ExternalInput) and (self.tracked, self.bandwidth, self.begin) == (
             other.tracked, other.bandwidth, other.begin)
 

@@ -268,8 +268,8 @@ class System:
 
     @cached_property
     def bristles(self) -> tuple[int, ...]:
-        """Indices of the friction multipliers whose law has a bristle state. The bristle states follow the rates in the state of
-        the run, in this order."""
+        """Indices of the friction multipliers whose law has a bristle state. In the state of the run, the bristle states come after
+        the rates, in this order."""
         return tuple(e for j in self.frictional if j.friction and j.friction.bristles for s in j.friction.sliders for e in s.eta)
 
     @cached_property
