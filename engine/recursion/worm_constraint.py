@@ -28,7 +28,7 @@ class Pitch:
     arm_out: Moving
 
     def mixed(self, by_axis: SX, by_circle: SX) -> Moving:
-        """by_axis · a + by_circle · w."""
+        """The vector by_axis · a + by_circle · w."""
         return by_axis * self.a[0] + by_circle * self.w[0], by_axis * self.a[1] + by_circle * self.w[1]
 
     def row(self, c: Cut, phi: SX, push: Moving) -> Row:

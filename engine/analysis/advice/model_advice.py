@@ -65,7 +65,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model of the ladder.
+    """A rung of ``advise``: a model with its error and its cheapest setting.
 
     Attributes:
         joints: joints with friction.

@@ -61,7 +61,7 @@ class StepRecord:
         time, y, after: time (s), state and external values before the first step, then at the end of each step (n + 1 rows).
         x: external values during each step, with frozen modes (n rows).
         stages: multipliers of the first steps, at each row of K of the method (at most n rows).
-        solved: whether ``stages`` has the step's multipliers (n). It does not if an event has cut the step.
+        solved: whether ``stages`` has the step's multipliers (n). False if an event has cut the step.
         changes_mode, sample, impact: as in ``RecordedStep``, of each step (n rows).
         samples: sample times, the start included, s.
         passed: number of samples before the first step, then up to the end of each step (n + 1).

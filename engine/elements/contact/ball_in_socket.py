@@ -148,7 +148,7 @@ def _set_contact(w: Wrench, rates: list[SX], law: Law, g: Mapping[str, SX], eta:
     normal = _spin_normal(w, rates, law)
     spin = -dot(normal, f)
     held, vector = _at_rest(w, eta, law, g)
-    inside = _cone(w, rates, [law], g, False)[0] < 0  # the code computes this: Adams' friction never sets the flag
+    inside = _cone(w, rates, [law], g, False)[0] < 0  # computed here, because Adams' friction never sets the flag
     values = [
         ca.if_else(law.stuck, rest, ca.if_else(inside, turning, sliding))
         for sliding, turning, rest in zip((fn, *nfn), (spin, *(spin * x for x in normal)), (held, *vector), strict=True)

@@ -31,7 +31,7 @@ class OperandSlots(NamedTuple):
 
 
 def sized(slot: Slot) -> OperandSlots:
-    """A vector whose size is determined by a joint's structure."""
+    """A vector whose size depends on a joint's structure."""
     return OperandSlots({"": slot}, slot.size)
 
 

@@ -86,7 +86,7 @@ def of_scene() -> list[Field]:
 
 
 def sized(element: str) -> tuple[Number, ...]:
-    """The sizes a contact element declares."""
+    """The sizes that a contact element declares."""
     from trunnion.elements.contact import REGISTRY
 
     return REGISTRY[element].sizes

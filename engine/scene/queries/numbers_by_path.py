@@ -110,7 +110,7 @@ def _joint_unit(kind: JointKind, path: Path) -> str:
     if field == "friction":
         return _load_unit(path, RUBBING[str(path[1])].unit) if "at" not in path else PLAIN
     if field not in ("spring", "damping", "rotor_inertia", "end_stops", "drive", "effort", "motor", "latch", "nonlinear"):
-        return PLAIN  # for example a component of a direction
+        return PLAIN  # a plain number, such as a component of a direction
     k = rest[0] if rest and isinstance(rest[0], int) else 0
     keys = tuple(str(key) for key in rest if not isinstance(key, int))
     coordinate, effort = ("m", "N") if slides(kind, k) else ("rad", "N*m")

@@ -40,7 +40,7 @@ class Settings:
     """Settings of the steps of a run.
 
     Attributes:
-        rtol: relative tolerance. It is also the absolute tolerance, in the scene's scales.
+        rtol: relative tolerance, and also the absolute tolerance in the scene's scales.
         method: integration method.
         step: fixed step, s, without error control; 0: error control.
         max_step: longest step, s.
