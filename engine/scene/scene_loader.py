@@ -53,7 +53,8 @@ def load_scene(source: str | os.PathLike[str], massless: bool = False) -> Scene:
 
 
 def source_of_file(source: str | os.PathLike[str]) -> Source:
-    """The content of a scene file; ``source`` as for ``load_scene``. SceneError when the file cannot be read as scene data."""
+    """The content of a scene file; ``source`` as for ``load_scene``. Raises SceneError when the file cannot be read as scene
+    data."""
     path = scene_file(source)
     return source_of_content(content_of(path), path)
 
@@ -73,7 +74,7 @@ def scene_from_text(
 
 
 def source_of_text(content: bytes | str, file: str, is_json: bool, name: str, folder: FilePath | None) -> Source:
-    """The data in a text, with arguments as for ``scene_from_text``. SceneError when the text is not a group of keys."""
+    """The data in a text, with arguments as for ``scene_from_text``. Raises SceneError when the text is not a group of keys."""
     doc = read(content, is_json)
     if doc.data is None and not doc.findings:
         doc.findings.append(Finding((), "the file is empty", "a scene has bodies and joints"))

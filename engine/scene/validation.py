@@ -113,7 +113,7 @@ def _remove_broken(rest: dict[str, Any], found: list[Finding], built: Built) -> 
 
 
 def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
-    """A copy as nested dicts (keys as text) and lists. SceneError when the nesting is too deep, for example cyclic."""
+    """A copy as nested dicts (keys as text) and lists. Raises SceneError when the nesting is too deep, for example cyclic."""
     if isinstance(data, dict | Mapping):
         inside = _next_level(deeper)
         return {whole_text(str(k)): plain_copy(v, inside) for k, v in data.items()}
@@ -124,7 +124,7 @@ def plain_copy(data: Any, deeper: int = DEEPEST) -> Any:
 
 
 def _next_level(deeper: int) -> int:
-    """The number of nesting levels that are still allowed inside. SceneError when no level is left."""
+    """The number of nesting levels that are still allowed inside. Raises SceneError when no level is left."""
     if deeper <= 0:
         raise SceneError([Problem("scene", f"more than {DEEPEST} levels of nesting", "a scene needs no more than ten")])
     return deeper - 1

@@ -118,8 +118,8 @@ def advise(
 ) -> Advice:
     """Find the cheapest model, method and tolerance whose outputs stay within ``error`` of the outputs of the full scene.
 
-    error: relative error (``ErrorMeasure``); until: end of the runs, s. SceneError for wrong input. SimulationError if fewer than
-    two methods run the scene to its end.
+    error: relative error (``ErrorMeasure``); until: end of the runs, s. Raises SceneError for wrong input. Raises SimulationError
+    if fewer than two methods run the scene to its end.
     """
     _check(error, outputs)
     what, end = make_error_measure(scene, outputs, norm), float(until or scene.simulation.until)

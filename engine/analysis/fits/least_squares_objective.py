@@ -63,7 +63,7 @@ class Objective:
         return len(self.unit)
 
     def residuals(self, u: np.ndarray) -> np.ndarray:
-        """The residuals r at u, from plain runs. SceneError or SimulationError if the runs fail."""
+        """The residuals r at u, from plain runs. Raises SceneError or SimulationError if the runs fail."""
         return self._with_priors(self.curves.values(u * self.unit), u)
 
     def slopes(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -42,7 +42,7 @@ def parameter_names(shared: Sequence[str], own: Sequence[str], runs: Sequence[Me
 
 
 def start_values(scenes: Sequence[Scene], shared: Sequence[str], own: Sequence[str]) -> np.ndarray:
-    """The start values (m) of the parameters: numbers of the runs' scenes. SceneError for a path that is not a number."""
+    """The start values (m) of the parameters: numbers of the runs' scenes. Raises SceneError for a path that is not a number."""
     starts = [dict(zip([*shared, *own], parameter_values(s, [*shared, *own]), strict=True)) for s in scenes]
     return np.array([*(starts[0][p] for p in shared), *(s[p] for s in starts for p in own)])
 
@@ -97,7 +97,7 @@ class ModelCurves:
         return apply(self.scenes[k], dict(zip(paths, values[self._indices(k)].tolist(), strict=True)))
 
     def values(self, values: np.ndarray) -> np.ndarray:
-        """The curves (N) at the parameter values (m). SceneError or SimulationError if the runs fail."""
+        """The curves (N) at the parameter values (m). Raises SceneError or SimulationError if the runs fail."""
         if (known := self._known.get(np.ascontiguousarray(values).tobytes())) is not None:
             return known[0]
         values = self.apply_order(values)
@@ -160,7 +160,7 @@ class _PlainRuns:
         self.model = Model(scene, names)
 
     def __call__(self, scene: Scene) -> np.ndarray:
-        """The chosen columns at the measured times, concatenated to one vector. SimulationError if the run ends early."""
+        """The chosen columns at the measured times, concatenated to one vector. Raises SimulationError if the run ends early."""
         built = build_with_starts(scene)
         model = self.model
         if built.system != model.system or built.parameters.paths != model.built.parameters.paths:

@@ -100,7 +100,8 @@ class Profiles:
     def fit_others(self, k: int, u: np.ndarray, J: Rows) -> tuple[np.ndarray, Rows, float]:
         """Minimise over all parameters except k, starting from u; returns (u, J, rise). Broyden's update keeps J current.
 
-        BetterFitFound if the sum of squares is below the minimum. SceneError or SimulationError if the run at u fails.
+        Raises BetterFitFound if the sum of squares is below the minimum. Raises SceneError or SimulationError if the run at u
+        fails.
         """
         others = [i for i in range(len(u)) if i != k]
         r = self.objective.residuals(u)

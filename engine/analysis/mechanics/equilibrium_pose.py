@@ -137,7 +137,7 @@ def find_rest(scene: sm.Scene) -> MechanismAtRest:
     """The scene in its pose of rest. Dampers bring the mechanism to rest from its start, with the loads of t = 0. Newton's method
     then finds the exact pose.
 
-    SimulationError if no pose of rest is found.
+    Raises SimulationError if no pose of rest is found.
     """
     still = MechanismAtRest(scene)
     slow, fast = still.model.built.numbers.rate, _fastest_rate(still)

@@ -115,8 +115,8 @@ def _mode(value: complex, shape: np.ndarray, names: Sequence[str], fastest: floa
 
 
 def _locked(still: MechanismAtRest, held: Sequence[str]) -> list[np.ndarray]:
-    """Linear functions of the rates (rows of nv numbers) that are zero while the joints ``held`` are held. SimulationError for a
-    cut joint."""
+    """Linear functions of the rates (rows of nv numbers) that are zero while the joints ``held`` are held. Raises SimulationError
+    for a cut joint."""
     cut = [j for j in still.system.cuts if j.name in held]
     if cut:
         raise SimulationError(f"{cut[0].name} is a loop's cut joint and cannot be held: set cut: true on another joint of the loop")

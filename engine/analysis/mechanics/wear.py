@@ -164,8 +164,8 @@ Found = list[tuple[int, ContactWear, np.ndarray]]
 
 
 def _joint(r: Result, name: str, j: sm.Joint, element: ContactElement, k: float | None, ends: np.ndarray) -> Found:
-    """For each contact: (number, wear, worn volume (n) up to each row, m³; without k the load, J). ends: times, s, across which no
-    polynomial extends."""
+    """For each contact: (number, wear, worn volume (n) up to each row, m³; if k is None, the load, J). ends: times, s, across which
+    no polynomial extends."""
     assert j.friction is not None
     rubbed, speeds, pairs = _load_rates(r, name, j, element)
     places = element.places(_sizes(j, element))

@@ -79,8 +79,8 @@ class SensitivityUnit:
         return out[:, : self.n["values"]].T
 
     def solve(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Solve the residuals for the multipliers by Newton's method from the guess z; returns (f, z). SimulationError if Newton's
-        method does not converge."""
+        """Solve the residuals for the multipliers by Newton's method from the guess z; returns (f, z). Raises SimulationError if
+        Newton's method does not converge."""
         if self.nz == 0:
             return self.evaluate(x, y, z).copy(), z
         a = self.ny + self.nquad

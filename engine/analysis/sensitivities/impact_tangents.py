@@ -130,8 +130,8 @@ class ImpactTangents:
         return y, dy, (phase.impulses, h * dz)
 
     def _stuck_rows(self, x: np.ndarray) -> Iterator[tuple[int, int]]:
-        """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. SimulationError for a
-        pair of several components that slides, because the impact turns the direction of the pair's friction."""
+        """(row among the residuals, index of the rate) of each component of a pair that sticks in a phase. Raises SimulationError
+        for a pair of several components that slides, because the impact turns the direction of the pair's friction."""
         u, at = self.unit, self.n + self.unit.n["residuals"]
         for j in u.system.frictional:
             assert j.friction is not None

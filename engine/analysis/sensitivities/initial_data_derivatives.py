@@ -227,7 +227,7 @@ def _by_entry(model: Model, line: ParameterLine, place: int) -> tuple[np.ndarray
 
 
 def _neighbour(model: Model, line: ParameterLine, step: float) -> Built:
-    """The scene with the number changed by ``step``. SceneError if the structure of this scene differs."""
+    """The scene with the number changed by ``step``. Raises SceneError if the structure of this scene differs."""
     built = build_with_starts(line.at(step))
     if built.parameters.paths != model.built.parameters.paths or built.system != model.built.system:
         raise SceneError([_structural_problem(line)])

@@ -91,7 +91,7 @@ class StepRecord:
 
 def record_steps(model: Model, samples: np.ndarray, every: float, rtol: float, tick: Tick) -> StepRecord:
     """Run with rk8 from the assembled start through all sample times, which are multiples of ``every`` and the end (s).
-    SimulationError if the run fails, or if its audit finds the run inaccurate."""
+    Raises SimulationError if the run fails, or if its audit finds the run inaccurate."""
     settings, end = bl.Settings(rtol=rtol, method=RK8.name), samples[-1]
     model.block.configure(settings)
     rows = np.zeros((len(samples) + 1, model.block.width))

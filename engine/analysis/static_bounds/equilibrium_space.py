@@ -126,8 +126,8 @@ def _strands(st: Statics, columns: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _driving_row(st: Statics, width: int, joint: FrictionJoint) -> np.ndarray:
-    """The driving force of teeth as a row over x (width). SceneError if the reactions of the joint depend on several multipliers of
-    the loop constraints."""
+    """The driving force of teeth as a row over x (width). Raises SceneError if the reactions of the joint depend on several
+    multipliers of the loop constraints."""
     by = np.linalg.norm(st.reaction[joint.reactions, : st.eta0], axis=0)
     found = np.flatnonzero(by > RANK * by.max(initial=0.0))
     if len(found) > 1:

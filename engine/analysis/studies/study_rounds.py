@@ -133,7 +133,7 @@ class ReportedCases:
         self.start, self.values = start, np.array(values, float)
 
     def __call__(self, start: int, stop: int) -> np.ndarray:
-        """The parameter values of the cases from start to stop − 1. RuntimeError for cases that were not reported."""
+        """The parameter values of the cases from start to stop − 1. Raises RuntimeError for cases that were not reported."""
         found = self.values[max(0, start - self.start) : stop - self.start]
         if start < self.start or len(found) < stop - start:
             raise RuntimeError(f"the parameter values of the cases {start} to {stop - 1} are unknown here")

@@ -42,7 +42,7 @@ def measure_work_precision(
     progress: Progress = lambda *_: None,
     show: Callable[[list[Measurement]], None] = lambda _: None,
 ) -> WorkPrecision:
-    """Measure a valid scene. A failed run becomes a point with its outcome. SceneError for outputs that do not exist.
+    """Measure a valid scene. A failed run becomes a point with its outcome. Raises SceneError for outputs that do not exist.
 
     show: called with the points of each method, first with error control, then with fixed steps, as soon as they are measured."""
     request = request or WorkPrecisionRequest()

@@ -52,7 +52,7 @@ def problems(scene: Scene) -> list[Problem]:
 
 
 def checked(scene: Scene) -> Scene:
-    """The scene itself; SceneError when it has problems."""
+    """The scene itself; raises SceneError when it has problems."""
     found = findings(scene)
     if found:
         raise error_of(found, {})

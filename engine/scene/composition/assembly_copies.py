@@ -91,7 +91,8 @@ def _matrix(k: int, cosine: Term, sine: Term) -> tuple[tuple[Term, ...], ...]:
 
 
 def _checked_keys(how: Any, known: tuple[str, ...], needed: tuple[str, ...]) -> dict[str, Any]:
-    """The group ``how``. UnitError when a key is not in ``known``, a key of ``needed`` is missing, or ``how`` is not a group."""
+    """The group ``how``. Raises UnitError when a key is not in ``known``, a key of ``needed`` is missing, or ``how`` is not a
+    group."""
     if not isinstance(how, dict):
         raise UnitError(f"a group of keys is expected, not {shown(how)}", f"keys: {', '.join(known)}")
     for key in how:

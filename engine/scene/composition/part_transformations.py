@@ -72,7 +72,8 @@ def shift_by(step: Any) -> Transformation:
 
 
 def move_part(data: dict[str, Any], moves: Sequence[Transformation]) -> tuple[dict[str, Any], list[Note]]:
-    """(the transformed part, notes about data that cannot be transformed). UnitError when a point does not have three entries."""
+    """(the transformed part, notes about data that cannot be transformed). Raises UnitError when a point does not have three
+    entries."""
     notes: list[Note] = []
     for move in moves:
         for key, change in (("bodies", _move_body), ("joints", _move_joint), ("forces", _move_force)):

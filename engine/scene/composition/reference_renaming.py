@@ -87,7 +87,7 @@ def _rename_in_formula(key: str, given: Any, names: dict[str, str]) -> str:
 
 
 def number_name(text: str, number: int) -> str:
-    """The name with {i}, {i+1}, … replaced by numbers, where i is the ``number`` of a copy. UnitError when the braces hold
+    """The name with {i}, {i+1}, … replaced by numbers, where i is the ``number`` of a copy. Raises UnitError when the braces hold
     another name or give no whole number."""
 
     def one(m: re.Match[str]) -> str:

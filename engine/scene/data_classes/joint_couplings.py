@@ -24,7 +24,7 @@ class Profile:
 
 
 def _planar(point: Any) -> Any:
-    """The point unchanged. UnitError with an explanation when the point has three coordinates."""
+    """The point unchanged. Raises UnitError with an explanation when the point has three coordinates."""
     if isinstance(point, list | tuple) and len(point) == 3:
         hint = "give two numbers, along e2 and e3 (axis: e1); for a straight line in space there is point_on_line"
         raise UnitError("a curve lies in the plane normal to e1 of its joint; curves in space are not supported", hint)

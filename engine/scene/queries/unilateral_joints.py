@@ -14,5 +14,5 @@ def unilateral_problems(scene: Scene, what: str) -> list[Problem]:
 
 
 def refuse_unilateral(scene: Scene, what: str) -> None:
-    """SceneError if the scene has joints that only push."""
+    """Raise SceneError if the scene has joints that only push."""
     raise_problems(unilateral_problems(scene, what))

@@ -17,8 +17,8 @@ PLACE = ("x", "y", "z")
 
 @lru_cache(maxsize=256)  # users write the formulas, so the cache is bounded
 def separate(formula: str) -> tuple[Tree, tuple[str, ...]]:
-    """The tree of a formula, and its constant parts as expressions in braces. UnitError if the formula cannot be read, or if a part
-    that depends on the position is not smooth."""
+    """The tree of a formula, and its constant parts as expressions in braces. Raises UnitError if the formula cannot be read, or if
+    a part that depends on the position is not smooth."""
     numbers: list[Node] = []
     tree = _separate(parse_formula(formula).root, numbers)
     return tree, tuple("{" + text_of(n) + "}" for n in numbers)

@@ -89,8 +89,8 @@ def _penetration(model: Model, plain: Outcome) -> Outcome:
 
 
 def loop_joint(system: System, cut: Joint, gimbal: bool) -> Joint:
-    """The joint that the outcome of a failed loop names: the cut joint. In gimbal lock: a joint of the loop with two crossed
-    rotation axes."""
+    """The joint that the outcome of a failed loop names: the cut joint, or, in gimbal lock, a joint of the loop
+    with two crossed rotation axes."""
     return next((j for j in loop_joints(system, cut) if j.kind.second_axis >= 0), cut) if gimbal else cut
 
 

@@ -27,7 +27,7 @@ class Model:
 
     scene: a checked scene. outputs: patterns of columns; default: those of the scene. kernel: kind of kernel; None: chosen by the
     structure and ``runs``. runs: expected number of runs; infinite if the model will be stepped for a long time. built: the result
-    of ``build_with_starts``, if it is known. SceneError for unknown columns."""
+    of ``build_with_starts``, if it is known. Raises SceneError for unknown columns."""
 
     def __init__(
         self, scene: Scene, outputs: Names | None = None, kernel: str | None = None, runs: float = 1, built: Built | None = None

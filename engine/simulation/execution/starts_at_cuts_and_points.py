@@ -30,8 +30,8 @@ def build_with_starts(scene: Scene) -> Built:
     the tree joints.
 
     The start values of the cut joints are dropped in two cases: other cuts would drop as many given values, or no position
-    satisfies all given values. A note of the run then names the joints. SceneError if exact values would be dropped, or if a point
-    cannot be brought to its position.
+    satisfies all given values. A note of the run then names the joints. Raises SceneError if exact values would be dropped, or if a
+    point cannot be brought to its position.
     """
     built = build(scene)
     unused = [j.name for j in built.system.joints if j.cut and _given(scene, j.name)]
@@ -95,8 +95,8 @@ def _tree_starts(
     built: Built, elsewhere: Scene, points: dict[str, tuple[Path, Joint]]
 ) -> tuple[np.ndarray, np.ndarray, list[str]] | None:
     """(q, v, notes): start values of the tree joints, from the start of the scene that is cut elsewhere and whose points are held.
-    None if that scene uses no more of the given values than ``built``, or if that scene cannot start. SceneError if the points
-    cannot be held."""
+    None if that scene uses no more of the given values than ``built``, or if that scene cannot start. Raises SceneError if the
+    points cannot be held."""
     holders = {name: joint for name, (_, joint) in points.items()}
     there = build(replace(elsewhere, joints=elsewhere.joints | holders))
     if not all(may_be_cut(elsewhere.joints[j.name]) for j in there.system.joints if j.cut and j.name not in holders):

@@ -67,7 +67,7 @@ class ErrorRequest:
     tolerance: bool = False
 
     def check(self) -> None:
-        """SceneError with every contradiction in the request."""
+        """Raise SceneError with every contradiction in the request."""
         problems = []
         if self.every <= 0.0:
             problems.append(
@@ -81,7 +81,7 @@ class ErrorRequest:
 def run_with_error(
     scene: Scene, patterns: tuple[str, ...], kernel: str | None, w: ErrorRequest, progress: Progress | None
 ) -> Result:  # fmt: skip
-    """Run a scene with an error estimate. SceneError for a wrong request."""
+    """Run a scene with an error estimate. Raises SceneError for a wrong request."""
     w.check()
     model = model_with_state(scene, patterns, kernel)
     if w.accuracy is None:
@@ -90,8 +90,8 @@ def run_with_error(
 
 
 def read_bound(accuracy: Amount, columns: list[Column], patterns: tuple[str, ...]) -> Bound:
-    """The bound of errors for the columns that match the patterns. accuracy: a number, or a number with a unit. SceneError for a
-    wrong accuracy."""
+    """The bound of errors for the columns that match the patterns. accuracy: a number, or a number with a unit. Raises SceneError
+    for a wrong accuracy."""
     text = f"{accuracy:g}" if isinstance(accuracy, float | int) else str(accuracy)
     try:
         value, unit, written = parse(text)

@@ -89,7 +89,7 @@ def to_arrow(result: ResultData) -> pyarrow.Table:
 
 
 def save(result: ResultData, path: str | os.PathLike[str]) -> Path:
-    """Write CSV or Parquet, depending on the suffix. SceneError for another suffix or a folder that is not writable."""
+    """Write CSV or Parquet, depending on the suffix. Raises SceneError for another suffix or a folder that is not writable."""
     with writing(path, SUFFIXES) as work:
         if work.suffix.lower() == ".csv":
             _write_csv(result, work)
@@ -185,7 +185,7 @@ def _event(e: dict[str, Any]) -> Event:
 
 
 def load_result_table(path: str | os.PathLike[str]) -> ResultTable:
-    """Read a file that ``save`` wrote. SceneError for other files."""
+    """Read a file that ``save`` wrote. Raises SceneError for other files."""
     file = Path(path)
     reader = {".csv": _read_csv, ".parquet": _read_parquet}.get(file.suffix.lower())
     if reader is None:

@@ -90,7 +90,7 @@ class Certainty:
     met: bool = True
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The error of a column (n); KeyError for unknown names."""
+        """The error of a column (n); raises KeyError for unknown names."""
         try:
             return self.error[:, self.names.index(name)]
         except ValueError:

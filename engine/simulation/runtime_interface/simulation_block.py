@@ -209,7 +209,7 @@ class Block:
         return self.lib.tr_row(self.at, out.ctypes.data)
 
     def evaluate(self) -> tuple[np.ndarray, np.ndarray]:
-        """(ẏ (ny), multipliers [λ of active rows; η]) at the current state. RuntimeError if there is no solution."""
+        """(ẏ (ny), multipliers [λ of active rows; η]) at the current state. Raises RuntimeError if there is no solution."""
         sizes = self.kernel.sizes
         dy, z = np.zeros(self.ny + sizes["works"] + 4), np.zeros(sizes["active"] + sizes["neta"] + 1)
         if not self.lib.tr_evaluate(self.at, dy.ctypes.data, z.ctypes.data):
@@ -217,7 +217,7 @@ class Block:
         return dy[: self.ny], z[:-1]
 
     def derivatives(self) -> np.ndarray:
-        """∂ẏ/∂[y, t] at the current state (ny × (ny + 1)). Attaches the Jacobian unit if it is missing. RuntimeError if the
+        """∂ẏ/∂[y, t] at the current state (ny × (ny + 1)). Attaches the Jacobian unit if it is missing. Raises RuntimeError if the
         derivatives do not exist."""
         if not self._has_jacobian:
             self.attach_jacobian()

@@ -21,7 +21,7 @@ from trunnion.system.construction.system_builder import build
 def check_settings(
     until: float, every: float, s: bl.Settings, scene: Scene, outputs: Sequence[str] | None = None, step: float = 0.0
 ) -> None:
-    """SceneError with every problem of a run's settings for this scene.
+    """Raise SceneError with every problem of a run's settings for this scene.
 
     until: end time, s. every: output spacing, s. outputs: patterns of the stored columns; None if rows are not stored. step:
     requested fixed step, s, or 0."""

@@ -1,7 +1,7 @@
 """Frequencies of the excitation of a mechanism. While a friction pair sticks, the runtime limits its steps by these frequencies.
 
-A sticking pair does not move until its load exceeds friction. A load may exceed friction only within one step; error control does
-not notice such a load."""
+A sticking pair does not move until its load exceeds friction. A load may exceed friction for less than one step; error control
+does not notice such a load."""
 
 from __future__ import annotations
 

@@ -224,7 +224,7 @@ class System:
 
     @cached_property
     def unilateral(self) -> tuple[Joint, ...]:
-        """The joints that only push."""
+        """The joints whose contact can push, but not pull."""
         return tuple(j for j in self.joints if j.unilateral)
 
     @cached_property
