@@ -43,7 +43,7 @@ Orientation = Annotated[
 
 @validated(frozen=True, config=STRICT)
 class AxialInertia:
-    """Inertia about one axis of a body only, as of a rotor or flywheel on a light shaft. The model includes the gyroscopic
+    """Inertia of a body about one axis only, such as a flywheel on a light shaft. The model includes the gyroscopic
     torque of a turning axis. A rotation about any other axis moves no inertia."""
 
     axial: Annotated[float, Per("kg*m^2", POSITIVE)]

@@ -18,8 +18,8 @@ CONNECTIONS: Path = ("connections",)
 
 
 class Line(int):
-    """A line of a file other than the scene's own. ``file`` is that file's name. ``copy``: whether an assembly repeats the line in
-    several copies."""
+    """A line of a file other than the scene file. ``file`` is the name of this file. ``copy``: whether an assembly repeats the line
+    in several copies."""
 
     file: str
     copy: bool
